@@ -1,0 +1,34 @@
+"""The stops give back less, or more, than the model says."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+from ..effect import Bounds, ModelEffect, parameter
+
+if TYPE_CHECKING:
+    from ..model import Model
+
+
+@dataclass(frozen=True)
+class EndStopDissipation(ModelEffect):
+    """The damping of the stops differs from the model's by a constant, the same at every leg.
+
+        c = c_model + dc
+
+    It is a difference, so zero switches it off; it cannot take away more than there is.
+    """
+
+    name = "end-stop-dissipation"
+    damping_N_s_per_m: float = parameter(0.0, low=-1.0e4, high=1.0e4, typical=0.5, doc="added to the damping of each stop")
+
+    def adjust(self, model: Model) -> Model:
+        """The model with the changed stops."""
+        return replace(model, end_stop=replace(model.end_stop, damping_N_s_per_m=model.end_stop.damping_N_s_per_m + self.damping_N_s_per_m))
+
+    @classmethod
+    def bounds(cls, model: Model | None = None) -> Bounds:
+        """As declared, and never below what leaves the stop without any damping."""
+        (name, (low, high)), *_ = super().bounds().items()
+        return {name: (low if model is None else -model.end_stop.damping_N_s_per_m, high)}

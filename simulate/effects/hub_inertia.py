@@ -1,0 +1,27 @@
+"""The spool of a leg has to be spun up."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+from ..effect import LegEffect, parameter
+
+
+@dataclass(frozen=True)
+class HubInertia(LegEffect):
+    """The spool must be spun up before the strip can leave it.
+
+        F = -m u''          m = J / r^2
+
+    A sinusoidal test sees it as a loop that turns with the frequency squared (Aridon 2009, section 3.3, Fig. 11). Being
+    proportional to the acceleration it belongs to the mass matrix, not to the forces.
+    """
+
+    name = "hub-inertia"
+    mass_kg: float = parameter(0.0, low=0.0, high=5.0, typical=0.05, doc="hub inertia J seen through the coil radius r")
+
+    @staticmethod
+    def leg_mass(u: float, p: Any) -> float:
+        """Inertia along the leg, kg; the same at every elongation."""
+        return p[0]

@@ -1,0 +1,28 @@
+"""Six legs are not six times the same leg."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+from ..effect import ModelEffect, parameter
+
+if TYPE_CHECKING:
+    from ..model import Model
+
+
+@dataclass(frozen=True)
+class LegDisparity(ModelEffect):
+    """The stored force of each leg differs from the common one: both asymptotes are shifted alike.
+
+        b_l,i = b_l + d_i          b_u,i = b_u + d_i          initial force + d_i
+
+    Aridon 2009, section 4: 1e-3 N is enough to turn the platform by a few degrees.
+    """
+
+    name = "leg-disparity"
+    force_N: tuple[float, ...] = parameter((0.0,) * 6, low=-5.0, high=5.0, typical=0.01, doc="shift of the stored force, one value a leg")
+
+    def adjust(self, model: Model) -> Model:
+        """The model with six different legs."""
+        return replace(model, actuator=model.actuator.shifted(self.force_N))

@@ -1,0 +1,161 @@
+"""The restoring force of one leg: between two reversals it is known exactly.
+
+Uncoiling (u' > 0) the force approaches the lower asymptote h_l = a_l u + b_l, coiling (u' < 0) the upper one
+h_u = a_u u + b_u, both at the rate beta per metre of elongation:
+
+    dR/du = beta (h_l - R)     uncoiling
+    dR/du = beta (R - h_u)     coiling
+
+This is eq. (1)-(2) of Aridon et al. 2009 with plain brackets and a time derivative on the left,
+R' = beta u' (h - R sgn u'), h = ((h_u + h_l) sgn u' - (h_u - h_l)) / 2. As printed, with absolute-value bars, R runs
+away from both asymptotes; the bracket form also recovers when a moving asymptote leaves R outside the band.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+from numba import njit
+
+from measure.tables import Array
+
+from .compiled import Program, call_leg_asymptotes, call_leg_force, call_leg_mass, flat_parameters, pointer, program
+from .effect import Effect
+
+A_L, B_L, A_U, B_U, BETA, LINE_VALUES = 0, 1, 2, 3, 4, 5
+
+
+@njit(cache=True, inline="always")
+def advance(start_force: float, travel: float, start_asymptote: float, end_asymptote: float, beta: float) -> float:
+    """Force after a travel `u - u_0` without reversal, from `start_force`, along the active asymptote. Exact.
+
+        R(u) = h(u) - s a/beta + (R_0 - h(u_0) + s a/beta) exp(-beta |u - u_0|),   s a |u - u_0| = h(u) - h(u_0)
+
+    A curved or moving asymptote is replaced by its chord over the travel. Written so that no travel gives R_0 to the digit.
+    """
+    x = beta * abs(travel)
+    if x < 1e-12:
+        return start_force + (end_asymptote - start_force) * x
+    decayed = math.exp(-x)
+    mean_decay = -math.expm1(-x) / x
+    return start_force * decayed + (end_asymptote - start_asymptote * decayed) - (end_asymptote - start_asymptote) * mean_decay
+
+
+def restoring_force(
+    elongation_m: Any, start_elongation_m: float, start_force_N: float, slope: float, intercept: float, beta: float
+) -> Array:
+    """Force along a monotone branch that starts at (u_0, R_0); the active line is h(u) = slope u + intercept.
+
+    Parameters
+    ----------
+    elongation_m : u, any shape, all on one side of `start_elongation_m`.
+    slope, intercept : N/m and N, of the lower line while uncoiling, of the upper one while coiling.
+    beta : 1/m, above zero.
+
+    Returns
+    -------
+    R in N, of the shape of `elongation_m`. Source: the exact solution of eq. (1) for straight asymptotes.
+    """
+    u = np.asarray(elongation_m, dtype=float)
+    s = np.sign(u - start_elongation_m)
+    shift = s * slope / beta
+    line, start_line = slope * u + intercept, slope * start_elongation_m + intercept
+    return line - shift + (start_force_N - start_line + shift) * np.exp(-beta * np.abs(u - start_elongation_m))
+
+
+def force_rate(velocity: Any, force: Any, lower: Any, upper: Any, beta: Any) -> Array:
+    """R' of eq. (1) with plain brackets, N/s; the differential form, for integrators that want it.
+
+    R' = beta u' (h - R sgn u'),   h = ((h_u + h_l) sgn u' - (h_u - h_l)) / 2
+    """
+    s = np.sign(velocity)
+    h = ((upper + lower) * s - (upper - lower)) / 2
+    return beta * velocity * (h - force * s)
+
+
+def steady_loop_area(height_N: float, stroke_m: float, beta_per_m: float) -> float:
+    """Area of the steady loop between flat asymptotes `height_N` apart, J: D S (1 - (2 / (S beta)) tanh(S beta / 2))."""
+    x = stroke_m * beta_per_m / 2
+    return height_N * stroke_m * (1 - math.tanh(x) / x)
+
+
+def loop_force(
+    lines: Array,
+    time_s: Array,
+    elongation_m: Array,
+    speed_m_per_s: Array,
+    acceleration_m_per_s2: Array,
+    start_force_N: float,
+    effects: tuple[Effect, ...] = (),
+) -> Array:
+    """Force of an actuator along a given elongation: the law, sample to sample exact, and every effect on the leg.
+
+        F = R + sum F_effect - (sum m_effect) u''
+
+    Parameters
+    ----------
+    lines : (5,) a_l, b_l, a_u, b_u, beta.
+    time_s, elongation_m, speed_m_per_s, acceleration_m_per_s2 : (n,) each.
+    start_force_N : the hysteretic force R at the first sample.
+
+    Returns
+    -------
+    (n,) force in N, before any effect of the load cell (`Effect.observe_force`).
+    """
+    values = np.concatenate([np.asarray(lines, dtype=float), flat_parameters(effects)])
+    called = program(effects, LINE_VALUES)
+    return loop_kernel(values, called, time_s, elongation_m, speed_m_per_s, acceleration_m_per_s2, float(start_force_N))
+
+
+@njit(cache=True)
+def loop_kernel(values: Array, called: Program, time: Array, u: Array, v: Array, acceleration: Array, start_force: float) -> Array:
+    """`loop_force` on bare arrays: `values` holds the five line values and then the parameters of the effects."""
+    n = len(u)
+    force = np.empty(n)
+    before, after = np.empty(2), np.empty(2)
+    R, turned_at, direction = start_force, u[0], 0.0
+    asymptotes(values, 0, called, u[0], v[0], time[0], before)
+    for i in range(n):
+        if i > 0:
+            step = u[i] - u[i - 1]
+            if step * direction < 0.0:
+                turned_at = u[i - 1]
+            if step != 0.0:
+                direction = step
+            asymptotes(values, 0, called, u[i], v[i], time[i], after)
+            side = 0 if step > 0.0 else 1
+            R = advance(R, step, before[side], after[side], values[BETA])
+            before[0], before[1] = after[0], after[1]
+        force[i] = R + direct_force(values, called, u[i], v[i], time[i], R, u[i] - turned_at)
+        force[i] -= axial_mass(values, called, u[i]) * acceleration[i]
+    return force
+
+
+@njit(cache=True, inline="always")
+def asymptotes(values: Array, line: int, called: Program, u: float, v: float, t: float, h: Array) -> None:
+    """Both asymptotes at an elongation, into h; the five line values start at `line`."""
+    h[0] = values[line + A_L] * u + values[line + B_L]
+    h[1] = values[line + A_U] * u + values[line + B_U]
+    for row in range(called.leg_asymptotes.shape[0]):
+        p = pointer(values, called.leg_asymptotes[row, 1])
+        call_leg_asymptotes(called.leg_asymptotes[row, 0], (u, v, t, p, pointer(h, 0)))
+
+
+@njit(cache=True, inline="always")
+def direct_force(values: Array, called: Program, u: float, v: float, t: float, R: float, travel: float) -> float:
+    """Sum of the forces that effects add to a leg, N."""
+    total = 0.0
+    for row in range(called.leg_force.shape[0]):
+        total += call_leg_force(called.leg_force[row, 0], (u, v, t, R, travel, pointer(values, called.leg_force[row, 1])))
+    return total
+
+
+@njit(cache=True, inline="always")
+def axial_mass(values: Array, called: Program, u: float) -> float:
+    """Sum of the inertia that effects add along a leg, kg."""
+    total = 0.0
+    for row in range(called.leg_mass.shape[0]):
+        total += call_leg_mass(called.leg_mass[row, 0], (u, pointer(values, called.leg_mass[row, 1])))
+    return total
