@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from functools import cache
+from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -17,9 +18,12 @@ from numba.core import cgutils
 from numba.extending import intrinsic
 from numpy.typing import NDArray
 
+from measure.kernel_cache import discard_stale
 from measure.tables import Array
 
 from .effect import Effect
+
+discard_stale(Path(__file__).parent)
 
 _NUMBER = types.float64
 _NUMBERS = types.CPointer(types.float64)

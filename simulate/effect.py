@@ -60,7 +60,7 @@ class Effect(Formulas):
         leg_mass(u, p) -> kg                         axial inertia: the leg's force falls by leg_mass * u''
         leg_asymptotes(u, v, t, p, h)                changes h[0] = h_l and h[1] = h_u in place
         platform_wrench(t, pose, twist, p, wrench)   adds force (3) and moment (3) at the centre of mass to wrench
-        platform_mass(pose, p, mass)                 adds to the 6 x 6 mass matrix, row by row
+        platform_mass(pose, p, mass)                 adds to the 6 x 6 mass matrix, row by row, symmetric
 
     pose is position of the centre of mass (3) and unit quaternion (4, scalar first), twist is velocity (3) and angular
     velocity (3), everything in world axes.

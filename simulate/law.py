@@ -27,7 +27,7 @@ from .effect import Effect
 A_L, B_L, A_U, B_U, BETA, LINE_VALUES = 0, 1, 2, 3, 4, 5
 
 
-@njit(cache=True, inline="always")
+@njit(cache=True, forceinline=True)
 def advance(start_force: float, travel: float, start_asymptote: float, end_asymptote: float, beta: float) -> float:
     """Force after a travel `u - u_0` without reversal, from `start_force`, along the active asymptote. Exact.
 
@@ -39,7 +39,7 @@ def advance(start_force: float, travel: float, start_asymptote: float, end_asymp
     if x < 1e-12:
         return start_force + (end_asymptote - start_force) * x
     decayed = math.exp(-x)
-    mean_decay = -math.expm1(-x) / x
+    mean_decay = (1.0 - decayed) / x if x > 1e-4 else 1.0 - 0.5 * x + x * x / 6.0
     return start_force * decayed + (end_asymptote - start_asymptote * decayed) - (end_asymptote - start_asymptote) * mean_decay
 
 
@@ -116,7 +116,7 @@ def loop_kernel(values: Array, called: Program, time: Array, u: Array, v: Array,
     force = np.empty(n)
     before, after = np.empty(2), np.empty(2)
     R, turned_at, direction = start_force, u[0], 0.0
-    asymptotes(values, 0, called, u[0], v[0], time[0], before)
+    asymptotes(values, 0, called, u[0], v[0], time[0], before, 0)
     for i in range(n):
         if i > 0:
             step = u[i] - u[i - 1]
@@ -124,7 +124,7 @@ def loop_kernel(values: Array, called: Program, time: Array, u: Array, v: Array,
                 turned_at = u[i - 1]
             if step != 0.0:
                 direction = step
-            asymptotes(values, 0, called, u[i], v[i], time[i], after)
+            asymptotes(values, 0, called, u[i], v[i], time[i], after, 0)
             side = 0 if step > 0.0 else 1
             R = advance(R, step, before[side], after[side], values[BETA])
             before[0], before[1] = after[0], after[1]
@@ -133,17 +133,17 @@ def loop_kernel(values: Array, called: Program, time: Array, u: Array, v: Array,
     return force
 
 
-@njit(cache=True, inline="always")
-def asymptotes(values: Array, line: int, called: Program, u: float, v: float, t: float, h: Array) -> None:
-    """Both asymptotes at an elongation, into h; the five line values start at `line`."""
-    h[0] = values[line + A_L] * u + values[line + B_L]
-    h[1] = values[line + A_U] * u + values[line + B_U]
+@njit(cache=True, forceinline=True)
+def asymptotes(values: Array, line: int, called: Program, u: float, v: float, t: float, h: Array, at: int) -> None:
+    """Lower and upper asymptote at an elongation, into h[at] and h[at + 1]; the five line values start at `line`."""
+    h[at] = values[line + A_L] * u + values[line + B_L]
+    h[at + 1] = values[line + A_U] * u + values[line + B_U]
     for row in range(called.leg_asymptotes.shape[0]):
         p = pointer(values, called.leg_asymptotes[row, 1])
-        call_leg_asymptotes(called.leg_asymptotes[row, 0], (u, v, t, p, pointer(h, 0)))
+        call_leg_asymptotes(called.leg_asymptotes[row, 0], (u, v, t, p, pointer(h, at)))
 
 
-@njit(cache=True, inline="always")
+@njit(cache=True, forceinline=True)
 def direct_force(values: Array, called: Program, u: float, v: float, t: float, R: float, travel: float) -> float:
     """Sum of the forces that effects add to a leg, N."""
     total = 0.0
@@ -152,7 +152,7 @@ def direct_force(values: Array, called: Program, u: float, v: float, t: float, R
     return total
 
 
-@njit(cache=True, inline="always")
+@njit(cache=True, forceinline=True)
 def axial_mass(values: Array, called: Program, u: float) -> float:
     """Sum of the inertia that effects add along a leg, kg."""
     total = 0.0

@@ -1,0 +1,167 @@
+"""One deployment, or many: from a model to what the platform does."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from measure.errors import InputError
+from measure.tables import CHANNELS, Array, Trajectory
+
+from . import six_legs
+from .compiled import program
+from .model import LEGS, Model
+from .packing import PARAMETERS, row_of
+
+LONGEST_STEP_S = 5.0e-4
+_STEPS_A_RADIAN = 5.0
+_MOST_STEPS = 50_000_000
+
+
+@dataclass(frozen=True)
+class Deployment:
+    """What a deployment did, sample by sample.
+
+    time_s : (n,). samples : (n, SAMPLE) as laid out in `six_legs`, NaN from the sample on at which the run diverged.
+    diverged_at_s : when the state went non-finite, or None.
+    """
+
+    model: Model
+    time_s: Array
+    samples: Array
+    step_s: float
+    diverged_at_s: float | None
+
+    @cached_property
+    def channels(self) -> dict[str, Array]:
+        """The six deviations against time, by channel name, each (n,)."""
+        return channels_of(self.samples)
+
+    @property
+    def trajectory(self) -> Trajectory:
+        """The same as the table everybody exchanges."""
+        return Trajectory(self.time_s, self.channels, name=self.model.name)
+
+    @property
+    def elongation_m(self) -> Array:
+        """(n, 6) elongation of the legs."""
+        return self.samples[:, six_legs.ELONGATION : six_legs.ELONGATION + LEGS]
+
+    @property
+    def leg_force_N(self) -> Array:
+        """(n, 6) force with which the legs push the platform: law, stops and effects, before their inertia."""
+        return self.samples[:, six_legs.FORCE : six_legs.FORCE + LEGS]
+
+    @property
+    def energy_J(self) -> dict[str, Array]:
+        """The ledger: kinetic energy, and the work done so far by legs, stops, weight and effects, each (n,)."""
+        names = ("kinetic", "by_legs", "by_stops", "by_weight", "by_effects")
+        return {name: self.samples[:, six_legs.ENERGY + i] for i, name in enumerate(names)}
+
+    @property
+    def energy_closure(self) -> float:
+        """Largest gap between kinetic energy gained and work done, as a share of the largest kinetic energy."""
+        ledger = self.energy_J
+        work = ledger["by_legs"] + ledger["by_stops"] + ledger["by_weight"] + ledger["by_effects"]
+        gained = ledger["kinetic"] - ledger["kinetic"][0]
+        return float(np.nanmax(np.abs(gained - work)) / np.nanmax(ledger["kinetic"]))
+
+
+def channels_of(samples: Array) -> dict[str, Array]:
+    """The six channels from samples (..., n, SAMPLE): position and the swing-twist split of the rotation.
+
+    theta_z = 2 atan2(q_z, q_w), unwrapped, is the rotation about the vertical; theta_x, theta_y are the components of the
+    swing's rotation vector, so that turning the world or relabelling the legs changes nothing but their axes.
+    """
+    place = samples[..., six_legs.POSE : six_legs.POSE + 3]
+    w, x, y, z = np.moveaxis(samples[..., six_legs.POSE + 3 : six_legs.POSE + 7], -1, 0)
+    half = np.arctan2(z, w)
+    theta_z = np.unwrap(2 * half, axis=-1)
+    c, s = np.cos(half), np.sin(half)
+    # swing = q conj(twist), its scalar part is never negative by the choice of the twist
+    swing_w, swing_x, swing_y = w * c + z * s, x * c - y * s, y * c + x * s
+    sine = np.hypot(swing_x, swing_y)
+    factor = np.where(sine > 1e-9, 2 * np.arctan2(sine, swing_w) / np.where(sine > 1e-9, sine, 1.0), 2.0)
+    return dict(zip(CHANNELS, (place[..., 0], place[..., 1], place[..., 2], factor * swing_x, factor * swing_y, theta_z), strict=True))
+
+
+def step_of(model: Model) -> float:
+    """The step for a model: a fraction of its stiffest time constant, at most half a millisecond.
+
+    The sampling rate is not the step: a step of 1 ms loses most runs of the paper's design at the stops. Stiff are the
+    stops, as a spring, w = sqrt(6 k / m), and as a damper, 6 c / m, on the platform's mass and on its smallest inertia seen
+    at the joints; the hysteresis is exact in the elongation and asks for nothing.
+    """
+    if model.simulation.step_s is not None:
+        return model.simulation.step_s
+    at = model.adjusted()
+    mass = at.gravity.mass_factor * _lightest_mass(at)
+    fastest = max(math.sqrt(LEGS * at.end_stop.stiffness_N_per_m / mass), LEGS * at.end_stop.damping_N_s_per_m / mass, 1e-9)
+    return min(LONGEST_STEP_S, 1.0 / (_STEPS_A_RADIAN * fastest))
+
+
+def _lightest_mass(model: Model) -> float:
+    """The platform's mass, or its inertia over the squared arm of a joint where that is less, kg."""
+    geometry = model.geometry
+    arm = 0.0 if geometry is None else float(np.max(np.linalg.norm(np.asarray(geometry.platform_joints_m), axis=1)))
+    inertia = min(model.platform.inertia_kg_m2)
+    return min(model.platform.mass_kg, inertia / arm**2 if arm > 0 else math.inf)
+
+
+def grid(model: Model) -> tuple[float, int, int]:
+    """Step in s, steps between two samples, number of samples.
+
+    Raises
+    ------
+    InputError
+        The run would take more steps than anybody waits for.
+    """
+    simulation = model.simulation
+    between = 1.0 / simulation.sample_rate_Hz
+    stride = max(1, math.ceil(between / step_of(model) - 1e-9))
+    count = math.floor(simulation.duration_s * simulation.sample_rate_Hz + 1e-9) + 1
+    if stride * count > _MOST_STEPS:
+        raise InputError(
+            f'model "{model.name}": {stride * count:.3g} steps of {between / stride:.3g} s; at most {_MOST_STEPS:.0e} are run. '
+            "Shorten duration_s, or soften the stops, or give a longer step_s."
+        )
+    return between / stride, stride, count
+
+
+def deploy(model: Model) -> Deployment:
+    """Simulate one deployment.
+
+    Raises
+    ------
+    InputError
+        The model has no geometry, or would take too many steps.
+    """
+    step, stride, count = grid(model)
+    samples = np.empty((count, six_legs.SAMPLE))
+    good = six_legs.deploy_kernel(row_of(model), program(model.effects, PARAMETERS), step, stride, samples)
+    time_s = np.arange(count) / model.simulation.sample_rate_Hz
+    return Deployment(model, time_s, samples, step, None if good == count else float(time_s[good]))
+
+
+def deploy_many(models: Sequence[Model]) -> list[Deployment]:
+    """Simulate deployments that share effects, duration and sampling, on all cores.
+
+    The answer of each is the same to the last digit whatever the number of cores, and as from `deploy` with the same step.
+    """
+    first = models[0]
+    kinds = [type(effect) for effect in first.effects]
+    if any([type(effect) for effect in model.effects] != kinds or model.simulation != first.simulation for model in models):
+        raise ValueError("deploy_many: models must share the kinds of their effects, and duration, rate and step.")
+    step, stride, count = min((grid(model) for model in models), key=lambda g: g[0])
+    samples = np.empty((len(models), count, six_legs.SAMPLE))
+    good = np.empty(len(models), dtype=np.int64)
+    rows = np.array([row_of(model) for model in models])
+    six_legs.deploy_many_kernel(rows, program(first.effects, PARAMETERS), step, stride, samples, good)
+    time_s = np.arange(count) / first.simulation.sample_rate_Hz
+    return [
+        Deployment(model, time_s, samples[i], step, None if good[i] == count else float(time_s[good[i]])) for i, model in enumerate(models)
+    ]

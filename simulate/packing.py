@@ -1,0 +1,110 @@
+"""A model laid flat for the compiled six-leg kernel: one row of numbers a run."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from measure.errors import InputError
+from measure.tables import Array
+
+from .compiled import flat_parameters
+from .model import LEGS, Geometry, Model, per_leg
+
+# Offsets into the row. The kernel reads them as constants.
+MASS, INERTIA, WEIGHT, CENTRE = 0, 3, 6, 9
+POSITION, QUATERNION, VELOCITY, ANGULAR = 12, 15, 19, 22
+STOP = 25  # stiffness, damping, smoothing
+LEG, LEG_SIZE = 28, 14
+JOINT, STOWED, FULL, LINE, START_FORCE = 3, 6, 7, 8, 13  # within a leg, behind its base joint
+PARAMETERS = LEG + LEGS * LEG_SIZE
+
+
+def row_of(model: Model) -> Array:
+    """The row of a model: (PARAMETERS + number of effect parameters,).
+
+    Effects that change the base model are worked in; of the others the parameters follow behind.
+
+    Raises
+    ------
+    InputError
+        The model has no geometry, or asymptotes that follow a cycling frequency, which a deployment does not have.
+    """
+    at = model.adjusted()
+    geometry = geometry_of(at)
+    _require_no_frequency(at)
+    row = np.zeros(PARAMETERS)
+    centre = np.asarray(at.platform.centre_of_mass_m)
+    row[MASS : MASS + 3] = at.platform.mass_kg * at.gravity.mass_factor
+    row[INERTIA : INERTIA + 3] = np.asarray(at.platform.inertia_kg_m2) * at.gravity.mass_factor
+    row[WEIGHT + 2] = -at.platform.mass_kg * at.gravity.acceleration_m_per_s2
+    row[CENTRE : CENTRE + 3] = centre
+    _put_release(row, at, geometry, centre)
+    row[STOP : STOP + 3] = at.end_stop.stiffness_N_per_m, at.end_stop.damping_N_s_per_m, at.end_stop.smoothing_m
+    row[LEG:PARAMETERS] = _legs(at, geometry, centre).ravel()
+    return np.concatenate([row, flat_parameters(model.effects)])
+
+
+def geometry_of(model: Model) -> Geometry:
+    """The geometry, or the sentence that there is none."""
+    if model.geometry is None:
+        raise InputError(f'model "{model.name}": no [geometry] table, which a deployment needs. Add base and platform joints.')
+    return model.geometry
+
+
+def _require_no_frequency(model: Model) -> None:
+    if model.actuator.rate is not None:
+        raise InputError(
+            f'model "{model.name}": [actuator.rate] is not simulated yet; remove the table to simulate with the constant asymptotes.'
+        )
+
+
+def _put_release(row: Array, model: Model, geometry: Geometry, centre: Array) -> None:
+    release = model.release
+    quaternion = quaternion_of(np.asarray(release.theta_rad))
+    arm = rotation_of(quaternion) @ centre
+    angular = np.asarray(release.angular_velocity_rad_per_s)
+    row[POSITION : POSITION + 3] = np.array([0.0, 0.0, geometry.stowed_height_m]) + release.position_m + arm
+    row[QUATERNION : QUATERNION + 4] = quaternion
+    row[VELOCITY : VELOCITY + 3] = np.asarray(release.velocity_m_per_s) + np.cross(angular, arm)
+    row[ANGULAR : ANGULAR + 3] = angular
+
+
+def _legs(model: Model, geometry: Geometry, centre: Array) -> Array:
+    base = np.asarray(geometry.base_joints_m)
+    joints = np.asarray(geometry.platform_joints_m)
+    stowed = leg_lengths(base, joints, geometry.stowed_height_m)
+    full = leg_lengths(base, joints, geometry.deployed_height_m) - stowed
+    if np.any(stowed <= 0) or np.any(full <= 0):
+        leg = int(np.argmin(np.minimum(stowed, full))) + 1
+        raise InputError(
+            f'model "{model.name}": leg {leg} does not grow between stowed and deployed height. Check the joints and the heights.'
+        )
+    law = model.actuator
+    columns = (law.a_l_N_per_m, law.b_l_N, law.a_u_N_per_m, law.b_u_N, law.beta_per_m, law.initial_force_N)
+    return np.column_stack([base, joints - centre, stowed, full, *(per_leg(c) for c in columns)])
+
+
+def leg_lengths(base: Array, joints: Array, height_m: float) -> Array:
+    """Lengths (6,) of the legs with the platform centred and upright at a height."""
+    return np.linalg.norm(joints + np.array([0.0, 0.0, height_m]) - base, axis=1)
+
+
+def quaternion_of(rotation_vector: Array) -> Array:
+    """Unit quaternion (4,), scalar first, of a rotation vector (3,) in rad."""
+    angle = float(np.linalg.norm(rotation_vector))
+    half_sinc = 0.5 if angle < 1e-12 else math.sin(angle / 2) / angle
+    return np.array([math.cos(angle / 2), *(half_sinc * np.asarray(rotation_vector))])
+
+
+def rotation_of(quaternion: Array) -> Array:
+    """Rotation matrix (3, 3), platform axes to world axes, of a unit quaternion (4,), scalar first."""
+    w, x, y, z = quaternion
+    return np.array(
+        [
+            [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
+            [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
+            [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
+        ]
+    )
