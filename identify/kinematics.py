@@ -1,0 +1,176 @@
+"""How an actuator was moved: elongation, speed and acceleration out of noisy samples, reversals and full cycles.
+
+Every sample gets a cubic in time, fitted to its neighbours; the cubic's value and derivatives there are the elongation,
+the speed and the acceleration. How many neighbours is decided sample by sample: as many as agree, within their noise,
+with what fewer neighbours said. So a sinusoid is smoothed over a good part of its quarter period, a ramp over most of
+its length, and neither is rounded off at a sharp reversal. The times are taken as they are, jitter and gaps included.
+
+Source of the choice of neighbours: intersection of confidence intervals (Goldenshluger and Nemirovski 1997).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
+from numpy.typing import NDArray
+
+from measure.tables import Array
+
+_HALVES = (3, 5, 8, 13, 21, 34, 55, 89)  # neighbours on each side that are tried
+_AGREEMENT = 2.0  # standard deviations
+_ENTRIES_AT_ONCE = 40_000  # what fits a processor's cache
+_PER_SIGMA = 1.4826  # median absolute deviation to one standard deviation of a normal distribution
+
+
+@dataclass(frozen=True)
+class Motion:
+    """Smoothed motion, each (n,), and one standard deviation of the raw elongation's noise."""
+
+    elongation_m: Array
+    speed_m_per_s: Array
+    acceleration_m_per_s2: Array
+    noise_m: float
+
+
+@dataclass(frozen=True)
+class Cycles:
+    """The strokes of a record: where the motion turns, and the full cycles between.
+
+    reversals : indices of the extreme samples. spans : (first, last + 1) of each full cycle, from a reversal to the
+    next but one. frequency_Hz, amplitude_m : medians over the full cycles, NaN where there is none.
+    """
+
+    reversals: tuple[int, ...]
+    spans: tuple[tuple[int, int], ...]
+    frequency_Hz: float
+    amplitude_m: float
+
+
+def motion(time_s: Array, elongation_m: Array) -> Motion:
+    """Elongation, speed and acceleration from samples of the elongation; see the module for how."""
+    noise = noise_of(time_s, elongation_m)
+    n = len(time_s)
+    best, low, high = np.empty((3, n)), np.full(n, -np.inf), np.full(n, np.inf)
+    agreeing = np.arange(n)
+    for half in _HALVES:
+        if half > max(_HALVES[0], n // 8) or not len(agreeing):
+            break
+        fitted, gain = local_cubic(time_s, elongation_m, half, agreeing)
+        reach = _AGREEMENT * noise * gain
+        low[agreeing] = np.maximum(low[agreeing], fitted[0] - reach)
+        high[agreeing] = np.minimum(high[agreeing], fitted[0] + reach)
+        agree = low[agreeing] <= high[agreeing]
+        agreeing = agreeing[agree]
+        best[:, agreeing] = fitted[:, agree]
+    return Motion(best[0], best[1], best[2], noise)
+
+
+def local_cubic(time_s: Array, values: Array, half: int, at: NDArray[np.intp]) -> tuple[Array, Array]:
+    """Value, first and second derivative at the samples `at` of a cubic through 2 half + 1 neighbours.
+
+    Returns
+    -------
+    (3, m) value and derivatives; (m,) standard deviation of the value for noise of one. Near the ends the neighbours lie
+    on one side.
+    """
+    n = len(time_s)
+    half = min(half, (n - 1) // 2)
+    first = np.clip(at - half, 0, n - 2 * half - 1)
+    times, near = sliding_window_view(time_s, 2 * half + 1), sliding_window_view(values, 2 * half + 1)
+    rows = max(1, _ENTRIES_AT_ONCE // (2 * half + 1))
+    parts = [_cubics(times[k], near[k], time_s[i]) for k, i in zip(_chunks(first, rows), _chunks(at, rows), strict=True)]
+    return np.concatenate([fitted for fitted, _ in parts], axis=1), np.concatenate([gain for _, gain in parts])
+
+
+def _chunks(indices: NDArray[np.intp], rows: int) -> list[NDArray[np.intp]]:
+    return [indices[k : k + rows] for k in range(0, len(indices), rows)]
+
+
+def _cubics(times: Array, near: Array, centre: Array) -> tuple[Array, Array]:
+    """Least-squares cubics, one a row, by their normal equations; times are scaled to the width of the row."""
+    scale, level = times[:, -1] - times[:, 0], near[:, 0]
+    x = (times - centre[:, None]) / scale[:, None]
+    y = near - level[:, None]
+    x2 = x * x
+    x3 = x2 * x
+    moments = [np.full(len(x), float(x.shape[1])), x.sum(1), x2.sum(1), *(np.einsum("ij,ij->i", *pair) for pair in _products(x, x2, x3))]
+    normal = np.stack([np.stack(moments[k : k + 4], axis=1) for k in range(4)], axis=1)
+    right = np.zeros((len(x), 4, 2))
+    right[:, :, 0] = np.stack([y.sum(1), *(np.einsum("ij,ij->i", power, y) for power in (x, x2, x3))], axis=1)
+    right[:, 0, 1] = 1.0
+    solved = np.linalg.solve(normal, right)
+    value, slope, bend = solved[:, 0, 0], solved[:, 1, 0], solved[:, 2, 0]
+    return np.stack([value + level, slope / scale, 2.0 * bend / scale**2]), np.sqrt(solved[:, 0, 1])
+
+
+def _products(x: Array, x2: Array, x3: Array) -> tuple[tuple[Array, Array], ...]:
+    """Pairs whose sums of products are the third to sixth moment."""
+    return (x, x2), (x2, x2), (x2, x3), (x3, x3)
+
+
+def noise_of(time_s: Array, values: Array) -> float:
+    """One standard deviation of the noise of a smooth signal, from what a cubic through seven neighbours leaves.
+
+    Robust (median), so that jumps and reversals do not count. Never below what the signal's quantum makes,
+    q / sqrt(12). Noise that is slower than a few samples is not seen.
+    """
+    fitted, gain = local_cubic(time_s, values, _HALVES[0], np.arange(len(time_s)))
+    left = (values - fitted[0]) / np.sqrt(np.maximum(1.0 - gain**2, 1e-3))
+    return max(float(_PER_SIGMA * np.median(np.abs(left))), quantum_of(values) / np.sqrt(12.0))
+
+
+def quantum_of(values: Array) -> float:
+    """The smallest step of a signal that often repeats its last value, else zero.
+
+    A signal that always moves on by more than its quantum shows the quantum as noise; only one that stands still between
+    steps hides it.
+    """
+    steps = np.abs(np.diff(values))
+    moved = steps[steps > 0.0]
+    return float(moved.min()) if len(moved) and len(moved) < 0.9 * len(steps) else 0.0
+
+
+def dead_band(motion_found: Motion, quantum_m: float) -> float:
+    """How far the elongation must come back before it counts as a reversal: noise, quantum and a thousandth of the range."""
+    return max(5.0 * motion_found.noise_m, 2.0 * quantum_m, 1e-3 * float(np.ptp(motion_found.elongation_m)))
+
+
+def reversals(elongation_m: Array, band_m: float) -> tuple[int, ...]:
+    """Indices at which the elongation turns and then comes back by more than `band_m`."""
+    turns: list[int] = []
+    high = low = 0
+    direction = 0
+    for i, u in enumerate(elongation_m):
+        high = i if u > elongation_m[high] else high
+        low = i if u < elongation_m[low] else low
+        if direction >= 0 and elongation_m[high] - u > band_m:
+            turns += [high] if direction else []
+            direction, low = -1, i
+        elif direction <= 0 and u - elongation_m[low] > band_m:
+            turns += [low] if direction else []
+            direction, high = 1, i
+    return tuple(turns)
+
+
+def cycles(time_s: Array, elongation_m: Array, band_m: float) -> Cycles:
+    """Reversals, full cycles, frequency and amplitude; all from the signal."""
+    turns = reversals(elongation_m, band_m)
+    spans = tuple((turns[k], turns[k + 2] + 1) for k in range(0, len(turns) - 2, 2))
+    if not spans:
+        return Cycles(turns, (), float("nan"), float("nan"))
+    periods = [time_s[turns[k + 2]] - time_s[turns[k]] for k in range(len(turns) - 2)]
+    strokes = [abs(elongation_m[b] - elongation_m[a]) for a, b in pairwise(turns)]
+    both = [(up + down) / 2.0 for up, down in pairwise(strokes)]
+    return Cycles(turns, spans, float(1.0 / np.median(periods)), float(np.median(both) / 2.0))
+
+
+def moving(elongation_m: Array, band_m: float) -> slice:
+    """The samples between the first and the last motion: idle seconds before and after are left out."""
+    start = np.flatnonzero(np.abs(elongation_m - elongation_m[0]) > band_m)
+    end = np.flatnonzero(np.abs(elongation_m - elongation_m[-1]) > band_m)
+    if not len(start) or not len(end):
+        return slice(0, len(elongation_m))
+    return slice(max(int(start[0]) - 1, 0), min(int(end[-1]) + 2, len(elongation_m)))

@@ -1,0 +1,191 @@
+"""A loop made ready for comparison with the force law, and what the law says for its motion."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from measure.errors import InputError
+from measure.tables import Array, Loop
+from simulate.effect import Effect
+from simulate.law import loop_force
+
+from .kinematics import Cycles, Motion, cycles, dead_band, motion, moving, noise_of, quantum_of
+
+_ENDS = 10  # samples
+
+
+@dataclass(frozen=True)
+class Path:
+    """The motion along which the law is marched: the samples and, between them, the exact turning points, each (m,)."""
+
+    time_s: Array
+    elongation_m: Array
+    speed_m_per_s: Array
+    acceleration_m_per_s2: Array
+
+
+@dataclass(frozen=True)
+class LoopData:
+    """One loop, its motion smoothed, its noise estimated, its cycles found.
+
+    time_s, elongation_m, speed_m_per_s, acceleration_m_per_s2, force_N : (n,) at the samples; the force as measured.
+    used : (n,) samples that count; idle seconds before and after the motion do not, nor do a few samples at the ends of
+    the record, where the acceleration is poorly known.
+    force_sigma_N, elongation_sigma_m : one standard deviation of the sample noise, from the high frequencies.
+    path, at : where the law is marched, and the index of each sample in it.
+    """
+
+    name: str
+    time_s: Array
+    elongation_m: Array
+    speed_m_per_s: Array
+    acceleration_m_per_s2: Array
+    force_N: Array
+    used: NDArray[np.bool_]
+    force_sigma_N: float
+    elongation_sigma_m: float
+    cycles: Cycles
+    path: Path
+    at: NDArray[np.intp]
+
+    @property
+    def frequency_Hz(self) -> float:
+        """Cycling frequency, NaN without a full cycle."""
+        return self.cycles.frequency_Hz
+
+    @property
+    def amplitude_m(self) -> float:
+        """Half the stroke, NaN without a full cycle."""
+        return self.cycles.amplitude_m
+
+    @property
+    def mid_stroke_speed_m_per_s(self) -> float:
+        """Speed in the middle of the stroke, where a sinusoidal test reads its asymptotes: 2 pi f A."""
+        return 2.0 * np.pi * self.frequency_Hz * self.amplitude_m
+
+    @property
+    def force_range_N(self) -> float:
+        """Largest minus smallest force of the samples that count; errors are given in parts of it."""
+        return float(np.ptp(self.force_N[self.used]))
+
+
+def prepare(loop: Loop) -> LoopData:
+    """Smooth a loop's motion, find its noise, its reversals and what of it counts.
+
+    Raises
+    ------
+    InputError
+        The elongation or the force does not change, or there are too few samples.
+    """
+    _require_motion(loop)
+    smooth = motion(loop.time_s, loop.elongation_m)
+    band = dead_band(smooth, quantum_of(loop.elongation_m))
+    used = np.zeros(len(loop.time_s), dtype=bool)
+    used[moving(smooth.elongation_m, band)] = True
+    margin = min(_ENDS, len(used) // 50)
+    used[:margin] = used[len(used) - margin :] = False
+    found = cycles(loop.time_s, smooth.elongation_m, band)
+    path, at = _path(loop.time_s, smooth, found.reversals)
+    return LoopData(
+        name=loop.name,
+        time_s=loop.time_s,
+        elongation_m=smooth.elongation_m,
+        speed_m_per_s=smooth.speed_m_per_s,
+        acceleration_m_per_s2=smooth.acceleration_m_per_s2,
+        force_N=loop.force_N,
+        used=used,
+        force_sigma_N=noise_of(loop.time_s, loop.force_N),
+        elongation_sigma_m=smooth.noise_m,
+        cycles=found,
+        path=path,
+        at=at,
+    )
+
+
+def _require_motion(loop: Loop) -> None:
+    if len(loop.time_s) < 20:
+        raise InputError(f"{loop.name}: {len(loop.time_s)} samples; a loop needs at least 20.")
+    for column in ("elongation_m", "force_N"):
+        if np.ptp(getattr(loop, column)) == 0.0:
+            raise InputError(f"{loop.name}: {column} is {getattr(loop, column)[0]:g} in every row. Check which column was taken for it.")
+
+
+def _path(time_s: Array, smooth: Motion, turns: tuple[int, ...]) -> tuple[Path, NDArray[np.intp]]:
+    """The samples with the vertex of the local parabola put in at each reversal, between two samples."""
+    columns = np.stack([time_s, smooth.elongation_m, smooth.speed_m_per_s, smooth.acceleration_m_per_s2])
+    vertices = [vertex for k in turns if (vertex := _vertex(columns, k)) is not None]
+    if vertices:
+        columns = np.concatenate([columns, np.array(vertices).T], axis=1)
+        columns = columns[:, np.argsort(columns[0], kind="stable")]
+    at = np.searchsorted(columns[0], time_s)
+    return Path(*(np.ascontiguousarray(row) for row in columns)), at
+
+
+def _vertex(columns: Array, k: int) -> tuple[float, float, float, float] | None:
+    t, u, v, a = (float(x) for x in columns[:, k])
+    if a == 0.0 or not 0 < k < columns.shape[1] - 1:
+        return None
+    late = -v / a
+    neighbour = columns[0, k + 1] if late > 0 else columns[0, k - 1]
+    if not 1e-6 < late / (neighbour - t) < 1.0:
+        return None
+    return t + late, u + v * late / 2.0, 0.0, a
+
+
+def predict(lines: Array, data: LoopData, start_force_N: float, effects: tuple[Effect, ...] = ()) -> Array:
+    """Force that the law and these effects give for the motion of a loop, as a load cell shows it.
+
+    Parameters
+    ----------
+    lines : (5,) a_l, b_l, a_u, b_u, beta.
+    start_force_N : the hysteretic force at the first sample; no loop tells it beforehand, see `free_start`.
+
+    Returns
+    -------
+    (n,) force at the samples, N. Effects that do not act on a leg or a load cell change nothing.
+    """
+    path = data.path
+    force = loop_force(lines, path.time_s, path.elongation_m, path.speed_m_per_s, path.acceleration_m_per_s2, start_force_N, effects)
+    for effect in effects:
+        force = effect.observe_force(path.time_s, path.elongation_m, force)
+    return force[data.at]
+
+
+def free_start(lines: Array, data: LoopData, effects: tuple[Effect, ...] = ()) -> tuple[float, Array]:
+    """The start force that suits the measured loop best, and the force predicted with it.
+
+    The law is linear in its start force, which fades as exp(-beta times the way travelled), so two predictions give the
+    least-squares value. In a steady loop it concerns only the first samples; it is a nuisance, one for each loop.
+    """
+    guess = float(data.force_N[np.argmax(data.used)])
+    force = predict(lines, data, guess, effects)
+    change = predict(lines, data, guess + 1.0, effects) - force
+    seen = change[data.used]
+    shift = float(seen @ (data.force_N - force)[data.used] / max(float(seen @ seen), 1e-12))
+    return guess + shift, force + shift * change
+
+
+def gap(lines: Array, data: LoopData, effects: tuple[Effect, ...] = ()) -> Array:
+    """Measured minus modelled force of the samples that count, N, with the loop's own start force taken out."""
+    return (data.force_N - free_start(lines, data, effects)[1])[data.used]
+
+
+def effective_number(residual: Array) -> float:
+    """How many independent samples a residual is worth: n / (1 + 2 sum of its autocorrelations).
+
+    The sum runs while the sum of two neighbouring autocorrelations is positive (Geyer 1992, initial positive sequence), so
+    that noise far out does not count. White noise is worth all its samples, a slow drift a handful.
+    """
+    n = len(residual)
+    centred = residual - residual.mean()
+    power = float(centred @ centred)
+    if n < 4 or power == 0.0:
+        return float(n)
+    spectrum = np.fft.rfft(centred, 2 * n)
+    correlation = np.fft.irfft(np.abs(spectrum) ** 2)[:n] / power
+    pairs = correlation[: n - n % 2].reshape(-1, 2).sum(axis=1)
+    end = int(np.argmax(pairs <= 0.0)) if np.any(pairs <= 0.0) else len(pairs)
+    return float(np.clip(n / (2.0 * pairs[:end].sum() - 1.0), 1.0, n))
