@@ -10,6 +10,7 @@ import math
 
 import numpy as np
 from numba import njit, prange
+from numpy.typing import NDArray
 
 from measure.tables import Array
 
@@ -60,7 +61,7 @@ def deploy_kernel(values: Array, called: Program, step: float, stride: int, samp
 
 
 @njit(cache=True, parallel=True, error_model="numpy")
-def deploy_many_kernel(values: Array, called: Program, step: float, stride: int, samples: Array, good: Array) -> None:
+def deploy_many_kernel(values: Array, called: Program, step: float, stride: int, samples: Array, good: NDArray[np.int64]) -> None:
     """`deploy_kernel` for every row of `values`, on all cores; samples is (runs, n, SAMPLE), good (runs,)."""
     for run in prange(values.shape[0]):
         good[run] = deploy_kernel(values[run], called, step, stride, samples[run])
