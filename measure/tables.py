@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from .errors import InputError, nearest
 from .output import replacing
 
-Array = NDArray[np.float64]
+Array = NDArray[np.floating]
 
 CHANNELS = ("x_m", "y_m", "z_m", "theta_x_rad", "theta_y_rad", "theta_z_rad")
 LOOP_COLUMNS = ("time_s", "elongation_m", "force_N")
