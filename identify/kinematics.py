@@ -4,6 +4,7 @@ Every sample gets a cubic in time, fitted to its neighbours; the cubic's value a
 the speed and the acceleration. How many neighbours is decided sample by sample: as many as agree, within their noise,
 with what fewer neighbours said. So a sinusoid is smoothed over a good part of its quarter period, a ramp over most of
 its length, and neither is rounded off at a sharp reversal. The times are taken as they are, jitter and gaps included.
+A record that a few harmonics explain down to the noise is taken from them instead (`identify.harmonic`).
 
 Source of the choice of neighbours: intersection of confidence intervals (Goldenshluger and Nemirovski 1997).
 """
@@ -18,6 +19,8 @@ from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import NDArray
 
 from measure.tables import Array
+
+from .harmonic import harmonic_motion
 
 _HALVES = (3, 5, 8, 13, 21, 34, 55, 89)  # neighbours on each side that are tried
 _AGREEMENT = 2.0  # standard deviations
@@ -52,6 +55,9 @@ class Cycles:
 def motion(time_s: Array, elongation_m: Array) -> Motion:
     """Elongation, speed and acceleration from samples of the elongation; see the module for how."""
     noise = noise_of(time_s, elongation_m)
+    sine = harmonic_motion(time_s, elongation_m, noise)
+    if sine is not None:
+        return Motion(*sine, noise)
     n = len(time_s)
     best, low, high = np.empty((3, n)), np.full(n, -np.inf), np.full(n, np.inf)
     agreeing = np.arange(n)

@@ -1,0 +1,75 @@
+"""Motion of an actuator that a shaker drives with a sine: a few harmonics say all of it.
+
+Where a short Fourier series explains the elongation down to its noise, speed and acceleration follow from the series over
+the whole record and are hundreds of times better than any difference of neighbouring samples. That is what lets an
+inertia be told from a slope.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from measure.tables import Array
+
+_MOST_HARMONICS = 5
+_WORSE_THAN_NOISE = 1.1
+_LEAST_CYCLES = 1.0
+
+
+def harmonic_motion(time_s: Array, elongation_m: Array, noise_m: float) -> tuple[Array, Array, Array] | None:
+    """Elongation, speed and acceleration, (n,) each, of a record that is a sine with few harmonics; else None.
+
+    u = c_0 + c_1 t + sum_k a_k cos k w t + b_k sin k w t, with w by Gauss-Newton from the spectrum's peak. It is accepted
+    where what it leaves is no more than a tenth above the noise and no harmonic more is worth its two coefficients (BIC).
+    """
+    w = _first_frequency(time_s, elongation_m)
+    if w is None:
+        return None
+    fits = [_fit(time_s, elongation_m, w, harmonics) for harmonics in range(1, _MOST_HARMONICS + 1)]
+    n = len(time_s)
+    best = min(fits, key=lambda f: n * np.log(max(f[2], 1e-30)) + len(f[1]) * np.log(n))
+    w, c, left = best
+    if np.sqrt(left) > _WORSE_THAN_NOISE * noise_m or w * np.ptp(time_s) < 2 * np.pi * _LEAST_CYCLES:
+        return None
+    harmonics = (len(c) - 2) // 2
+    return tuple(_basis(time_s, w, harmonics, order) @ c for order in range(3))  # type: ignore[return-value]
+
+
+def _first_frequency(time_s: Array, values: Array) -> float | None:
+    """Angular frequency of the largest peak, from evenly resampled values; None for a record without one."""
+    n = len(time_s)
+    if n < 16:
+        return None
+    even = np.linspace(time_s[0], time_s[-1], n)
+    wave = np.interp(even, time_s, values)
+    wave = (wave - np.polyval(np.polyfit(even - even[0], wave, 1), even - even[0])) * np.hanning(n)
+    power = np.abs(np.fft.rfft(wave, 8 * n))
+    peak = int(np.argmax(power[1:])) + 1
+    return 2 * np.pi * peak / (8 * n * (even[1] - even[0]))
+
+
+def _fit(time_s: Array, values: Array, w: float, harmonics: int) -> tuple[float, Array, float]:
+    """Frequency, coefficients and mean square left, after Gauss-Newton steps in the frequency."""
+    for _ in range(8):
+        basis = _basis(time_s, w, harmonics, 0)
+        c = np.linalg.lstsq(basis, values, rcond=None)[0]
+        slope = (_basis(time_s, w, harmonics, 1)[:, 2:] @ c[2:]) * (time_s - time_s[0]) / w
+        step = np.linalg.lstsq(np.column_stack([basis, slope]), values - basis @ c, rcond=None)[0][-1]
+        w += float(np.clip(step, -0.1 * w, 0.1 * w))
+        if abs(step) < 1e-10 * w:
+            break
+    basis = _basis(time_s, w, harmonics, 0)
+    c = np.linalg.lstsq(basis, values, rcond=None)[0]
+    return w, c, float(np.mean((values - basis @ c) ** 2))
+
+
+def _basis(time_s: Array, w: float, harmonics: int, order: int) -> Array:
+    """Columns 1, t, cos, sin, cos 2 ... or their first or second derivative in time."""
+    t = time_s - time_s[0]
+    line = ((np.ones_like(t), t), (np.zeros_like(t), np.ones_like(t)), (np.zeros_like(t), np.zeros_like(t)))[order]
+    columns = [*line]
+    for k in range(1, harmonics + 1):
+        kw = k * w
+        wave = ((np.cos(kw * t), np.sin(kw * t)), (-np.sin(kw * t), np.cos(kw * t)), (-np.cos(kw * t), -np.sin(kw * t)))[order]
+        columns += [kw**order * wave[0], kw**order * wave[1]]
+    return np.column_stack(columns)

@@ -1,0 +1,304 @@
+"""All measurements against one model, as one vector: measured minus modelled, in units of the noise.
+
+Unknown are the force law (base), each run's own release (nuisance) and the parameters of the effects that are tried.
+They are fitted together: fitted to a residual, the base would already have swallowed part of an effect.
+
+Everything is a knob, a number in units of its own scale, zero where the model file has it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+
+from measure.tables import Array, Loop, Trajectory
+from simulate.effect import Effect
+from simulate.model import LEGS, Model, per_leg
+
+from .campaign import Run
+from .loops import LoopData, gap, prepare
+from .noise import channel_noise
+from .observe import RunRelease, observe_many
+
+BASE = ("a_l_N_per_m", "b_l_N", "a_u_N_per_m", "b_u_N", "beta_per_m", "initial_force_N")
+_STEP = 1e-3
+_DIVERGED = 1e3
+_WEAK = 4.0
+
+
+@dataclass(frozen=True)
+class Knob:
+    """One unknown: what it is called, its scale in its own unit, its prior spread in scales (inf: none), its bounds in scales."""
+
+    name: str
+    scale: float
+    spread: float
+    low: float
+    high: float
+
+
+@dataclass(frozen=True)
+class Film:
+    """A deployment made ready: the channels that were seen, their noise, and when they count.
+
+    values, sigma : (channels, n). counts : (channels, n), where there is a measurement.
+    """
+
+    run: Run
+    model: Model
+    time_s: Array
+    channels: tuple[str, ...]
+    values: Array
+    sigma: Array
+    counts: Array
+
+
+@dataclass(frozen=True)
+class LoopRun:
+    """A loop made ready."""
+
+    run: Run
+    model: Model
+    data: LoopData
+
+
+@dataclass(frozen=True)
+class Block:
+    """Where one run and channel stands in the vector of gaps; `samples` are its indices in the run's own samples."""
+
+    run: str
+    channel: str
+    rows: slice
+    samples: Array
+
+
+@dataclass(frozen=True)
+class Problem:
+    """Measurements, base model and the effects whose parameters are unknown."""
+
+    model: Model
+    films: tuple[Film, ...]
+    loops: tuple[LoopRun, ...]
+    effects: tuple[Effect, ...] = ()
+    until_s: float = np.inf
+
+    @cached_property
+    def knobs(self) -> tuple[Knob, ...]:
+        """All unknowns: base, then each film's release, then the effects."""
+        nuisance = [knob for film in self.films for knob in _release_knobs(film)]
+        return (*_base_knobs(self.model, bool(self.loops)), *nuisance, *(k for e in self.effects for k in _effect_knobs(e, self.model)))
+
+    @property
+    def first_nuisance(self) -> int:
+        """Index of the first knob of a release."""
+        return len(BASE)
+
+    @property
+    def first_effect(self) -> int:
+        """Index of the first knob of an effect."""
+        return len(BASE) + sum(len(_release_knobs(film)) for film in self.films)
+
+    @cached_property
+    def blocks(self) -> tuple[Block, ...]:
+        """Run by run and channel by channel, the rows of the gap vector; priors stand behind them."""
+        found, start = [], 0
+        for name, channel, samples in self._extents():
+            found.append(Block(name, channel, slice(start, start + len(samples)), samples))
+            start += len(samples)
+        return tuple(found)
+
+    def _extents(self) -> list[tuple[str, str, Array]]:
+        films = [
+            (film.run.name, channel, np.flatnonzero(film.counts[i] & (film.time_s <= self.until_s)))
+            for film in self.films
+            for i, channel in enumerate(film.channels)
+        ]
+        return films + [(loop.run.name, "force_N", np.flatnonzero(loop.data.used)) for loop in self.loops]
+
+    @property
+    def measured(self) -> int:
+        """Number of measured values in the gap vector, priors not counted."""
+        return self.blocks[-1].rows.stop if self.blocks else 0
+
+    def with_effects(self, effects: Sequence[Effect]) -> Problem:
+        """The same measurements with other unknown effects."""
+        return replace(self, effects=tuple(effects))
+
+    def until(self, horizon_s: float) -> Problem:
+        """The same with the films cut at a time; loops are whole."""
+        return replace(self, until_s=horizon_s)
+
+    # From knobs to models -------------------------------------------------------------------------------------------
+
+    def model_at(self, q: Array, base: Model | None = None) -> Model:
+        """The model (of a run, or the campaign's own) with base and effects as the knobs say."""
+        return with_effects(shifted(base or self.model, q[: len(BASE)] * self.scales[: len(BASE)]), self.effects_at(q))
+
+    def effects_at(self, q: Array) -> tuple[Effect, ...]:
+        """The unknown effects with the parameters that the knobs say."""
+        place, made = self.first_effect, []
+        for effect in self.effects:
+            size = len(effect.flat())
+            values = effect.flat() + q[place : place + size] * self.scales[place : place + size]
+            bounds = np.array(list(type(effect).bounds(self.model).values()))
+            made.append(effect.with_flat(np.clip(values, bounds[:, 0], bounds[:, 1])))
+            place += size
+        return tuple(made)
+
+    def release_at(self, q: Array, index: int) -> RunRelease:
+        """The release of the film `index` as the knobs say."""
+        place = self.first_nuisance + sum(len(_release_knobs(film)) for film in self.films[:index])
+        knobs = _release_knobs(self.films[index])
+        values = {k.name.rpartition(":")[2]: q[place + i] * k.scale for i, k in enumerate(knobs)}
+        return RunRelease(
+            tuple(float(values.get(f"position_{axis}", 0.0)) for axis in "xyz"),
+            tuple(float(values.get(f"theta_{axis}", 0.0)) for axis in "xyz"),
+            float(values.get("instant", 0.0)),
+            tuple(float(values.get(f"stored_force_{leg}", 0.0)) for leg in range(LEGS)),
+        )
+
+    @cached_property
+    def scales(self) -> Array:
+        """One of each knob in its own unit."""
+        return np.array([knob.scale for knob in self.knobs])
+
+    # From knobs to gaps ---------------------------------------------------------------------------------------------
+
+    def gaps(self, q: Array) -> Array:
+        """Measured minus modelled, over the noise, film by film and loop by loop; behind them the knobs over their priors."""
+        return self.gaps_many([q])[0]
+
+    def gaps_many(self, points: Sequence[Array]) -> list[Array]:
+        """`gaps` at several points; the simulations run side by side."""
+        films = self._film_gaps(points)
+        return [np.concatenate([*films[i], *self._loop_gaps(q), self._prior(q)]) for i, q in enumerate(points)]
+
+    def _film_gaps(self, points: Sequence[Array]) -> list[list[Array]]:
+        cases = [(self.model_at(q, film.model), film.time_s, self.release_at(q, i)) for q in points for i, film in enumerate(self.films)]
+        cut = [(model, time[time <= self.until_s], release) for model, time, release in cases]
+        seen = observe_many(*zip(*cut, strict=True)) if cut else []
+        count = len(self.films)
+        return [[self._film_gap(film, seen[k * count + i]) for i, film in enumerate(self.films)] for k in range(len(points))]
+
+    def _film_gap(self, film: Film, seen: dict[str, Array]) -> Array:
+        n = len(next(iter(seen.values())))
+        modelled = np.stack([seen[channel] for channel in film.channels])
+        over_noise = np.nan_to_num((film.values[:, :n] - modelled) / film.sigma[:, :n], nan=_DIVERGED, posinf=_DIVERGED, neginf=-_DIVERGED)
+        return over_noise[film.counts[:, :n]]
+
+    def _loop_gaps(self, q: Array) -> list[Array]:
+        made = []
+        for loop in self.loops:
+            model = self.model_at(q, loop.model)
+            made.append(gap(lines_of(model), loop.data, model.effects) / loop.data.force_sigma_N)
+        return made
+
+    def _prior(self, q: Array) -> Array:
+        return q[self._with_prior] / self._spreads[self._with_prior] if self._base_root is None else self._prior_with_covariance(q)
+
+    @cached_property
+    def _spreads(self) -> Array:
+        return np.array([knob.spread for knob in self.knobs])
+
+    @cached_property
+    def _with_prior(self) -> Array:
+        return np.flatnonzero(np.isfinite(self._spreads))
+
+    @cached_property
+    def _base_root(self) -> Array | None:
+        """Inverse root of the covariance of the base that the model file carries; of no use where loops speak themselves."""
+        covariance = self.model.actuator.covariance
+        if covariance is None or self.loops or not all(name in covariance.names for name in BASE[:5]):
+            return None
+        order = [covariance.names.index(name) for name in BASE[:5]]
+        return np.linalg.inv(np.linalg.cholesky(np.array(covariance.matrix)[np.ix_(order, order)]))
+
+    def _prior_with_covariance(self, q: Array) -> Array:
+        assert self._base_root is not None
+        others = self._with_prior[self._with_prior >= 5]
+        return np.concatenate([self._base_root @ (q[:5] * self.scales[:5]), q[others] / self._spreads[others]])
+
+    def jacobian(self, q: Array, columns: Sequence[int] | None = None) -> tuple[Array, Array]:
+        """Gaps (m,) and their rate of change with the knobs (m, k), by forward differences, all simulations side by side.
+
+        A knob at its upper bound is stepped downwards.
+        """
+        chosen = list(range(len(q))) if columns is None else list(columns)
+        steps = [-_STEP if q[i] + _STEP > self.knobs[i].high else _STEP for i in chosen]
+        points = [q, *(_stepped(q, i, step) for i, step in zip(chosen, steps, strict=True))]
+        here, *there = self.gaps_many(points)
+        return here, np.stack([(g - here) / step for g, step in zip(there, steps, strict=True)], axis=1)
+
+
+def _stepped(q: Array, index: int, step: float) -> Array:
+    moved = q.copy()
+    moved[index] += step
+    return moved
+
+
+def problem_of(model: Model, runs: Sequence[Run]) -> Problem:
+    """The problem of a campaign; what is held out is left out by the caller."""
+    films = tuple(_film(run, run.model(model)) for run in runs if not run.is_loop)
+    loops = tuple(LoopRun(run, run.model(model), prepare(run.table)) for run in runs if isinstance(run.table, Loop))
+    return Problem(model, films, loops)
+
+
+def _film(run: Run, model: Model) -> Film:
+    table = run.table
+    assert isinstance(table, Trajectory)
+    channels = tuple(name for name, values in table.channels.items() if np.isfinite(values).sum() > 3)
+    values = np.stack([table.channels[name] for name in channels])
+    sigma = np.stack([channel_noise(table, name) for name in channels])
+    return Film(run, model, table.time_s, channels, values, sigma, np.isfinite(values))
+
+
+def shifted(model: Model, shifts: Array) -> Model:
+    """The model with its force law shifted, in the order of `BASE`; six different legs are shifted alike."""
+    law = model.actuator
+    changed = {name: _plus(getattr(law, name), shift) for name, shift in zip(BASE, shifts, strict=True) if shift != 0.0}
+    return replace(model, actuator=replace(law, **changed)) if changed else model
+
+
+def _plus(value: float | tuple[float, ...], shift: float) -> float | tuple[float, ...]:
+    return tuple(v + float(shift) for v in value) if isinstance(value, tuple) else value + float(shift)
+
+
+def with_effects(model: Model, effects: Sequence[Effect]) -> Model:
+    """The model with each of these effects in place of its own of the same name, or behind them."""
+    for effect in effects:
+        model = model.with_effect(effect)
+    return model
+
+
+def lines_of(model: Model) -> Array:
+    """Force law of the actuator on the shaker, (5,) a_l, b_l, a_u, b_u, beta: the mean where the legs differ."""
+    return np.array([float(np.mean(per_leg(getattr(model.actuator, name)))) for name in BASE[:5]])
+
+
+def _base_knobs(model: Model, loops: bool) -> list[Knob]:
+    """The force law; from films alone its prior is weak but not absent, for it says what kind of spring it is."""
+    law = lines_of(model)
+    force = float(np.mean(np.abs(per_leg(model.actuator.initial_force_N)))) or 1.0
+    stroke = 0.4 if model.geometry is None else model.geometry.deployed_height_m - model.geometry.stowed_height_m
+    scales = (0.1 * force / stroke, 0.05 * force, 0.1 * force / stroke, 0.05 * force, 0.2 * law[4], 0.05 * force)
+    spread = np.inf if loops else _WEAK
+    lows = (-np.inf, -np.inf, -np.inf, -np.inf, -0.99 * law[4] / scales[4], -np.inf)
+    spreads = (spread, spread, spread, spread, _WEAK, _WEAK)
+    return [Knob(name, scale, s, low, np.inf) for name, scale, s, low in zip(BASE, scales, spreads, lows, strict=True)]
+
+
+def _release_knobs(film: Film) -> list[Knob]:
+    spread = film.model.nuisance
+    rows = [(f"position_{axis}", spread.release_position_m) for axis in "xyz"]
+    rows += [(f"theta_{axis}", spread.release_theta_rad) for axis in "xyz"]
+    rows += [("instant", spread.release_instant_s)]
+    rows += [(f"stored_force_{leg}", spread.stored_force_N) for leg in range(LEGS)]
+    return [Knob(f"{film.run.name}:{name}", sd, 1.0, -np.inf, np.inf) for name, sd in rows if sd > 0]
+
+
+def _effect_knobs(effect: Effect, model: Model) -> list[Knob]:
+    rows = zip(effect.flat_names(), effect.flat(), effect.typical(), type(effect).bounds(model).values(), strict=True)
+    return [Knob(f"{effect.name}:{name}", t, np.inf, (low - value) / t, (high - value) / t) for name, value, t, (low, high) in rows]
