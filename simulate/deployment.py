@@ -13,9 +13,9 @@ from measure.errors import InputError
 from measure.tables import CHANNELS, Array, Trajectory
 
 from . import six_legs
-from .compiled import program
 from .model import LEGS, Model
-from .packing import PARAMETERS, row_of
+from .packing import program_of, row_of
+from .rate import with_rate_as_effect
 
 LONGEST_STEP_S = 5.0e-4
 _STEPS_A_RADIAN = 5.0
@@ -142,7 +142,7 @@ def deploy(model: Model) -> Deployment:
     """
     step, stride, count = grid(model)
     samples = np.empty((count, six_legs.SAMPLE))
-    good = six_legs.deploy_kernel(row_of(model), program(model.effects, PARAMETERS), step, stride, samples)
+    good = six_legs.deploy_kernel(row_of(model), program_of(model), step, stride, samples)
     time_s = np.arange(count) / model.simulation.sample_rate_Hz
     return Deployment(model, time_s, samples, step, None if good == count else float(time_s[good]))
 
@@ -153,15 +153,18 @@ def deploy_many(models: Sequence[Model]) -> list[Deployment]:
     The answer of each is the same to the last digit whatever the number of cores, and as from `deploy` with the same step.
     """
     first = models[0]
-    kinds = [type(effect) for effect in first.effects]
-    if any([type(effect) for effect in model.effects] != kinds or model.simulation != first.simulation for model in models):
+    if any(_kinds(model) != _kinds(first) or model.simulation != first.simulation for model in models):
         raise ValueError("deploy_many: models must share the kinds of their effects, and duration, rate and step.")
     step, stride, count = min((grid(model) for model in models), key=lambda g: g[0])
     samples = np.empty((len(models), count, six_legs.SAMPLE))
     good = np.empty(len(models), dtype=np.int64)
     rows = np.array([row_of(model) for model in models])
-    six_legs.deploy_many_kernel(rows, program(first.effects, PARAMETERS), step, stride, samples, good)
+    six_legs.deploy_many_kernel(rows, program_of(first), step, stride, samples, good)
     time_s = np.arange(count) / first.simulation.sample_rate_Hz
     return [
         Deployment(model, time_s, samples[i], step, None if good[i] == count else float(time_s[good[i]])) for i, model in enumerate(models)
     ]
+
+
+def _kinds(model: Model) -> list[type]:
+    return [type(effect) for effect in with_rate_as_effect(model).effects]

@@ -9,8 +9,9 @@ import numpy as np
 from measure.errors import InputError
 from measure.tables import Array
 
-from .compiled import flat_parameters
+from .compiled import Program, flat_parameters, program
 from .model import LEGS, Geometry, Model, per_leg
+from .rate import with_rate_as_effect
 
 # Offsets into the row. The kernel reads them as constants.
 MASS, INERTIA, WEIGHT, CENTRE = 0, 3, 6, 9
@@ -31,9 +32,9 @@ def row_of(model: Model) -> Array:
     InputError
         The model has no geometry, or asymptotes that follow a cycling frequency, which a deployment does not have.
     """
+    model = with_rate_as_effect(model)
     at = model.adjusted()
     geometry = geometry_of(at)
-    _require_no_frequency(at)
     row = np.zeros(PARAMETERS)
     centre = np.asarray(at.platform.centre_of_mass_m)
     row[MASS : MASS + 3] = at.platform.mass_kg * at.gravity.mass_factor
@@ -53,11 +54,9 @@ def geometry_of(model: Model) -> Geometry:
     return model.geometry
 
 
-def _require_no_frequency(model: Model) -> None:
-    if model.actuator.rate is not None:
-        raise InputError(
-            f'model "{model.name}": [actuator.rate] is not simulated yet; remove the table to simulate with the constant asymptotes.'
-        )
+def program_of(model: Model) -> Program:
+    """The formulas that the row of this model is read by."""
+    return program(with_rate_as_effect(model).effects, PARAMETERS)
 
 
 def _put_release(row: Array, model: Model, geometry: Geometry, centre: Array) -> None:

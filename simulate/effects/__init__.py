@@ -5,6 +5,7 @@ from .end_stop_dissipation import EndStopDissipation
 from .gravity_imbalance import GravityImbalance
 from .hub_inertia import HubInertia
 from .leg_disparity import LegDisparity
+from .rate_dependent_asymptotes import RateDependentAsymptotes
 from .release_pose import ReleasePose
 from .scale_error import ScaleError
 from .time_offset import TimeOffset
@@ -13,6 +14,7 @@ from .viscous_friction import ViscousFriction
 _KINDS: tuple[type[Effect], ...] = (
     HubInertia,
     ViscousFriction,
+    RateDependentAsymptotes,
     LegDisparity,
     EndStopDissipation,
     GravityImbalance,
@@ -29,6 +31,7 @@ __all__ = [
     "GravityImbalance",
     "HubInertia",
     "LegDisparity",
+    "RateDependentAsymptotes",
     "ReleasePose",
     "ScaleError",
     "TimeOffset",

@@ -1,0 +1,37 @@
+"""A strip that is unrolled faster pushes with another force."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+from ..effect import LegEffect, parameter
+
+_SLOPE = "added to the slope, times |v| and v^2 (N s/m^2, N s^2/m^3)"
+_LEVEL = "added to the level, times |v| and v^2 (N s/m, N s^2/m^2)"
+_OFF = (0.0, 0.0)
+
+
+@dataclass(frozen=True)
+class RateDependentAsymptotes(LegEffect):
+    """Slope and level of both asymptotes follow the speed of the elongation, as second-order polynomials without constant.
+
+        a(v) = a + a1 |v| + a2 v^2          b(v) = b + b1 |v| + b2 v^2
+
+    Aridon 2009, Fig. 12, gives them against the frequency of a sinusoidal test; a deployment has a speed instead, and the
+    two meet at mid-stroke, v = 2 pi f A. The constants are the actuator's own. In [actuator.rate] the same polynomials are
+    written with their constants.
+    """
+
+    name = "rate-dependent-asymptotes"
+    a_l: tuple[float, ...] = parameter(_OFF, low=-100.0, high=100.0, typical=0.05, doc=_SLOPE + ", uncoiling", source="Fig. 12")
+    b_l: tuple[float, ...] = parameter(_OFF, low=-100.0, high=100.0, typical=0.02, doc=_LEVEL + ", uncoiling", source="Fig. 12")
+    a_u: tuple[float, ...] = parameter(_OFF, low=-100.0, high=100.0, typical=0.05, doc=_SLOPE + ", coiling", source="Fig. 12")
+    b_u: tuple[float, ...] = parameter(_OFF, low=-100.0, high=100.0, typical=0.02, doc=_LEVEL + ", coiling", source="Fig. 12")
+
+    @staticmethod
+    def leg_asymptotes(u: float, v: float, t: float, p: Any, h: Any) -> None:
+        """Moves both asymptotes, N."""
+        s = abs(v)
+        h[0] += (p[0] * u + p[2]) * s + (p[1] * u + p[3]) * s * s
+        h[1] += (p[4] * u + p[6]) * s + (p[5] * u + p[7]) * s * s
