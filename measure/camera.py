@@ -1,0 +1,91 @@
+"""From the platform to the picture: the camera in front of the rig, and the platform's pose that it sees.
+
+World: x to the right, y away from the camera, z up; the pose is counted from the first frame. Picture: x to the right,
+y down, pixel centres at whole numbers.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Camera:
+    """A camera that looks along +y.
+
+    m_per_px : size of a pixel at the depth of the platform's origin. origin_px : where that origin is in the first
+    frame. up_rad : direction of up in the picture, clockwise from the picture's own. distance_m : from the camera to
+    the origin, infinite for a camera without perspective. principal_px : where the optical axis meets the picture.
+    """
+
+    m_per_px: float
+    origin_px: tuple[float, float] = (0.0, 0.0)
+    up_rad: float = 0.0
+    distance_m: float = np.inf
+    principal_px: tuple[float, float] | None = None
+
+    def project(self, points: Array) -> Array:
+        """Picture of points given in the world, relative to the origin of the first frame.
+
+            x_px = p_x + (X + X_0) / S / (1 + Y / D),    y_px = p_y - (Z + Z_0) / S / (1 + Y / D)
+
+        with S the pixel's size, D the distance, p the principal point, and (X_0, Z_0) the first frame's origin seen
+        from the optical axis. points : (..., 3), m. Returns (..., 2), px.
+        """
+        principal, right, up = self._axes()
+        away = (np.array(self.origin_px) - principal) * self.m_per_px
+        nearer = 1.0 / (1.0 + points[..., 1] / self.distance_m)
+        across = (points[..., 0] + away @ right) * nearer / self.m_per_px
+        above = (points[..., 2] + away @ up) * nearer / self.m_per_px
+        return principal + across[..., None] * right + above[..., None] * up
+
+    def place(self, picture_px: Array, depth: Array) -> Array:
+        """World points at known depths (y, m) from their picture; the inverse of `project`. Returns (..., 3)."""
+        principal, right, up = self._axes()
+        away = (np.array(self.origin_px) - principal) * self.m_per_px
+        seen = (picture_px - principal) * self.m_per_px * (1.0 + depth / self.distance_m)[..., None]
+        return np.stack([seen @ right - away @ right, depth, seen @ up - away @ up], axis=-1)
+
+    def _axes(self) -> tuple[Array, Array, Array]:
+        """Principal point, and the world's right and up as unit vectors in the picture."""
+        s, c = np.sin(self.up_rad), np.cos(self.up_rad)
+        principal = np.array(self.origin_px if self.principal_px is None else self.principal_px)
+        return principal, np.array([c, s]), np.array([s, -c])
+
+
+def on_cylinder(camera: Camera, picture_px: Array, radius_m: float) -> Array:
+    """Points of the platform seen on the near side of an upright cylinder about its origin.
+
+        X = R sin psi,    Y = -R cos psi
+
+    picture_px : (..., 2) in the first frame. Returns (..., 3), m, NaN where a point is beside the cylinder.
+    """
+    depth = np.full(picture_px.shape[:-1], -radius_m)
+    for _ in range(50):
+        across = camera.place(picture_px, depth)[..., 0]
+        inside = np.clip(1.0 - (across / radius_m) ** 2, 0.0, 1.0)
+        depth = -radius_m * np.sqrt(inside)
+    points = camera.place(picture_px, depth)
+    points[np.abs(points[..., 0]) >= radius_m] = np.nan
+    return points
+
+
+def rotation(theta: Array) -> Array:
+    """Rotation matrix of (theta_x, theta_y, theta_z): the twist about the vertical first, then the swing.
+
+        R = exp([theta_x, theta_y, 0]) exp([0, 0, theta_z])
+
+    theta : (..., 3), rad. Returns (..., 3, 3). The split is that of theta_z = 2 atan2(q_z, q_w).
+    """
+    from scipy.spatial.transform import Rotation
+
+    theta = np.asarray(theta, float)
+    flat = theta.reshape(-1, 3)
+    swing = Rotation.from_rotvec(flat * [1.0, 1.0, 0.0])
+    twist = Rotation.from_rotvec(flat * [0.0, 0.0, 1.0])
+    return (swing * twist).as_matrix().reshape(*theta.shape[:-1], 3, 3)

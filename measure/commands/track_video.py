@@ -1,0 +1,223 @@
+"""`track-video`: a film of the deployment becomes the platform's trajectory."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from .. import command
+from ..errors import InputError
+
+if TYPE_CHECKING:
+    from ..film import Tracked
+    from ..project import Project
+
+_DOES = "Follow marks through a film and give the platform's trajectory, in metres, with an uncertainty for every frame."
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Entry point of the command."""
+    return command.run("track-video", _work, arguments)
+
+
+def options() -> command.Parser:
+    """The command's options."""
+    made = command.parser("track-video", _DOES, output="trajectory (CSV); its figure and project file stand beside it")
+    made.add_argument("footage", nargs="?", type=Path, metavar="FOOTAGE", help="film file, or folder of numbered pictures")
+    made.add_argument("--fps", type=float, metavar="F", help="capture rate; needed unless the file carries the camera's own")
+    made.add_argument(
+        "--mark", type=_numbers(2), action="append", metavar="X,Y", help="a mark in the first frame, px; repeat it. Else marks are found"
+    )
+    made.add_argument("--subset", type=int, metavar="N", help="side of the compared square, odd, px (31)")
+    made.add_argument("--mm-per-px", type=float, metavar="S", help="scale at the platform's depth")
+    made.add_argument("--scale-from", type=_numbers(5), metavar="X1,Y1,X2,Y2,LENGTH_MM", help="scale from two points and their distance")
+    made.add_argument("--up", type=float, metavar="DEG", help="direction of up in the picture, clockwise from the picture's own (0)")
+    made.add_argument("--start-height-m", type=float, metavar="H", help="height of the platform's origin in the first frame (0)")
+    made.add_argument(
+        "--project", type=Path, metavar="FILE", help="all of that, camera and mark geometry in TOML; read if there, written after"
+    )
+    made.add_argument("--marks", type=Path, metavar="FILE", help="write every mark in every frame (CSV)")
+    return made
+
+
+def _numbers(count: int):
+    def parse(text: str) -> tuple[float, ...]:
+        try:
+            values = tuple(float(part) for part in text.split(","))
+        except ValueError:
+            values = ()
+        if len(values) != count or not all(abs(v) < 1e9 for v in values):
+            raise argparse.ArgumentTypeError(f'"{text}" is not {count} numbers with commas between them')
+        return values
+
+    return parse
+
+
+def _work(arguments: Sequence[str]) -> int:
+    given = options().parse_args(arguments)
+    project = _project(given)
+    footage_path = _footage_path(given, project)
+    output = _output(given, project)
+    _require_folders(output, given.marks, given.json, given.project)
+    from ..film import track_platform
+    from ..footage import open_footage
+
+    footage = open_footage(footage_path)
+
+    def watch(frames: Any) -> Any:
+        return command.progress(frames, what="frames", total=footage.frames, quiet=given.quiet)
+
+    tracked = track_platform(footage, project, watch)
+    note = _note(arguments, footage_path)
+    written = _write(given, tracked, note, footage_path, output)
+    if not given.quiet:
+        print("\n".join([*_lines(tracked), *(f"written   {path}" for path in written)]))
+    return command.DONE if tracked.summary["verdict"] == "ok" else command.VERDICT_BAD
+
+
+def _project(given: argparse.Namespace) -> Project:
+    """The project file with the options laid over it."""
+    from ..project import make_project, read_project
+
+    known = read_project(given.project) if given.project and given.project.exists() else make_project({})
+    table = known.model_dump(by_alias=True, exclude_none=True)
+    if given.mm_per_px is not None and given.scale_from is not None:
+        raise InputError("--mm-per-px and --scale-from both give the scale; give one.")
+    if given.mm_per_px is not None or given.scale_from is not None:
+        table["scale"] = {k: v for k, v in table["scale"].items() if k not in ("mm_per_px", "from_px_mm")}
+    laid_over = (
+        ("film", "fps", given.fps),
+        ("marks", "place_px", given.mark),
+        ("marks", "subset_px", given.subset),
+        ("scale", "mm_per_px", given.mm_per_px),
+        ("scale", "from_px_mm", given.scale_from),
+        ("scale", "up_deg", given.up),
+        ("platform", "start_height_m", given.start_height_m),
+    )
+    for section, key, value in laid_over:
+        if value is not None:
+            table[section][key] = value
+    return make_project(table, "options")
+
+
+def _footage_path(given: argparse.Namespace, project: Project) -> Path:
+    if given.footage is not None:
+        return given.footage
+    if project.film.file is None:
+        raise InputError("no film; name a film file or a folder of numbered pictures.")
+    return given.project.parent / project.film.file
+
+
+def _output(given: argparse.Namespace, project: Project) -> Path | None:
+    """Where the trajectory goes; without a scale there is none, and the marks in pixels must have been asked for."""
+    if project.mm_per_px() is not None:
+        return given.output or Path("trajectory.csv")
+    if given.output is None and given.marks is not None:
+        return None
+    raise InputError(
+        "no scale, so no metres. Give --mm-per-px S or --scale-from X1,Y1,X2,Y2,LENGTH_MM; "
+        "for the marks in pixels alone give --marks FILE and no --output."
+    )
+
+
+def _require_folders(*files: Path | None) -> None:
+    """All places must be there before the work begins, so that not half of the results are written."""
+    for file in files:
+        if file is not None and not file.parent.is_dir():
+            raise InputError(f"{file}: the folder {file.parent} does not exist. Make it, or name another.")
+
+
+def _note(arguments: Sequence[str], footage_path: Path) -> dict[str, Any]:
+    from ..output import provenance
+
+    return provenance([footage_path], command=["track-video", *arguments])
+
+
+def _write(given: argparse.Namespace, tracked: Tracked, note: dict[str, Any], footage_path: Path, output: Path | None) -> list[Path]:
+    from ..marks import write_marks
+    from ..output import write_json, write_provenance
+    from ..project import write_project
+    from ..tables import write_trajectory
+
+    written = []
+    if output is not None and tracked.trajectory is not None:
+        write_trajectory(tracked.trajectory, output)
+        _write_figure(tracked, output.with_suffix(".png"))
+        write_provenance(output, note)
+        written += [output, output.with_suffix(".png")]
+    if given.marks is not None:
+        write_marks(tracked.marks, given.marks)
+        written.append(given.marks)
+    place = given.project or written[0].with_suffix(".project.toml")
+    write_project(_with_file(tracked.project, footage_path, place), place)
+    written.append(place)
+    if given.json is not None:
+        write_json(given.json, {**tracked.summary, "provenance": note})
+        written.append(given.json)
+    return written
+
+
+def _with_file(project: Project, footage: Path, place: Path) -> Project:
+    import os
+
+    film = project.film.model_copy(update={"file": Path(os.path.relpath(footage, place.parent)).as_posix()})
+    return project.model_copy(update={"film": film})
+
+
+def _write_figure(tracked: Tracked, path: Path) -> None:
+    import matplotlib
+
+    matplotlib.use("Agg")
+    from matplotlib import pyplot
+
+    from ..output import replacing
+    from ..plots import draw_trajectory
+
+    assert tracked.trajectory is not None
+    count = len(tracked.trajectory.channels)
+    figure, axes = pyplot.subplots(count, 1, sharex=True, figsize=(7, 1 + 1.7 * count), layout="constrained", squeeze=False)
+    draw_trajectory(list(axes[:, 0]), tracked.trajectory)
+    with replacing(path) as temporary:
+        figure.savefig(temporary, dpi=120)
+    pyplot.close(figure)
+
+
+def _lines(tracked: Tracked) -> list[str]:
+    """The result for people."""
+    result = tracked.summary
+    film, marks = result["film"], result["marks"]
+    lines = [
+        f"film      {film['frames_read']} of {film['frames']} frames, {film['width_px']} x {film['height_px']} px, {film['bits']} bit, "
+        f"{film['fps']:g} frames/s",
+        *(f"          {remark}" for remark in film["remarks"]),
+        f"marks     {len(marks)} of subset {result['subset_px']} px",
+        *(_mark_line(mark) for mark in marks if list(mark["frames"]) != ["ok"]),
+    ]
+    scale, platform = result["scale"], result["platform"]
+    millimetres = "" if scale["mm_per_px"] is None or result["sigma_px"] is None else f"   {result['sigma_px'] * scale['mm_per_px']:.4f} mm"
+    if result["sigma_px"] is not None:
+        lines.append(f"sigma     {result['sigma_px']:.4f} px{millimetres} per mark and frame")
+    if platform is not None:
+        lines.append("platform  " + ", ".join(_channel(c, r, platform["median_sigma"][c]) for c, r in platform["range"].items()))
+    return [*lines, f"verdict   {_VERDICTS[result['verdict']]}"]
+
+
+_VERDICTS = {
+    "ok": "ok",
+    "lost": "the platform is not seen in every frame; those rows are empty",
+    "incomplete": "the film is incomplete: it holds fewer frames than it promises; what was read is written",
+}
+
+
+def _mark_line(mark: dict[str, Any]) -> str:
+    counts = ", ".join(f"{count} {word}" for word, count in mark["frames"].items())
+    return f"          {mark['name']} at {mark['x_px']:.1f},{mark['y_px']:.1f}: {counts}; first not ok in frame {mark['first_not_ok']}"
+
+
+def _channel(channel: str, extent: float | None, sigma: float | None) -> str:
+    factor, unit = (1e3, "mm") if channel.endswith("_m") else (57.29578, "deg")
+    if extent is None or sigma is None:
+        return f"{channel.rsplit('_', 1)[0]} not seen"
+    return f"{channel.rsplit('_', 1)[0]} moves {factor * extent:.2f} +- {factor * sigma:.3f} {unit}"

@@ -1,0 +1,92 @@
+"""Roughly where a mark is: zero-mean normalised cross-correlation over a search window, with OpenCV's template matching."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+_FLAT = 0.02
+"""Share of the patch's variance below which a place counts as flat; there a correlation is a quotient of roundings."""
+
+
+@dataclass(frozen=True)
+class Peak:
+    """The best place in a search window.
+
+    x, y : centre of the patch there, whole px. zncc : correlation there, -1 .. 1. second : the best correlation at
+    another place, at least half a patch away; where it comes close to `zncc` the place is ambiguous.
+    """
+
+    x: int
+    y: int
+    zncc: float
+    second: float
+
+
+def search(picture: NDArray, patch: NDArray, x: float, y: float, radius: int | None) -> Peak | None:
+    """Find a patch near (x, y), to the pixel.
+
+        zncc = sum (f - mean f)(g - mean g) / sqrt(sum (f - mean f)^2 sum (g - mean g)^2)
+
+    picture : (rows, columns). patch : square, odd, px. radius : px around (x, y); None searches the whole picture.
+    Returns None where the window holds no place for the patch.
+    """
+    half = len(patch) // 2
+    rows, columns = picture.shape
+    left, right, top, bottom = 0, columns, 0, rows
+    if radius is not None:
+        left, right = max(round(x) - radius - half, 0), min(round(x) + radius + half + 1, columns)
+        top, bottom = max(round(y) - radius - half, 0), min(round(y) + radius + half + 1, rows)
+    if right - left < len(patch) or bottom - top < len(patch):
+        return None
+    scores = correlation_map(picture[top:bottom, left:right], patch)
+    row, column = np.unravel_index(int(scores.argmax()), scores.shape)
+    best = float(scores[row, column])
+    away = max(half, 3)
+    scores[max(row - away, 0) : row + away + 1, max(column - away, 0) : column + away + 1] = -1.0
+    return Peak(int(column) + left + half, int(row) + top + half, best, float(scores.max()))
+
+
+def correlation_map(window: NDArray, patch: NDArray) -> NDArray[np.float32]:
+    """ZNCC of a patch at every place of a window where it fits; -1 where the window is flat.
+
+    window : (rows, columns), patch : (size, size). Returns (rows - size + 1, columns - size + 1).
+    """
+    if window.dtype != np.uint8:
+        window, patch = window.astype(np.float32), patch.astype(np.float32)
+    scores = cv2.matchTemplate(window, patch, cv2.TM_CCOEFF_NORMED)
+    flat = _variance(window, len(patch)) < _FLAT * float(patch.astype(np.float64).var())
+    return np.where(flat | ~np.isfinite(scores), np.float32(-1.0), scores)
+
+
+def _variance(window: NDArray, size: int) -> NDArray[np.float64]:
+    """Variance of the grey values under a square of `size` px at every place where it fits."""
+    sums, squares = cv2.integral2(window, sdepth=cv2.CV_64F, sqdepth=cv2.CV_64F)
+
+    def inside(total: NDArray) -> NDArray:
+        return (total[size:, size:] - total[:-size, size:] - total[size:, :-size] + total[:-size, :-size]) / size**2
+
+    return inside(squares) - inside(sums) ** 2
+
+
+def find_marks(picture: NDArray, subset: int, most: int = 12) -> list[tuple[float, float]]:
+    """Places whose texture can be followed best: where the weaker of the two directions still has strong slopes.
+
+    The score is the smaller eigenvalue of the slopes' matrix summed over the subset (Shi and Tomasi, Good Features to
+    Track, 1994). Places are at least a subset apart, best first, and none scores below a tenth of the best.
+    """
+    smooth = cv2.GaussianBlur(picture.astype(np.float32), (0, 0), 1.0)
+    score = cv2.cornerMinEigenVal(smooth, subset, ksize=3)
+    half = subset // 2 + 8
+    inner = np.zeros_like(score)
+    inner[half:-half, half:-half] = score[half:-half, half:-half]
+    best = float(inner.max())
+    found: list[tuple[float, float]] = []
+    while len(found) < most and inner.max() > 0.1 * best > 0:
+        row, column = np.unravel_index(int(inner.argmax()), inner.shape)
+        found.append((float(column), float(row)))
+        inner[max(row - subset, 0) : row + subset + 1, max(column - subset, 0) : column + subset + 1] = 0.0
+    return found

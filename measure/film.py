@@ -1,0 +1,187 @@
+"""A film to the platform's trajectory, in one call."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from .camera import Camera
+from .correlation import find_marks
+from .errors import InputError
+from .footage import Footage
+from .marks import MISSING, OK, Marks
+from .platform import CYLINDER, ONE_MARK, PERSPECTIVE, PLANE, Fit, body_points, fit_platform, trajectory
+from .project import MarkList, Project
+from .refinement import AFFINE, WARP_NAMES
+from .tables import CHANNELS, Trajectory
+from .tracking import check_subset, follow
+
+_STILL_SHARE = 0.3
+"""A mark that moves less than this share of what most do belongs to the background."""
+
+
+@dataclass(frozen=True)
+class Tracked:
+    """What a film says: the platform's trajectory (None without a scale), all marks, the fit, the project, a summary."""
+
+    trajectory: Trajectory | None
+    marks: Marks
+    fit: Fit | None
+    project: Project
+    summary: dict[str, Any]
+
+
+def track_platform(footage: Footage, project: Project, watch: Callable[[Iterator], Iterator] = iter) -> Tracked:
+    """Follow the marks of a film and fit the platform to them.
+
+    footage : from `open_footage` or `from_array`. project : capture rate, marks, scale and camera; the film's own
+    rate counts where the project gives none, and marks are found where it names none. watch : wraps the stream of
+    frames, for a progress bar. The result's project is complete: it repeats the run.
+
+    Raises
+    ------
+    InputError
+        No capture rate, no marks, a film too short.
+    """
+    fps = _rate(footage, project)
+    check_subset(project.marks.subset_px)
+    marks = _follow(footage, project, fps, watch)
+    origin = project.platform.origin_px or (float(marks.reference_px[:, 0].mean()), float(marks.reference_px[:, 1].mean()))
+    project = _completed(project, footage, marks, fps, origin)
+    fit, table = None, None
+    if project.mm_per_px() is not None:
+        view = project.view(origin, (footage.width, footage.height))
+        fit = _fit(marks, view, project)
+        table = trajectory(marks, fit, project.platform.start_height_m, footage.name)
+    return Tracked(table, marks, fit, project, summarise(footage, project, marks, fit, table))
+
+
+def _rate(footage: Footage, project: Project) -> float:
+    fps = project.film.fps or footage.fps
+    if fps is None:
+        raise InputError(
+            f"{footage.name}: carries no capture rate of the camera (what a container says is the rate of playing). "
+            "Give --fps with the rate the camera was set to."
+        )
+    return fps
+
+
+def _follow(footage: Footage, project: Project, fps: float, watch: Callable[[Iterator], Iterator]) -> Marks:
+    warp = next(count for count, name in WARP_NAMES.items() if name == project.marks.warp)
+    if project.marks.place_px:
+        return follow(footage, project.marks.place_px, fps, project.marks.subset_px, warp, watch=watch)
+    _, first = next(footage.pictures())
+    places = find_marks(first, project.marks.subset_px)
+    if not places:
+        raise InputError(f"{footage.name}: no place in the first frame has texture enough to be followed. Name the marks with --mark X,Y.")
+    marks = follow(footage, places, fps, project.marks.subset_px, AFFINE, watch=watch)
+    return moving(marks)
+
+
+def moving(marks: Marks) -> Marks:
+    """The marks that move with the majority of the travel; what stands still is the background.
+
+    A mark's travel is the diagonal of the box around its path. Marks not seen in half of the frames are left out too.
+    """
+    often = marks.seen.mean(axis=0) >= 0.5
+    if not often.any():
+        often = marks.seen.mean(axis=0) >= marks.seen.mean(axis=0).max()
+    travel = np.array([_travel(marks, i) for i in range(len(marks.names))])
+    kept = often & (travel >= _STILL_SHARE * travel[often].max())
+    chosen = marks.only(kept)
+    return dataclasses.replace(chosen, names=[f"m{i + 1}" for i in range(int(kept.sum()))])
+
+
+def _travel(marks: Marks, i: int) -> float:
+    seen = marks.seen[:, i]
+    return float(np.hypot(np.ptp(marks.x_px[seen, i]), np.ptp(marks.y_px[seen, i]))) if seen.any() else 0.0
+
+
+def _completed(project: Project, footage: Footage, marks: Marks, fps: float, origin: tuple[float, float]) -> Project:
+    film = project.film.model_copy(update={"fps": fps, "exposure_s": project.film.exposure_s or footage.exposure_s})
+    places = tuple((float(x), float(y)) for x, y in marks.reference_px)
+    listed = MarkList(place_px=places, subset_px=project.marks.subset_px, warp=project.marks.warp)
+    platform = project.platform.model_copy(update={"origin_px": origin})
+    return project.model_copy(update={"film": film, "marks": listed, "platform": platform})
+
+
+def _fit(marks: Marks, view: Camera, project: Project) -> Fit:
+    points = body_points(marks, view, project.marks.subset_px, project.platform.radius_m)
+    return fit_platform(marks, view, points, free_channels(len(marks.names), project))
+
+
+def free_channels(count: int, project: Project) -> Sequence[str]:
+    """What a film with so many marks can tell, with the geometry that the project knows."""
+    if count == 1:
+        return ONE_MARK
+    if project.platform.radius_m is None or count < 3:
+        return PLANE
+    return CYLINDER if project.camera.distance_m is None or count < 4 else PERSPECTIVE
+
+
+def summarise(footage: Footage, project: Project, marks: Marks, fit: Fit | None, table: Trajectory | None) -> dict[str, Any]:
+    """The result in numbers and a verdict; what `--json` writes."""
+    read = int((marks.status != MISSING).any(axis=1).sum())
+    sigma_px = float(np.nanmedian(marks.sigma_px)) if marks.seen.any() else None
+    return {
+        "verdict": _verdict(footage, marks, fit, read),
+        "film": {
+            "file": footage.name, "frames": footage.frames, "frames_read": read, "fps": project.film.fps, "width_px": footage.width,
+            "height_px": footage.height, "bits": footage.bits, "remarks": list(footage.remarks),
+        },
+        "marks": [_mark_summary(marks, fit, i) for i in range(len(marks.names))],
+        "subset_px": project.marks.subset_px,
+        "sigma_px": sigma_px,
+        "scale": {
+            "mm_per_px": project.mm_per_px(), "relative_sigma": project.scale.relative_sigma,
+            "note": "common to all lengths of the film; not contained in the sigmas of the frames",
+        },
+        "platform": None if fit is None or table is None else _platform_summary(fit, table),
+    }  # fmt: skip
+
+
+def _verdict(footage: Footage, marks: Marks, fit: Fit | None, read: int) -> str:
+    if read < footage.frames:
+        return "incomplete"
+    posed = fit.seen if fit is not None else marks.seen.any(axis=1)
+    return "ok" if posed.all() else "lost"
+
+
+def _mark_summary(marks: Marks, fit: Fit | None, i: int) -> dict[str, Any]:
+    words, counts = np.unique(marks.status[:, i], return_counts=True)
+    residual = None
+    if fit is not None and fit.used[:, i].any():
+        residual = float(np.sqrt(np.mean(fit.residual_px[fit.used[:, i], i] ** 2)))
+    return {
+        "name": marks.names[i],
+        "x_px": float(marks.reference_px[i, 0]),
+        "y_px": float(marks.reference_px[i, 1]),
+        "frames": {str(word): int(count) for word, count in zip(words, counts, strict=True)},
+        "first_not_ok": _first_not_ok(marks, i),
+        "sigma_px": float(np.nanmedian(marks.sigma_px[:, i])) if (marks.status[:, i] == OK).any() else None,
+        "rigid_residual_px": residual,
+    }
+
+
+def _first_not_ok(marks: Marks, i: int) -> int | None:
+    bad = np.flatnonzero(marks.status[:, i] != OK)
+    return int(bad[0]) if len(bad) else None
+
+
+def _platform_summary(fit: Fit, table: Trajectory) -> dict[str, Any]:
+    return {
+        "channels": list(fit.free),
+        "frames_with_pose": int(fit.seen.sum()),
+        "widened": fit.widened,
+        "range": {c: _range(table.channels[c]) for c in CHANNELS if c in table.channels},
+        "median_sigma": {c: float(np.nanmedian(s)) if np.isfinite(s).any() else None for c, s in table.sigma.items()},
+    }
+
+
+def _range(values: np.ndarray) -> float | None:
+    seen = values[np.isfinite(values)]
+    return float(np.ptp(seen)) if len(seen) else None

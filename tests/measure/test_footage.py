@@ -1,0 +1,113 @@
+"""Films of every kind: what is read, and what is refused."""
+
+from __future__ import annotations
+
+import struct
+import zlib
+
+import cv2
+import numpy as np
+import pytest
+
+from measure.errors import InputError
+from measure.film_writing import write_film
+from measure.footage import from_array, open_footage
+
+
+@pytest.fixture
+def stack():
+    return np.random.default_rng(0).integers(0, 255, (12, 48, 64), dtype=np.uint8)
+
+
+def test_a_lossless_avi_gives_back_every_grey_level(stack, tmp_path):
+    write_film(tmp_path / "film.avi", stack)
+    film = open_footage(tmp_path / "film.avi")
+    frames = list(film.pictures())
+    assert (film.frames, film.width, film.height, film.bits) == (12, 64, 48, 8)
+    assert [number for number, _ in frames] == list(range(12))
+    assert np.array_equal([picture for _, picture in frames], stack)
+
+
+def test_the_rate_of_a_container_is_not_the_cameras(stack, tmp_path):
+    write_film(tmp_path / "film.avi", stack)
+    assert open_footage(tmp_path / "film.avi").fps is None
+
+
+@pytest.mark.parametrize("suffix", ["tif", "png", "bmp"])
+def test_pictures_keep_their_depth_and_come_in_the_order_of_their_numbers(suffix, tmp_path):
+    deep = suffix != "bmp"
+    stack = np.random.default_rng(1).integers(0, 4095 if deep else 255, (11, 32, 40)).astype(np.uint16 if deep else np.uint8)
+    for n, picture in enumerate(stack):
+        cv2.imwrite(str(tmp_path / f"run2_{n + 8}.{suffix}"), picture)
+    film = open_footage(tmp_path)
+    assert film.bits == (16 if deep else 8)
+    assert np.array_equal([picture for _, picture in film.pictures()], stack)
+
+
+def test_a_gap_in_the_numbering_is_a_missing_frame_and_is_said(stack, tmp_path):
+    write_film(tmp_path / "film", stack)
+    (tmp_path / "film" / "frame_0005.png").unlink()
+    film = open_footage(tmp_path / "film")
+    assert film.frames == 12
+    assert [number for number, _ in film.pictures()] == [0, 1, 2, 3, 4, 6, 7, 8, 9, 10, 11]
+    assert "4 to 6" in film.remarks[0]
+
+
+def test_a_cut_avi_promises_more_than_it_holds(stack, tmp_path):
+    write_film(tmp_path / "film.avi", stack)
+    data = (tmp_path / "film.avi").read_bytes()
+    (tmp_path / "cut.avi").write_bytes(data[: len(data) // 2])
+    film = open_footage(tmp_path / "cut.avi")
+    assert film.frames == 12 > len(list(film.pictures()))
+
+
+def test_pictures_of_two_sizes_are_two_films(stack, tmp_path):
+    write_film(tmp_path / "film", stack)
+    cv2.imwrite(str(tmp_path / "film" / "frame_0003.png"), stack[0][:-2])
+    with pytest.raises(InputError, match=r"frame_0003.png: is 64 x 46 px"):
+        list(open_footage(tmp_path / "film").pictures())
+
+
+def test_a_picture_that_unpacks_to_gigabytes_is_refused_before_decoding(tmp_path):
+    def chunk(kind, data):
+        return struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data))
+
+    head = struct.pack(">IIBBBBB", 60000, 60000, 8, 0, 0, 0, 0)
+    bomb = b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", head) + chunk(b"IDAT", zlib.compress(bytes(1000))) + chunk(b"IEND", b"")
+    for n in range(2):
+        (tmp_path / f"f{n}.png").write_bytes(bomb)
+    with pytest.raises(InputError, match="60000 x 60000 px"):
+        open_footage(tmp_path)
+
+
+@pytest.mark.parametrize(
+    ("name", "content", "says"),
+    [
+        ("text.avi", b"#EXTM3U\nhttp://example.org/film.mp4\n", "is not a film"),
+        ("empty.avi", b"", "is empty"),
+        ("head.avi", b"RIFF\x00\x10\x00\x00AVI LIST", "no frame of it can be decoded"),
+        ("head.mp4", b"\x00\x00\x00\x18ftypisom" + bytes(200), "no frame of it can be decoded"),
+    ],
+)
+def test_what_is_not_a_film_is_refused_in_one_sentence(name, content, says, tmp_path):
+    (tmp_path / name).write_bytes(content)
+    with pytest.raises(InputError, match=says):
+        open_footage(tmp_path / name)
+
+
+def test_an_address_is_not_a_file(tmp_path):
+    with pytest.raises(InputError, match="no such file"):
+        open_footage(tmp_path / "http://example.org/film.mp4")
+
+
+def test_a_folder_without_numbers_has_no_order(tmp_path):
+    for name in ("first.png", "second.png"):
+        cv2.imwrite(str(tmp_path / name), np.zeros((32, 32), np.uint8))
+    with pytest.raises(InputError, match="has no number in its name"):
+        open_footage(tmp_path)
+
+
+def test_an_array_is_a_film():
+    assert from_array(np.zeros((3, 20, 30), np.uint16), fps=100.0).fps == 100.0
+    with pytest.raises(InputError, match="uint8 or uint16"):
+        from_array(np.zeros((3, 20, 30)))  # type: ignore[arg-type]

@@ -1,0 +1,121 @@
+"""Marks to one rigid body, against made footage and exact geometry."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from measure.camera import Camera, on_cylinder, rotation
+from measure.film import track_platform
+from measure.footage import from_array
+from measure.made_footage import pictures, true_motion
+from measure.marks import OK, Marks
+from measure.platform import CYLINDER, PERSPECTIVE, PLANE, body_points, fit_platform, trajectory
+from measure.project import make_project
+
+CAMERA = Camera(0.5e-3, (100.0, 400.0), np.radians(3.0), 2.5, (160.0, 240.0))
+
+
+def _seen(camera, points, pose, sigma=0.005):
+    """Exact sightings of body points (n, 9, 3) under poses (t, 6)."""
+    world = np.einsum("tij,nqj->tnqi", rotation(pose[:, 3:]), points) + pose[:, None, None, :3]
+    shares = np.outer([5.0, 8.0, 5.0], [5.0, 8.0, 5.0]).ravel() / 324.0
+    at = np.einsum("tnqi,q->tni", camera.project(world), shares)
+    n = at.shape[:2]
+    covariance = np.broadcast_to(sigma**2 * np.eye(2), (*n, 2, 2)).copy()
+    names = [f"m{i}" for i in range(n[1])]
+    return Marks(np.arange(n[0]) / 250, names, at[0], at[..., 0], at[..., 1], covariance, np.ones(n), np.zeros(n), np.full(n, OK))
+
+
+def test_projection_and_its_inverse_agree():
+    points = np.random.default_rng(0).normal(0, 0.05, (20, 3))
+    assert np.allclose(CAMERA.place(CAMERA.project(points), points[:, 1]), points, atol=1e-12)
+
+
+def test_points_on_the_cylinder_are_on_the_cylinder():
+    points = on_cylinder(CAMERA, np.array([[60.0, 380.0], [100.0, 400.0], [170.0, 420.0]]), 0.06)
+    assert np.allclose(np.hypot(points[:, 0], points[:, 1]), 0.06, atol=1e-12)
+    assert (points[:, 1] < 0).all()
+
+
+def test_positive_roll_turns_the_vertical_towards_the_right_of_the_picture():
+    turned = rotation(np.array([0.0, 0.3, 0.0])) @ [0.0, 0.0, 1.0]
+    assert turned[0] > 0
+    assert np.allclose(turned[1], 0)
+
+
+@pytest.mark.parametrize("free", [PLANE, CYLINDER, PERSPECTIVE])
+def test_an_exact_picture_gives_the_exact_pose(free):
+    reference = np.array([[60.0, 380.0], [100.0, 380.0], [170.0, 385.0], [62.0, 420.0], [101.0, 424.0], [165.0, 420.0]])
+    radius = None if free is PLANE else 0.06
+    camera = Camera(0.5e-3, (100.0, 400.0)) if free is PLANE else CAMERA
+    still = Marks(np.zeros(1), [""] * 6, reference, *(np.zeros((1, 6)) for _ in range(5)), np.full((1, 6), OK))  # type: ignore[arg-type]
+    points = body_points(still, camera, 31, radius)
+    pose = np.zeros((5, 6))
+    channels = ("x_m", "y_m", "z_m", "theta_x_rad", "theta_y_rad", "theta_z_rad")
+    for i, c in enumerate(channels):
+        if c in free:
+            pose[1:, i] = np.random.default_rng(i).normal(0, 0.05, 4)
+    marks = _seen(camera, points, pose)
+    fit = fit_platform(marks, camera, points, free)
+    assert np.abs(fit.pose - pose).max() < 1e-7
+
+
+def test_one_mark_that_slipped_is_left_out():
+    at = np.array([[40, 350], [160, 350], [40, 450], [160, 450], [100, 330.0]])
+    camera = Camera(0.5e-3, (100.0, 400.0))
+    still = Marks(np.zeros(1), [""] * 5, at, *(np.zeros((1, 5)) for _ in range(5)), np.full((1, 5), OK))  # type: ignore[arg-type]
+    points = body_points(still, camera, 31, None)
+    pose = np.array([[0, 0, 0, 0, 0, 0], [0.01, 0, 0.02, 0, 0.1, 0.0]])
+    marks = _seen(camera, points, pose)
+    marks.x_px[1, 2] += 3.0
+    fit = fit_platform(marks, camera, points, PLANE)
+    assert list(fit.used[1]) == [True, True, False, True, True]
+    assert np.abs(fit.pose - pose).max() < 1e-7
+    assert trajectory(marks, fit, 0.252).status[1] == "partial"
+
+
+def _project(scene, fps, radius=True):
+    camera = scene.camera
+    return make_project(
+        {
+            "film": {"fps": fps},
+            "scale": {"mm_per_px": 1e3 * camera.m_per_px},
+            "platform": {"origin_px": camera.origin_px, "start_height_m": 0.252, **({"radius_m": scene.radius_m} if radius else {})},
+            "camera": {"distance_m": camera.distance_m, "principal_px": camera.principal_px} if np.isfinite(camera.distance_m) else {},
+        }
+    )
+
+
+def _tracked(rig, **changed):
+    motion, scene = rig(**changed)
+    truth = true_motion(motion, scene, 100.0)
+    film = from_array(np.array(list(pictures(motion, scene, fps=100.0, seed=1))))
+    project = _project(scene, 100.0)
+    places = list(zip(truth.x_px[0], truth.y_px[0], strict=True))
+    project = project.model_copy(update={"marks": project.marks.model_copy(update={"place_px": tuple(places), "subset_px": 25})})
+    return track_platform(film, project), truth.trajectory
+
+
+def test_the_made_rig_comes_back_within_hundredths_of_a_millimetre(rig):
+    tracked, truth = _tracked(rig)
+    assert tracked.summary["verdict"] == "ok"
+    for channel, limit in (("x_m", 5e-5), ("z_m", 5e-5), ("theta_y_rad", 5e-4)):
+        gap = tracked.trajectory.channels[channel] - truth.channels[channel]
+        assert np.abs(gap).max() < limit, channel
+
+
+def test_rotation_about_the_vertical_is_read_from_one_camera(rig):
+    tracked, truth = _tracked(rig, theta_z=np.radians(15.0))
+    gap = tracked.trajectory.channels["theta_z_rad"] - truth.channels["theta_z_rad"]
+    assert np.degrees(np.abs(gap).max()) < 0.15
+    assert np.abs(tracked.trajectory.channels["x_m"] - truth.channels["x_m"]).max() < 1e-4
+
+
+def test_marks_are_found_where_none_are_named(rig):
+    motion, scene = rig(seconds=0.1)
+    film = from_array(np.array(list(pictures(motion, scene, fps=100.0, seed=1))))
+    tracked = track_platform(film, _project(scene, 100.0))
+    assert len(tracked.marks.names) >= 4
+    truth = true_motion(motion, scene, 100.0).trajectory
+    assert np.abs(tracked.trajectory.channels["z_m"] - truth.channels["z_m"]).max() < 2e-4

@@ -1,0 +1,81 @@
+"""Sub-pixel refinement against pictures whose shift is known exactly."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from measure.errors import InputError
+from measure.refinement import AFFINE, EUCLIDEAN, TRANSLATION, reference, refine
+
+CENTRE, SUBSET = 36, 41
+
+
+def _shifts(speckled, shift, warp, repeats, **made):
+    """Errors (n, 2) of the refined position, and the same over their stated sigma."""
+    errors, ratios = [], []
+    for n in range(repeats):
+        mark = reference(speckled(seed=n, noise_seed=2 * n, **made), CENTRE, CENTRE, SUBSET, warp)
+        found = refine(speckled(shift, seed=n, noise_seed=2 * n + 1, **made), mark, mark.start)
+        assert found is not None
+        errors.append(mark.point(found.warp) - CENTRE - shift)
+        ratios.append(errors[-1] / np.sqrt(np.diag(found.covariance)))
+    return np.array(errors), np.array(ratios)
+
+
+@pytest.mark.parametrize("warp", [TRANSLATION, AFFINE])
+@pytest.mark.parametrize("grain", [1.0, 1.6])
+def test_known_shifts_come_back_without_bias_and_with_an_honest_sigma(speckled, warp, grain):
+    errors, ratios = zip(*(_shifts(speckled, (s, 0.3), warp, 8, grain=grain) for s in (0.0, 0.25, 0.5)), strict=True)
+    assert np.abs(np.mean(errors, axis=1)).max() < 0.004
+    assert np.sqrt(np.mean(np.square(errors))) < 0.0075
+    assert 0.88 < np.mean(np.abs(ratios) < 1.96) <= 1.0
+    assert 0.8 < np.std(ratios) < 1.25
+
+
+def test_light_that_changes_by_a_third_changes_nothing(speckled):
+    mark = reference(speckled(), CENTRE, CENTRE, SUBSET)
+    bright = speckled((0.4, 0.2), noise_seed=1).astype(float)
+    places = [
+        mark.point(refine(np.rint(g * bright + o).clip(0, 255).astype(np.uint8), mark, mark.start).warp) for g, o in ((1, 0), (0.7, 20))
+    ]
+    assert np.abs(places[0] - places[1]).max() < 0.01
+
+
+def test_a_turned_mark_needs_a_warp_that_turns(speckled):
+    turn = np.radians(8.0)
+    mark = reference(speckled(), CENTRE, CENTRE, 31, EUCLIDEAN)
+    guess = mark.start
+    guess[[0, 1, 3, 4]] = np.cos(turn - 0.03), -np.sin(turn - 0.03), np.sin(turn - 0.03), np.cos(turn - 0.03)
+    found = refine(speckled((0.3, -0.2), turn=turn, noise_seed=1), mark, guess)
+    assert np.abs(mark.point(found.warp) - CENTRE - [0.3, -0.2]).max() < 0.02
+    assert abs(np.arctan2(found.warp[3], found.warp[0]) - turn) < 1e-3
+
+
+def test_a_rod_in_front_hardly_moves_a_robustly_refined_mark(speckled):
+    mark = reference(speckled(), CENTRE, CENTRE, SUBSET)
+    current = speckled((0.4, 0.3), noise_seed=1)
+    current[:, 40:46] = 30
+    plain, robust = refine(current, mark, mark.start), refine(current, mark, mark.start, scale=1.0)
+    assert np.abs(mark.point(robust.warp) - CENTRE - [0.4, 0.3]).max() < 0.03
+    assert np.abs(mark.point(plain.warp) - CENTRE - [0.4, 0.3]).max() > 0.05
+    assert 0.1 < robust.hidden < 0.3
+
+
+def test_a_round_dot_cannot_tell_its_rotation():
+    y, x = np.mgrid[:72, :72]
+    dot = np.rint(60 + 130 / (1 + np.exp((np.hypot(x - 36, y - 36) - 12) / 0.7))).astype(np.uint8)
+    assert reference(dot, 36, 36, 41, EUCLIDEAN).warp == TRANSLATION
+
+
+def test_a_mark_on_bare_metal_is_refused(speckled):
+    with pytest.raises(InputError, match="too little texture"):
+        reference(np.full((72, 72), 90, np.uint8), CENTRE, CENTRE, SUBSET)
+    edge = np.repeat(np.where(np.arange(72) < 36, 50, 200)[None], 72, axis=0).astype(np.uint8)
+    with pytest.raises(InputError, match="edges in two directions"):
+        reference(edge, CENTRE, CENTRE, SUBSET)
+
+
+def test_a_subset_over_the_border_is_refused(speckled):
+    with pytest.raises(InputError, match="reaches over the border"):
+        reference(speckled(), 5, CENTRE, SUBSET)

@@ -1,0 +1,79 @@
+"""Marks through a film, and what becomes of them."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from measure.errors import InputError
+from measure.footage import from_array, open_footage
+from measure.marks import LOST, OK
+from measure.tracking import follow
+
+
+def _film(speckled, shifts, size=140):
+    return np.array([speckled(shift, seed=3, size=size, noise_seed=n) for n, shift in enumerate(shifts)])
+
+
+def test_the_bar_moves_two_pixels_a_frame_until_it_is_hidden_and_then_it_is_said(real_footage):
+    marks = follow(open_footage(real_footage / "obstruction" / "images"), [(64.0, 100.0)], 25.0, subset=29)
+    seen = marks.seen[:, 0]
+    last = int(np.flatnonzero(seen)[-1])
+    assert 12 <= last <= 18
+    assert seen[: last + 1].all()
+    assert np.abs(marks.x_px[: last + 1, 0] - 64.0 - 2.0 * np.arange(last + 1)).max() < 0.05
+    assert np.isnan(marks.x_px[last + 1 :, 0]).all()
+    assert set(marks.status[last + 1 :, 0]) <= {"occluded", "lost", "ambiguous"}
+
+
+def test_fast_and_uneven_motion_is_followed_without_a_slip(speckled):
+    x = np.concatenate([np.zeros(3), np.cumsum([12.0, 19.5, 17.3, 5.1, -3.7, -20.2, -14.4])])
+    film = _film(speckled, [(s - 5, 0.37 * s) for s in x])
+    marks = follow(from_array(film), [(65.0, 70.0)], 250.0, subset=31)
+    error = np.hypot(marks.x_px[:, 0] - 65.0 - (x - x[0]), marks.y_px[:, 0] - 70.0 - 0.37 * (x - x[0]))
+    assert (marks.status == OK).all()
+    assert error.max() < 0.05
+
+
+def test_a_covered_mark_has_no_position_and_comes_back(speckled):
+    film = _film(speckled, [(0.5 * n, 0.0) for n in range(14)])
+    film[5:9, 40:110, 40:110] = 128
+    marks = follow(from_array(film), [(70.0, 70.0)], 250.0)
+    assert not marks.seen[5:9].any()
+    assert np.isnan(marks.x_px[5:9]).all()
+    assert marks.seen[9:].all()
+    assert np.abs(marks.x_px[9:, 0] - 70.0 - 0.5 * np.arange(9, 14)).max() < 0.05
+
+
+def test_a_mark_that_jumps_while_hidden_is_found_over_the_whole_picture(speckled):
+    film = _film(speckled, [(0.0, 0.0)] * 4 + [(45.0, -30.0)] * 8)
+    film[4:7, 50:90, 50:90] = 128
+    film[4:6] = 128
+    marks = follow(from_array(film), [(70.0, 70.0)], 250.0, subset=25)
+    assert marks.seen[-1, 0]
+    assert abs(marks.x_px[-1, 0] - 115.0) < 0.05
+
+
+def test_a_mark_that_leaves_the_picture_is_out_of_frame(speckled):
+    film = _film(speckled, [(-6.0 * n, 0.0) for n in range(14)])
+    marks = follow(from_array(film), [(70.0, 70.0)], 250.0)
+    assert marks.status[-1, 0] == "out-of-frame"
+    error = np.abs(marks.x_px[:, 0] - 70.0 + 6.0 * np.arange(14))
+    assert np.nanmax(error) < 0.05
+
+
+def test_a_different_picture_is_not_the_mark(speckled):
+    film = np.concatenate([_film(speckled, [(0, 0)] * 3), [speckled(seed=9, size=140)] * 3])
+    marks = follow(from_array(film), [(70.0, 70.0)], 250.0)
+    assert not marks.seen[3:].any()
+    assert LOST in set(marks.status[3:, 0]) | {"occluded"}
+
+
+def test_an_even_subset_has_no_centre(speckled):
+    with pytest.raises(InputError, match="odd number"):
+        follow(from_array(_film(speckled, [(0, 0)] * 2)), [(70.0, 70.0)], 250.0, subset=30)
+
+
+def test_one_frame_is_no_motion(speckled):
+    with pytest.raises(InputError, match="two at least"):
+        follow(from_array(_film(speckled, [(0, 0)])), [(70.0, 70.0)], 250.0)
