@@ -160,17 +160,50 @@ def free_start(lines: Array, data: LoopData, effects: tuple[Effect, ...] = ()) -
     The law is linear in its start force, which fades as exp(-beta times the way travelled), so two predictions give the
     least-squares value. In a steady loop it concerns only the first samples; it is a nuisance, one for each loop.
     """
-    guess = float(data.force_N[np.argmax(data.used)])
-    force = predict(lines, data, guess, effects)
-    change = predict(lines, data, guess + 1.0, effects) - force
-    seen = change[data.used]
-    shift = float(seen @ (data.force_N - force)[data.used] / max(float(seen @ seen), 1e-12))
+    guess, force, change = _start_guess(lines, data, effects)
+    shift = _share(change[data.used], (data.force_N - force)[data.used])
     return guess + shift, force + shift * change
 
 
 def gap(lines: Array, data: LoopData, effects: tuple[Effect, ...] = ()) -> Array:
     """Measured minus modelled force of the samples that count, N, with the loop's own start force taken out."""
     return (data.force_N - free_start(lines, data, effects)[1])[data.used]
+
+
+def gap_and_level(lines: Array, data: LoopData, effects: tuple[Effect, ...] = ()) -> tuple[Array, float]:
+    """The same with the loop's own force level taken out too, jointly with its start force; and that level, N."""
+    _, force, change = _start_guess(lines, data, effects)
+    left, seen = (data.force_N - force)[data.used], change[data.used]
+    centred = seen - seen.mean()
+    without_start = left - _share(centred, left) * seen
+    level = float(without_start.mean())
+    return without_start - level, level
+
+
+def _start_guess(lines: Array, data: LoopData, effects: tuple[Effect, ...]) -> tuple[float, Array, Array]:
+    """A start force, the force predicted with it, and the change of that force with it."""
+    guess = float(data.force_N[np.argmax(data.used)])
+    force = predict(lines, data, guess, effects)
+    return guess, force, predict(lines, data, guess + 1.0, effects) - force
+
+
+def _share(signature: Array, left: Array) -> float:
+    return float(signature @ left / max(float(signature @ signature), 1e-12))
+
+
+def area(data: LoopData, force_N: Array) -> float:
+    """Energy that a loop dissipates in one cycle, J: the area it encloses, positive when it runs anticlockwise.
+
+    The mean over the full cycles; zero where there is none.
+    """
+    parts = [-np.trapezoid(force_N[a:b], data.elongation_m[a:b]) for a, b in data.cycles.spans]
+    closing = [_closing(data.elongation_m, force_N, a, b - 1) for a, b in data.cycles.spans]
+    return float(np.mean(np.add(parts, closing))) if parts else 0.0
+
+
+def _closing(u: Array, force_N: Array, first: int, last: int) -> float:
+    """The chord from the last sample of a cycle back to its first."""
+    return float(-(u[first] - u[last]) * (force_N[first] + force_N[last]) / 2.0)
 
 
 def effective_number(residual: Array) -> float:

@@ -1,0 +1,149 @@
+"""Which numbers a fit of loops is free to choose, and what they are called in a model file.
+
+The fit works with levels at the middle of the elongation instead of intercepts, and with the logarithm of beta: the
+centred lines hardly depend on each other, and beta is known, if at all, to a factor.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+
+from measure.errors import InputError
+from measure.tables import Array
+from simulate.effect import Effect
+
+from .loops import LoopData
+
+Abscissa = Literal["none", "frequency_Hz", "speed_m_per_s"]
+
+LINE_NAMES = ("a_l_N_per_m", "b_l_N", "a_u_N_per_m", "b_u_N")
+BETA_NAME = "beta_per_m"
+_DISTINCT = 0.02  # frequencies closer than this, relatively, are one frequency
+
+
+@dataclass(frozen=True)
+class Layout:
+    """The vector of a fit: polynomials of a_l, level_l, a_u, level_u, then log beta, then the effects' parameters.
+
+    kinds : effects fitted jointly. centre_m : elongation at which levels are taken. order : of the polynomials in the
+    abscissa; zero where there is none. middle, half : the abscissa's scaling, z = (x - middle) / half. z : of each loop.
+    """
+
+    kinds: tuple[type[Effect], ...]
+    centre_m: float
+    abscissa: Abscissa
+    order: int
+    middle: float
+    half: float
+    z: Array
+
+    @property
+    def line_values(self) -> int:
+        """How many entries describe the four lines."""
+        return 4 * (self.order + 1)
+
+    def lines(self, theta: Array, loop: int) -> Array:
+        """a_l, b_l, a_u, b_u, beta of one loop."""
+        return self._lines_at(theta, float(self.z[loop]))
+
+    def middle_lines(self, theta: Array) -> Array:
+        """a_l, b_l, a_u, b_u, beta in the middle of the abscissa."""
+        return self._lines_at(theta, 0.0)
+
+    def _lines_at(self, theta: Array, z: float) -> Array:
+        lower, level_l, upper, level_u = theta[: self.line_values].reshape(4, -1) @ z ** np.arange(self.order + 1)
+        beta = np.exp(theta[self.line_values])
+        return np.array([lower, level_l - lower * self.centre_m, upper, level_u - upper * self.centre_m, beta])
+
+    def effects(self, theta: Array) -> tuple[Effect, ...]:
+        """The effects with the vector's parameters."""
+        made, place = [], self.line_values + 1
+        for kind in self.kinds:
+            size = len(kind.flat_names())
+            made.append(kind().with_flat(theta[place : place + size]))
+            place += size
+        return tuple(made)
+
+    def names(self) -> list[str]:
+        """Names of `values`, as in a model file; effects as `name.parameter`."""
+        return [*LINE_NAMES, BETA_NAME, *(f"{kind.name}.{key}" for kind in self.kinds for key in kind.flat_names())]
+
+    def values(self, theta: Array) -> Array:
+        """The numbers a model file wants, lines taken in the middle of the abscissa."""
+        return np.concatenate([self.middle_lines(theta), theta[self.line_values + 1 :]])
+
+    def slopes(self, theta: Array) -> Array:
+        """Derivative of `values` with respect to the vector, for the covariance."""
+        m, extra = self.order + 1, len(theta) - self.line_values - 1
+        table = np.zeros((5 + extra, len(theta)))
+        for row, column in enumerate(range(0, 4 * m, m)):
+            table[row, column] = 1.0
+        table[1, 0] = table[3, 2 * m] = -self.centre_m
+        table[4, 4 * m] = np.exp(theta[4 * m])
+        table[5:, 4 * m + 1 :] = np.eye(extra)
+        return table
+
+    def polynomials(self, theta: Array) -> dict[str, tuple[float, ...]]:
+        """Coefficients of a_l, b_l, a_u, b_u in the abscissa itself, lowest power first."""
+        scaled = theta[: self.line_values].reshape(4, -1).copy()
+        scaled[1] -= scaled[0] * self.centre_m
+        scaled[3] -= scaled[2] * self.centre_m
+        shift = np.polynomial.Polynomial([-self.middle / self.half, 1.0 / self.half])
+        rows = [np.polynomial.Polynomial(row)(shift).coef for row in scaled]
+        return {key: tuple(float(c) for c in row) for key, row in zip(("a_l", "b_l", "a_u", "b_u"), rows, strict=True)}
+
+
+def layout(loops: Sequence[LoopData], kinds: tuple[type[Effect], ...] = (), abscissa: Abscissa = "none", order: int = 0) -> Layout:
+    """The vector that suits these loops.
+
+    Raises
+    ------
+    InputError
+        An effect that no loop can show; fewer frequencies than the polynomials need.
+    """
+    for kind in kinds:
+        _require_visible(kind)
+    everywhere = np.concatenate([d.elongation_m[d.used] for d in loops])
+    centre = float((everywhere.min() + everywhere.max()) / 2.0)
+    if abscissa == "none":
+        return Layout(kinds, centre, "none", 0, 0.0, 1.0, np.zeros(len(loops)))
+    x = abscissa_of(loops, abscissa)
+    _require_frequencies(x, abscissa, order)
+    middle, half = float((x.min() + x.max()) / 2.0), float(np.ptp(x) / 2.0) or 1.0
+    return Layout(kinds, centre, abscissa, order, middle, half, (x - middle) / half)
+
+
+def abscissa_of(loops: Sequence[LoopData], abscissa: Abscissa) -> Array:
+    """Frequency, or speed in the middle of the stroke, of each loop."""
+    return np.array([d.frequency_Hz if abscissa == "frequency_Hz" else d.mid_stroke_speed_m_per_s for d in loops])
+
+
+def distinct(values: Array) -> int:
+    """How many values there are, where values within two per cent count as one."""
+    ordered = np.sort(values)
+    return 1 + int(np.sum(np.diff(ordered) > _DISTINCT * np.abs(ordered[1:])))
+
+
+def visible(kind: type[Effect]) -> bool:
+    """Whether an effect can show in a loop at all: it acts on a leg or on the load cell."""
+    in_leg = any(getattr(kind, hook) is not None for hook in ("leg_force", "leg_mass", "leg_asymptotes"))
+    return in_leg or kind.observe_force is not Effect.observe_force
+
+
+def _require_visible(kind: type[Effect]) -> None:
+    if not visible(kind):
+        raise InputError(f'effect "{kind.name}" does not act on a single actuator, so no loop shows it; fit it to deployments.')
+
+
+def _require_frequencies(x: Array, abscissa: Abscissa, order: int) -> None:
+    if not np.all(np.isfinite(x)):
+        raise InputError(f"loop {int(np.argmax(~np.isfinite(x))) + 1} has no full cycle, so no {abscissa}; fit without --rate.")
+    if distinct(x) < order + 1:
+        raise InputError(
+            f"{distinct(x)} different values of {abscissa} in these loops; a polynomial of order {order} needs {order + 1}. "
+            f"Give --rate-order {distinct(x) - 1} or more loops."
+        )

@@ -1,0 +1,113 @@
+"""What a fit of loops knows and does not know: covariance, intervals, and parameters that nothing determines."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from measure.tables import Array
+
+from .parameters import BETA_NAME, Layout
+
+Word = Literal["ok", "at-bound", "not-identifiable", "did-not-converge", "data-bad", "model-does-not-apply"]
+
+OWN_SHARE = 0.02  # of a parameter's signature that no other parameter can imitate, below which it is not identifiable
+WIDEST_LOG_BETA = 1.0  # standard deviation of log beta at which beta is not even known to its order of magnitude
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """A fitted number: value, one standard deviation, 95 % interval, and whether the data determine it."""
+
+    value: float
+    stderr: float
+    ci95: tuple[float, float]
+    verdict: Word
+
+
+def jacobians(residuals: Callable[[Array], tuple[Array, ...]], theta: Array, low: Array, high: Array) -> tuple[Array, ...]:
+    """Derivative of each loop's residual with respect to the vector, (n, p), by central differences inside the bounds."""
+    columns: list[list[Array]] = [[] for _ in residuals(theta)]
+    for k in range(len(theta)):
+        size = 1e-5 * max(abs(theta[k]), 1e-3)
+        up, down = theta.copy(), theta.copy()
+        up[k], down[k] = min(theta[k] + size, high[k]), max(theta[k] - size, low[k])
+        for column, after, before in zip(columns, residuals(up), residuals(down), strict=True):
+            column.append((after - before) / (up[k] - down[k]))
+    return tuple(np.stack(column, axis=1) for column in columns)
+
+
+def covariance_of(tables: Sequence[Array], residuals: Sequence[Array], effective: Sequence[float], free: NDArray[np.bool_]) -> Array:
+    """Covariance of the vector, zero for what stands at a bound.
+
+    C = N^-1 (sum_k s_k^2 n_k / n_eff,k J_k' J_k) N^-1,   N = sum_k J_k' J_k
+    """
+    size = tables[0].shape[1]
+    kept = np.flatnonzero(free)
+    scale = np.sqrt(sum(np.sum(table[:, kept] ** 2, axis=0) for table in tables))
+    scale = np.where(scale > 0.0, scale, 1.0)
+    scaled = [table[:, kept] / scale for table in tables]
+    inverse = np.linalg.pinv(sum(table.T @ table for table in scaled), rcond=1e-12, hermitian=True)
+    lost = len(kept) / len(tables)
+    spread = [float(r @ r) / max(n - lost, 1.0) for r, n in zip(residuals, effective, strict=True)]
+    middle = sum(s * (table.T @ table) for s, table in zip(spread, scaled, strict=True))
+    whole = np.zeros((size, size))
+    whole[np.ix_(kept, kept)] = inverse @ middle @ inverse / np.outer(scale, scale)
+    return whole
+
+
+def estimates_of(
+    shape: Layout, theta: Array, covariance: Array, free: NDArray[np.bool_], tables: Sequence[Array], freedom: float
+) -> dict[str, Estimate]:
+    """Value, error, interval and verdict of everything that goes into a model file.
+
+    The interval is Student's with `freedom` effective degrees; that of beta is taken on its logarithm.
+    """
+    from scipy.stats import t as student
+
+    reach = float(student.ppf(0.975, max(freedom, 2.0)))
+    slopes = shape.slopes(theta)
+    errors = np.sqrt(np.maximum(np.diag(slopes @ covariance @ slopes.T), 0.0))
+    words = _words(shape, theta, covariance, free, tables)
+    made = {}
+    for row, (name, value) in enumerate(zip(shape.names(), shape.values(theta), strict=True)):
+        error = float(errors[row])
+        interval = (value - reach * error, value + reach * error)
+        if name == BETA_NAME:
+            factor = float(np.exp(min(reach * error / value, 50.0)))
+            interval = (value / factor, value * factor)
+        made[name] = Estimate(float(value), error, (float(interval[0]), float(interval[1])), words[row])
+    return made
+
+
+def _words(shape: Layout, theta: Array, covariance: Array, free: NDArray[np.bool_], tables: Sequence[Array]) -> list[Word]:
+    own = own_shares(tables)
+    m = shape.order + 1
+    groups = [slice(0, m), slice(0, 2 * m), slice(2 * m, 3 * m), slice(2 * m, 4 * m)]
+    words: list[Word] = ["not-identifiable" if own[group].min() < OWN_SHARE else "ok" for group in groups]
+    at_beta = shape.line_values
+    words.append("at-bound" if not free[at_beta] else "not-identifiable" if covariance[at_beta, at_beta] > WIDEST_LOG_BETA**2 else "ok")
+    return [*words, *(_effect_word(own[k], bool(free[k])) for k in range(at_beta + 1, len(theta)))]
+
+
+def _effect_word(own: float, free: bool) -> Word:
+    return "not-identifiable" if own < OWN_SHARE else "ok" if free else "at-bound"
+
+
+def own_shares(tables: Sequence[Array]) -> Array:
+    """Which share of each parameter's signature no combination of the others can imitate, 0 to 1.
+
+    A hub's inertia in sinusoids of one frequency, for one, looks like a slope of both asymptotes: its share is zero, and
+    whatever value a fit returns for it is an accident of the noise.
+    """
+    normal = np.sum([table.T @ table for table in tables], axis=0)
+    size = np.sqrt(np.diag(normal))
+    known = size > 0.0
+    shares = np.zeros(len(size))
+    scaled = normal[np.ix_(known, known)] / np.outer(size[known], size[known])
+    shares[known] = 1.0 / np.sqrt(np.maximum(np.diag(np.linalg.pinv(scaled, rcond=1e-13, hermitian=True)), 1.0))
+    return shares

@@ -1,0 +1,77 @@
+"""How far a fit of loops can be trusted, parameter by parameter and as a whole.
+
+A fitting library's own word for success is not taken: it was seen to be given to start values and to parameters that no
+sample depends on.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from measure.tables import Array
+
+from .loops import LoopData, area
+from .parameters import Layout
+from .uncertainty import Estimate, Word
+
+LARGEST_ERROR = 0.10  # RMS error in parts of the force range, above which the law has another shape than the loop
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """The word on a fit and the sentence that gives the reason."""
+
+    word: Word
+    reason: str
+
+
+def verdict_of(
+    shape: Layout, theta: Array, estimates: dict[str, Estimate], loops: Sequence[LoopData], residuals: Sequence[Array], converged: bool
+) -> Verdict:
+    """The word on the whole fit: the first of these that is true, worst first."""
+    closed = [data for data in loops if data.cycles.spans]
+    if not converged:
+        return Verdict("did-not-converge", "the least-squares fit stopped before it had converged; the numbers are not a result")
+    reason = _does_not_apply(shape, theta, closed, loops, residuals)
+    if reason:
+        return Verdict("model-does-not-apply", reason)
+    for word, because in (
+        ("not-identifiable", "these loops do not determine {}: other parameters, or the noise, imitate it"),
+        ("at-bound", "{} ran to the end of what is possible or of what these loops can tell"),
+    ):
+        named = [name for name, estimate in estimates.items() if estimate.verdict == word]
+        if named:
+            return Verdict(word, because.format(", ".join(named)))  # type: ignore[arg-type]
+    return Verdict("ok", f"pooled error {100 * pooled_error(loops, residuals):.2f} % of the force range")
+
+
+def _does_not_apply(shape: Layout, theta: Array, closed: Sequence[LoopData], loops: Sequence[LoopData], residuals: Sequence[Array]) -> str:
+    if closed and all(area(data, data.force_N) <= 0.0 for data in closed):
+        return "the loops run clockwise: the actuator gives energy instead of taking it. Check the signs of force and elongation"
+    for k, data in enumerate(loops):
+        a_l, b_l, a_u, b_u, _ = shape.lines(theta, k)
+        ends = np.array([data.elongation_m[data.used].min(), data.elongation_m[data.used].max()])
+        height = (a_u - a_l) * ends + b_u - b_l
+        if np.any(height <= 0.0):
+            where = float(ends[np.argmin(height)])
+            return (
+                f"{data.name}: the asymptotes cross within the elongations seen: upper minus lower is {height.min():.3g} N at {where:.4g} m"
+            )
+    error = pooled_error(loops, residuals)
+    if error > LARGEST_ERROR:
+        return f"the loop has another shape: the error is {100 * error:.1f} % of the force range"
+    return ""
+
+
+def errors(loops: Sequence[LoopData], residuals: Sequence[Array]) -> list[float]:
+    """RMS error of each loop in parts of its force range."""
+    return [float(np.sqrt(np.mean(r**2)) / data.force_range_N) for data, r in zip(loops, residuals, strict=True)]
+
+
+def pooled_error(loops: Sequence[LoopData], residuals: Sequence[Array]) -> float:
+    """RMS over all samples of all loops in parts of the range of all their forces."""
+    lowest, highest = min(data.force_N[data.used].min() for data in loops), max(data.force_N[data.used].max() for data in loops)
+    return float(np.sqrt(np.mean(np.concatenate(residuals) ** 2)) / (highest - lowest))
