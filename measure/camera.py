@@ -89,3 +89,15 @@ def rotation(theta: Array) -> Array:
     swing = Rotation.from_rotvec(flat * [1.0, 1.0, 0.0])
     twist = Rotation.from_rotvec(flat * [0.0, 0.0, 1.0])
     return (swing * twist).as_matrix().reshape(*theta.shape[:-1], 3, 3)
+
+
+def angles(matrix: Array) -> Array:
+    """(theta_x, theta_y, theta_z) of rotation matrices; the inverse of `rotation`. matrix : (..., 3, 3). Returns (..., 3), rad."""
+    from scipy.spatial.transform import Rotation
+
+    turn = Rotation.from_matrix(matrix.reshape(-1, 3, 3))
+    _, _, z, w = turn.as_quat().T
+    theta_z = 2.0 * np.arctan2(z, w)
+    theta_z -= 2.0 * np.pi * np.round(theta_z / (2.0 * np.pi))
+    swing = turn * Rotation.from_rotvec(np.outer(theta_z, [0.0, 0.0, 1.0])).inv()
+    return np.column_stack([swing.as_rotvec()[:, :2], theta_z]).reshape(*matrix.shape[:-2], 3)

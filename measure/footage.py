@@ -20,7 +20,7 @@ from .errors import InputError
 LARGEST_PICTURE_PX = 64_000_000
 """No camera for this work has more; a file that claims more is broken or meant to be."""
 
-Picture = NDArray[np.uint8] | NDArray[np.uint16]
+Picture = NDArray[np.uint8 | np.uint16]
 
 
 @dataclass(frozen=True)

@@ -14,9 +14,10 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from .camera import Camera, rotation
+from .camera import Camera, angles, rotation
 from .errors import InputError
 from .footage import Picture
+from .project import Project, make_project
 from .rendering import DOT, QUADRANT, SPECKLE, cast
 from .tables import CHANNELS, Trajectory
 
@@ -83,8 +84,8 @@ class Scene:
 
 @dataclass(frozen=True)
 class Truth:
-    """What really happened. trajectory : at the frames, counted as a tracker counts it: lengths and angles from the first frame,
-    the height as given. x_px, y_px : (frames, marks) of the marks' centres. facing : (frames, marks), cosine between
+    """What really happened. trajectory : at the frames, counted as a tracker counts it: lengths and rotation from the
+    first frame, the height as given. x_px, y_px : (frames, marks) of the marks' centres. facing : (frames, marks), cosine between
     a mark's normal and the line to the camera; it is not seen where this is negative.
     """
 
@@ -118,7 +119,9 @@ def true_motion(trajectory: Trajectory, scene: Scene, fps: float, frames: int | 
     world = np.einsum("tij,nj->tni", turn, points) + pose[:, None, :3]
     facing = -np.einsum("tij,nj->tni", turn, normals)[..., 1]
     picture = scene.camera.project(world)
-    relative = {c: pose[:, i] - (pose[0, i] if i >= 3 else 0.0) for i, c in enumerate(CHANNELS)}
+    turned = angles(turn @ turn[0].T)
+    turned[:, 2] = np.unwrap(turned[:, 2])
+    relative: dict[str, Array] = dict(zip(CHANNELS, [*pose[:, :3].T, *turned.T], strict=True))
     relative["z_m"] = relative["z_m"] + _start_height(trajectory)
     return Truth(Trajectory(time, relative, name="truth"), picture[..., 0], picture[..., 1], facing)
 
@@ -227,6 +230,32 @@ def _rods(scene: Scene) -> tuple[Array, Array]:
     return cover, grey
 
 
-def still(scene: Scene, **changed) -> Scene:
-    """The same scene with some of it changed."""
+def deployment_scene(**changed) -> Scene:
+    """The rig as the shipped film shows it: six speckled marks in two rows, two rods in front, half a millimetre to the pixel.
+
+    The platform starts at the bottom of the picture and has room to rise by 450 mm. The background is a black cloth
+    under the camera's black level, which keeps the film small. changed : fields of `Scene` that shall differ.
+    """
+    camera = Camera(0.5e-3, (152.0, 962.0), 0.0, 3.0, (152.0, 512.0))
+    marks = tuple(MadeMark(azimuth, height, 0.017) for height in (-0.0115, 0.0115) for azimuth in (-0.55, 0.0, 0.55))
+    rods = (Rod(112.0, 0.0, 115.0, 1023.0, 4.0), Rod(190.0, 0.0, 187.0, 1023.0, 4.0))
+    scene = Scene(
+        304, 1024, camera, marks, radius_m=0.07, half_height_m=0.0235, rods=rods, exposure_s=0.2e-3, noise=1.0, background=-0.012
+    )  # fmt: skip
     return replace(scene, **changed)
+
+
+def project_for(scene: Scene, fps: float, start_height_m: float, subset: int = 25) -> Project:
+    """The project file that a careful user would write for a made film: true camera and geometry, true places of the marks."""
+    centres, _ = _on_body(scene)
+    camera = scene.camera
+    distance = {} if np.isinf(camera.distance_m) else {"distance_m": camera.distance_m, "principal_px": camera.principal_px}
+    return make_project(
+        {
+            "film": {"fps": fps, **({"exposure_s": scene.exposure_s} if scene.exposure_s else {})},
+            "marks": {"place_px": [tuple(place) for place in camera.project(centres).tolist()], "subset_px": subset},
+            "scale": {"mm_per_px": 1e3 * camera.m_per_px, "up_deg": float(np.degrees(camera.up_rad))},
+            "platform": {"origin_px": camera.origin_px, "start_height_m": start_height_m, "radius_m": scene.radius_m},
+            "camera": distance,
+        }
+    )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -22,23 +23,34 @@ def real_footage() -> Path:
     return REAL / "footage"
 
 
+def _centres(size, grain, seed):
+    return np.random.default_rng(seed).uniform(-12, size + 12, (int(size**2 / (3 * grain**2)), 2))
+
+
+def _pattern(centres, size, grain):
+    """Sum of Gaussians; each is a product of one along x and one along y."""
+    along = np.arange(size, dtype=np.float32)
+    across = np.exp(-0.5 * ((along - centres[:, :1].astype(np.float32)) / grain) ** 2)
+    down = np.exp(-0.5 * ((along - centres[:, 1:].astype(np.float32)) / grain) ** 2)
+    return down.T @ across
+
+
+@cache
+def _extremes(size, grain, seed):
+    pattern = _pattern(_centres(size, grain, seed), size, grain)
+    return float(pattern.min()), float(pattern.max())
+
+
 @pytest.fixture
 def speckled():
     """A speckle pattern as a sum of Gaussians, so that a shifted picture is exact and not interpolated."""
 
     def make(shift=(0.0, 0.0), *, grain=1.6, seed=0, size=72, noise=1.5, contrast=130.0, noise_seed=0, turn=0.0):
-        chance = np.random.default_rng(seed)
-        centres = chance.uniform(-12, size + 12, (int(size**2 / (3 * grain**2)), 2))
-        c, s = np.cos(turn), np.sin(turn)
         middle = size // 2
-        moved = (centres - middle) @ np.array([[c, s], [-s, c]]) + middle + np.asarray(shift)
-        across = np.exp(-0.5 * ((np.arange(size)[None] - moved[:, :1]) / grain) ** 2)
-        down = np.exp(-0.5 * ((np.arange(size)[None] - moved[:, 1:]) / grain) ** 2)
-        pattern = down.T @ across
-        still = np.exp(-0.5 * ((np.arange(size)[None] - centres[:, 1:]) / grain) ** 2).T @ np.exp(
-            -0.5 * ((np.arange(size)[None] - centres[:, :1]) / grain) ** 2
-        )
-        grey = 60.0 + contrast * (pattern - still.min()) / np.ptp(still)
+        c, s = np.cos(turn), np.sin(turn)
+        turned = (_centres(size, grain, seed) - middle) @ np.array([[c, s], [-s, c]]) + middle
+        low, high = _extremes(size, grain, seed)
+        grey = 60.0 + contrast * (_pattern(turned + np.asarray(shift), size, grain) - low) / (high - low)
         noisy = grey + np.random.default_rng(noise_seed).normal(0.0, noise, grey.shape)
         return np.clip(np.rint(noisy), 0, 255).astype(np.uint8)
 

@@ -6,9 +6,15 @@ import numpy as np
 import pytest
 
 from measure.errors import InputError
-from measure.refinement import AFFINE, EUCLIDEAN, TRANSLATION, reference, refine
+from measure.refinement import AFFINE, EUCLIDEAN, TRANSLATION, Match, reference, refine
 
 CENTRE, SUBSET = 36, 41
+
+
+def _refined(picture, mark, guess=None, scale=None) -> Match:
+    found = refine(picture, mark, mark.start if guess is None else guess, scale)
+    assert found is not None
+    return found
 
 
 def _shifts(speckled, shift, warp, repeats, **made):
@@ -16,8 +22,7 @@ def _shifts(speckled, shift, warp, repeats, **made):
     errors, ratios = [], []
     for n in range(repeats):
         mark = reference(speckled(seed=n, noise_seed=2 * n, **made), CENTRE, CENTRE, SUBSET, warp)
-        found = refine(speckled(shift, seed=n, noise_seed=2 * n + 1, **made), mark, mark.start)
-        assert found is not None
+        found = _refined(speckled(shift, seed=n, noise_seed=2 * n + 1, **made), mark)
         errors.append(mark.point(found.warp) - CENTRE - shift)
         ratios.append(errors[-1] / np.sqrt(np.diag(found.covariance)))
     return np.array(errors), np.array(ratios)
@@ -36,9 +41,7 @@ def test_known_shifts_come_back_without_bias_and_with_an_honest_sigma(speckled, 
 def test_light_that_changes_by_a_third_changes_nothing(speckled):
     mark = reference(speckled(), CENTRE, CENTRE, SUBSET)
     bright = speckled((0.4, 0.2), noise_seed=1).astype(float)
-    places = [
-        mark.point(refine(np.rint(g * bright + o).clip(0, 255).astype(np.uint8), mark, mark.start).warp) for g, o in ((1, 0), (0.7, 20))
-    ]
+    places = [mark.point(_refined(np.rint(g * bright + o).clip(0, 255).astype(np.uint8), mark).warp) for g, o in ((1, 0), (0.7, 20))]
     assert np.abs(places[0] - places[1]).max() < 0.01
 
 
@@ -47,7 +50,7 @@ def test_a_turned_mark_needs_a_warp_that_turns(speckled):
     mark = reference(speckled(), CENTRE, CENTRE, 31, EUCLIDEAN)
     guess = mark.start
     guess[[0, 1, 3, 4]] = np.cos(turn - 0.03), -np.sin(turn - 0.03), np.sin(turn - 0.03), np.cos(turn - 0.03)
-    found = refine(speckled((0.3, -0.2), turn=turn, noise_seed=1), mark, guess)
+    found = _refined(speckled((0.3, -0.2), turn=turn, noise_seed=1), mark, guess)
     assert np.abs(mark.point(found.warp) - CENTRE - [0.3, -0.2]).max() < 0.02
     assert abs(np.arctan2(found.warp[3], found.warp[0]) - turn) < 1e-3
 
@@ -56,7 +59,7 @@ def test_a_rod_in_front_hardly_moves_a_robustly_refined_mark(speckled):
     mark = reference(speckled(), CENTRE, CENTRE, SUBSET)
     current = speckled((0.4, 0.3), noise_seed=1)
     current[:, 40:46] = 30
-    plain, robust = refine(current, mark, mark.start), refine(current, mark, mark.start, scale=1.0)
+    plain, robust = _refined(current, mark), _refined(current, mark, scale=1.0)
     assert np.abs(mark.point(robust.warp) - CENTRE - [0.4, 0.3]).max() < 0.03
     assert np.abs(mark.point(plain.warp) - CENTRE - [0.4, 0.3]).max() > 0.05
     assert 0.1 < robust.hidden < 0.3
