@@ -32,4 +32,4 @@ def test_every_option_named_in_the_docs_exists():
     from measure.commands.track_video import options
 
     known = {name for action in options()._actions for name in action.option_strings}
-    assert set(re.findall(r"(--[a-z-]+)", DOCS)) <= known
+    assert set(re.findall(r"(--[a-z][a-z-]+)", DOCS)) <= known
