@@ -1,0 +1,170 @@
+"""Loop files as laboratories write them, brought into the columns of `measure.tables.Loop`.
+
+Nothing is guessed twice: what cannot be read in one way only stops with the option that settles it, and what was
+understood can be shown and saved, one mapping file per rig.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from .command import existing_file
+from .dialect import TextTable, read_text_table
+from .errors import InputError, nearest
+from .mapping import QUANTITIES, ColumnMapping
+from .tables import Array, Loop
+from .units import FACTORS, SI, Unit, quantity_of, split_unit, unit_of
+
+
+@dataclass(frozen=True)
+class Understood:
+    """What was understood of a file: how it is written, and which column and unit was taken for what."""
+
+    file: str
+    table: TextTable
+    columns: Mapping[str, int]
+    units: Mapping[str, Unit]
+    sample_period_s: float | None
+
+    def sentences(self) -> list[str]:
+        """For people: the dialect, the columns, and the first rows as numbers in SI."""
+        table = self.table
+        header = "no header" if not table.header else f"header in line {table.first_line - 1 - bool(table.units)}"
+        lines = [f"{self.file}: {table.encoding}, delimiter {table.delimiter}, decimal {table.decimal}, {header}, {len(table.rows)} rows"]
+        for quantity, place in self.columns.items():
+            unit = self.units[quantity]
+            lines.append(f"  {quantity:<10} column {place + 1} {_quoted(table, place)}, unit {unit.text} = {unit.factor:g} {SI[quantity]}")
+        if self.sample_period_s is not None:
+            lines.append(f"  time       {self.sample_period_s:g} s from sample to sample, as given")
+        for row in table.rows[:5]:
+            shown = (f"{float(row[place]) * self.units[q].factor:.6g} {SI[q]}" for q, place in self.columns.items())
+            lines.append("    " + "  ".join(shown))
+        return lines
+
+
+def _quoted(table: TextTable, place: int) -> str:
+    return f'"{table.header[place]}"' if table.header else "(no name)"
+
+
+def read_foreign(path: Path, mapping: ColumnMapping | None = None) -> tuple[Loop, Understood]:
+    """Read a loop from a laboratory's text file; also this project's own columns.
+
+    Raises
+    ------
+    InputError
+        Not text, more than one possible reading, no column or no unit for a quantity, a cell that is no number.
+    """
+    path, wanted = Path(path), mapping or ColumnMapping()
+    existing_file(path, what="a table of force and elongation")
+    table = read_text_table(path, wanted.delimiter, wanted.decimal, wanted.encoding, wanted.header)
+    columns = {q: place for q in QUANTITIES if (place := _place(path, table, wanted, q)) is not None}
+    units = {q: _unit(path, table, place, wanted, q) for q, place in columns.items()}
+    values = {q: _numbers(path, table, place, q) * units[q].factor for q, place in columns.items()}
+    if "time" not in values:
+        values["time"] = np.arange(len(table.rows)) * float(wanted.sample_period_s or 0.0)
+    _require_increasing(path, table, values["time"])
+    loop = Loop(values["time"], values["elongation"], values["force"], name=str(path), other=_other(table, set(columns.values())))
+    return loop, Understood(str(path), table, columns, units, wanted.sample_period_s)
+
+
+def _place(path: Path, table: TextTable, wanted: ColumnMapping, quantity: str) -> int | None:
+    """Index of the column of a quantity; None for a time that is given by the sample period."""
+    if quantity in wanted.columns:
+        return _named(path, table, str(wanted.columns[quantity]), quantity)
+    if quantity == "time" and wanted.sample_period_s is not None:
+        return None
+    names = [split_unit(name)[0].strip().lower() for name in table.header]
+    found = [place for place, name in enumerate(names) if name == quantity]
+    if len(found) == 1:
+        return found[0]
+    raise InputError(_missing(path, table, quantity, len(found)))
+
+
+def _named(path: Path, table: TextTable, name: str, quantity: str) -> int:
+    found = [place for place, header in enumerate(table.header) if header == name]
+    size = len(table.rows[0])
+    if len(found) == 1:
+        return found[0]
+    if not found and name.isdecimal() and 1 <= int(name) <= size:
+        return int(name) - 1
+    if len(found) > 1:
+        raise InputError(f'{path}: {len(found)} columns are named "{name}"; give --column {quantity}=NUMBER, counted from 1.')
+    hint = nearest(name, table.header) if table.header else f"the file has no header; give a number from 1 to {size}."
+    raise InputError(f'{path}: no column "{name}" for the {quantity}; {hint}')
+
+
+def _missing(path: Path, table: TextTable, quantity: str, found: int) -> str:
+    own = f"{quantity}_{SI[quantity]}"
+    line = max(table.first_line - 1 - bool(table.units), 1)
+    period = " or --sample-period SECONDS" if quantity == "time" else ""
+    if not table.header:
+        return (
+            f"{path}: no header, so no column for the {quantity}; its first row reads {', '.join(table.rows[0])}.\n"
+            f"Add --column {quantity}=NUMBER (counted from 1) --unit {quantity}=UNIT{period}."
+        )
+    listed = ", ".join(f'"{name}"' for name in table.header)
+    what = f"no column for the {quantity}" if not found else f"{found} columns for the {quantity}"
+    likely = [name for place, name in enumerate(table.header) if quantity_of(_written_unit(table, place)) == quantity]
+    name, unit = (likely[0], _written_unit(table, table.header.index(likely[0]))) if likely else ("NAME", "UNIT")
+    advice = f'Add --column {quantity}="{name}" --unit {quantity}={unit}{period}, or rename it to {own}.'
+    return f"{path}, line {line}: {what}; found {listed}.\n{advice}"
+
+
+def _written_unit(table: TextTable, place: int) -> str:
+    return (table.units[place] if table.units else "") or (split_unit(table.header[place])[1] if table.header else "")
+
+
+def _unit(path: Path, table: TextTable, place: int, wanted: ColumnMapping, quantity: str) -> Unit:
+    """The unit that was given, or else the one that stands in the file."""
+    if quantity in wanted.units:
+        return unit_of(quantity, str(wanted.units[quantity]))
+    written = _written_unit(table, place)
+    if written in FACTORS[quantity]:
+        return unit_of(quantity, written)
+    found = f'"{written}" is none known here' if written else "none stands there"
+    raise InputError(
+        f"{path}: which unit is the {quantity} in, column {place + 1} {_quoted(table, place)}? {found[0].upper()}{found[1:]}. "
+        f"Add --unit {quantity}=UNIT, one of {', '.join(FACTORS[quantity])}, or V*FACTOR."
+    )
+
+
+def _numbers(path: Path, table: TextTable, place: int, quantity: str) -> Array:
+    values = np.empty(len(table.rows))
+    for i, row in enumerate(table.rows):
+        try:
+            values[i] = float(row[place])
+        except ValueError:
+            values[i] = np.nan
+        if not np.isfinite(values[i]):
+            found = f'"{row[place]}"' if row[place] else "empty"
+            raise InputError(f"{path}, line {table.first_line + i}: the {quantity} is {found}, no number. Mend the cell or remove the row.")
+    return values
+
+
+def _require_increasing(path: Path, table: TextTable, time_s: Array) -> None:
+    step = np.diff(time_s)
+    if np.any(step <= 0.0):
+        i = int(np.argmax(step <= 0.0)) + 1
+        wrong = int(np.sum(step <= 0.0))
+        raise InputError(
+            f"{path}, line {table.first_line + i}: time goes from {time_s[i - 1]:g} to {time_s[i]:g} s ({wrong} such steps); "
+            "it must increase from row to row. Sort the rows and remove doubled ones, or give --sample-period without a time column."
+        )
+
+
+def _other(table: TextTable, taken: set[int]) -> dict[str, Array]:
+    """Further columns of numbers, by name or by number."""
+    made: dict[str, Array] = {}
+    for place in range(len(table.rows[0])):
+        name = table.header[place] if table.header else f"column {place + 1}"
+        try:
+            values = np.array([float(row[place]) for row in table.rows])
+        except ValueError:
+            continue
+        if place not in taken and name not in made:
+            made[name] = values
+    return made

@@ -1,0 +1,158 @@
+"""Files as laboratories write them end either in the right numbers or in one sentence that says what to do."""
+
+import numpy as np
+import pytest
+
+from measure import InputError
+from measure.foreign import read_foreign
+from measure.mapping import ColumnMapping, pairs, read_mapping, write_mapping
+
+T = np.arange(40) * 0.5
+U = np.round(12.0 * np.sin(0.3 * T), 3)
+F = np.round(2.8 + 0.1 * np.cos(0.3 * T), 4)
+
+
+def rows(*columns, delimiter=",", form="{:.4f}"):
+    return [delimiter.join(form.format(value) for value in row) for row in zip(*columns, strict=True)]
+
+
+def written(tmp_path, lines, encoding="utf-8", name="bench.csv", end="\n"):
+    path = tmp_path / name
+    path.write_bytes((end.join(lines) + end).encode(encoding))
+    return path
+
+
+def check(loop, time=T, elongation=U / 1000.0, force=F):
+    assert loop.time_s == pytest.approx(time)
+    assert loop.elongation_m == pytest.approx(elongation)
+    assert loop.force_N == pytest.approx(force)
+
+
+def test_own_columns_need_no_options(tmp_path):
+    loop, _ = read_foreign(written(tmp_path, ["time_s,elongation_m,force_N", *rows(T, U / 1000, F, form="{:.9f}")]))
+    check(loop)
+
+
+def test_a_unit_in_the_header_is_taken(tmp_path):
+    loop, _ = read_foreign(
+        written(tmp_path, ["Time [ms];Elongation (mm);Force (kN)", *rows(T * 1e3, U, F / 1e3, delimiter=";", form="{:.9f}")])
+    )
+    check(loop)
+
+
+def test_tab_without_header_by_number(tmp_path):
+    mapping = ColumnMapping({"time": "1", "elongation": "4", "force": "3"}, {"time": "ms", "elongation": "mm", "force": "kN"})
+    loop, understood = read_foreign(written(tmp_path, rows(T * 1e3, U * 0 + 3.4, F / 1e3, U, delimiter="\t", form="{:.7f}")), mapping)
+    check(loop)
+    assert understood.table.delimiter == "tab"
+    assert "column 2" in loop.other
+
+
+@pytest.mark.parametrize("delimiter", [";", "\t"])
+def test_decimal_commas(tmp_path, delimiter):
+    lines = [line.replace(".", ",") for line in rows(T, U, F, delimiter=delimiter)]
+    loop, understood = read_foreign(written(tmp_path, [delimiter.join(("time_s", "elongation_mm", "force_N")), *lines]))
+    check(loop)
+    assert understood.table.decimal == "comma"
+
+
+def test_quoted_numbers_with_decimal_commas_between_commas(tmp_path):
+    lines = [",".join(f'"{value:.4f}"'.replace(".", ",") for value in row) for row in zip(T, U, F, strict=True)]
+    check(read_foreign(written(tmp_path, ['"time_s","elongation_mm","force_N"', *lines]))[0])
+
+
+@pytest.mark.parametrize("encoding", ["utf-8-sig", "utf-16", "cp1252"])
+def test_encodings_and_byte_order_marks(tmp_path, encoding):
+    lines = ["Prüfstand 3, Federweg", "time_s,elongation (µm),force_N", *rows(T, U * 1e3, F)]
+    check(read_foreign(written(tmp_path, lines, encoding, end="\r\n"))[0])
+
+
+def test_a_row_of_units_below_the_names_and_lines_above_them(tmp_path):
+    lines = ["Rig: A", "Date: today", "Zeit,Weg,Kraft", "s,mm,kN", *rows(T, U, F / 1e3, form="{:.8f}")]
+    loop, understood = read_foreign(written(tmp_path, lines), ColumnMapping({"time": "Zeit", "elongation": "Weg", "force": "Kraft"}))
+    check(loop)
+    assert understood.table.preamble == ("Rig: A", "Date: today")
+
+
+def test_trailing_comma_and_empty_first_column_are_no_columns(tmp_path):
+    lines = [",time_s,elongation_mm,force_N,", *("," + line + "," for line in rows(T, U, F))]
+    check(read_foreign(written(tmp_path, lines))[0])
+
+
+def test_blanks_as_delimiter(tmp_path):
+    lines = ["  time_s   elongation_mm  force_N", *("   " + "    ".join(line.split(",")) for line in rows(T, U, F))]
+    check(read_foreign(written(tmp_path, lines))[0])
+
+
+def test_volts_with_a_factor_and_a_sign_turned_round(tmp_path):
+    path = written(tmp_path, ["time_s,u,f", *rows(T, -U / 25.4, F / 50.0, form="{:.9f}")])
+    mapping = ColumnMapping({"elongation": "u", "force": "f"}, {"elongation": "in*-1", "force": "V*50"})
+    check(read_foreign(path, mapping)[0])
+
+
+def test_a_sample_period_stands_in_for_a_missing_time(tmp_path):
+    check(read_foreign(written(tmp_path, ["elongation_mm,force_N", *rows(U, F)]), ColumnMapping(sample_period_s=0.5))[0])
+
+
+def test_a_mapping_file_says_again_what_the_options_said(tmp_path):
+    mapping = ColumnMapping({"force": "Load (kN)"}, {"force": "kN"}, delimiter="tab", header=False, sample_period_s=0.01)
+    write_mapping(mapping, tmp_path / "rig.toml")
+    assert read_mapping(tmp_path / "rig.toml") == mapping
+
+
+def test_what_was_understood_is_shown_with_five_rows(tmp_path):
+    _, understood = read_foreign(written(tmp_path, ["time_s,elongation_mm,force_N", *rows(T, U, F)]))
+    shown = understood.sentences()
+    assert "delimiter comma, decimal point, header in line 1, 40 rows" in shown[0]
+    assert len(shown) == 1 + 3 + 5
+
+
+REFUSED = {
+    "no force, a likely one named": (
+        ["time_s,elongation_mm,Load (kN)", *rows(T, U, F)],
+        {},
+        'Add --column force="Load \\(kN\\)" --unit force=kN',
+    ),
+    "no unit": (["time_s,elongation,force_N", *rows(T, U, F)], {}, "which unit is the elongation in"),
+    "unit of something else": (["time_s,elongation_mm,force_N", *rows(T, U, F)], {"units": {"force": "mm"}}, "no unit of force"),
+    "volts without a factor": (["time_s,elongation_mm,f", *rows(T, U, F)], {"units": {"force": "V"}}, "volts need a factor"),
+    "a cut last line": (["time_s,elongation_mm,force_N", *rows(T, U, F), "20.0,3."], {}, "line 42: 2 cells where the other rows have 3"),
+    "a short header": (["time_s,elongation_mm", *rows(T, U, F)], {}, "2 names stand above 3 columns"),
+    "no number in a cell": (["time_s,elongation_mm,force_N", *rows(T, U, F), "20.0,3.0,---"], {}, 'line 42: the force is "---"'),
+    "an empty cell": (["time_s,elongation_mm,force_N", *rows(T, U, F), "20.0,,1"], {}, "line 42: the elongation is empty"),
+    "time goes back": (["time_s,elongation_mm,force_N", *rows(T, U, F), "3.0,1,1"], {}, "time goes from 19.5 to 3"),
+    "no header and no numbers given": (rows(T, U, F), {}, "no header, so no column for the time"),
+    "no such column": (["time_s,elongation_mm,force_N", *rows(T, U, F)], {"columns": {"force": "forse_N"}}, 'did you mean "force_N"'),
+    "no table": (["hello", "world"], {}, "no table of numbers"),
+    "empty": ([""], {}, "is empty"),
+    "two force columns": (["time_s,elongation_mm,force_N,force_kN", *rows(T, U, F, F)], {}, "2 columns for the force"),
+}
+
+
+@pytest.mark.parametrize("case", REFUSED)
+def test_unusable_files_end_in_one_sentence(tmp_path, case):
+    lines, options, sentence = REFUSED[case]
+    with pytest.raises(InputError, match=sentence):
+        read_foreign(written(tmp_path, lines), ColumnMapping(**options))
+
+
+def test_a_comma_that_may_be_a_thousand_is_not_guessed(tmp_path):
+    lines = ["time_s\telongation_um\tforce_N", *(f"{1 + k}\t{1 + k},250\t{2 + k},500" for k in range(30))]
+    with pytest.raises(InputError, match="decimal comma or a thousand"):
+        read_foreign(written(tmp_path, lines))
+    loop, _ = read_foreign(written(tmp_path, lines), ColumnMapping(decimal="comma"))
+    assert loop.force_N[0] == 2.5
+
+
+def test_a_binary_file_is_no_table(tmp_path):
+    path = tmp_path / "x.csv"
+    path.write_bytes(bytes(range(256)) * 10)
+    with pytest.raises(InputError, match="is not text"):
+        read_foreign(path)
+
+
+def test_an_option_for_an_unknown_quantity_names_the_nearest():
+    with pytest.raises(InputError, match='did you mean "force"'):
+        ColumnMapping({"forse": "x"})
+    with pytest.raises(InputError, match="given twice"):
+        pairs("--column", ["force=a", "force=b"])
