@@ -6,6 +6,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 
@@ -14,7 +15,7 @@ from measure.tables import CHANNELS, Array, Trajectory
 
 from . import six_legs
 from .model import LEGS, Model
-from .packing import program_of, row_of
+from .packing import geometry_of, leg_lengths, program_of, row_of
 from .rate import with_rate_as_effect
 
 LONGEST_STEP_S = 5.0e-4
@@ -63,12 +64,49 @@ class Deployment:
         return {name: self.samples[:, six_legs.ENERGY + i] for i, name in enumerate(names)}
 
     @property
+    def leg_columns(self) -> dict[str, Array]:
+        """Time, and elongation, length and force of each leg, as the columns of a table."""
+        g = geometry_of(self.model)
+        stowed = leg_lengths(np.asarray(g.base_joints_m), np.asarray(g.platform_joints_m), g.stowed_height_m)
+        columns = {"time_s": self.time_s}
+        for i in range(LEGS):
+            columns[f"elongation_{i + 1}_m"] = self.elongation_m[:, i]
+            columns[f"length_{i + 1}_m"] = self.elongation_m[:, i] + stowed[i]
+            columns[f"force_{i + 1}_N"] = self.leg_force_N[:, i]
+        return columns
+
+    @property
+    def time_to_full_height_s(self) -> float | None:
+        """When the platform's origin is first seen at the deployed height, or None."""
+        there = self.channels["z_m"] >= geometry_of(self.model).deployed_height_m
+        return float(self.time_s[np.argmax(there)]) if np.any(there) else None
+
+    @property
+    def summary(self) -> dict[str, Any]:
+        """The run in a few numbers: what it reached, whether it can be trusted, and where the energy went."""
+        theta_z = np.degrees(self.channels["theta_z_rad"])
+        good = np.isfinite(theta_z)
+        return {
+            "model": self.model.name,
+            "duration_s": self.model.simulation.duration_s,
+            "step_s": self.step_s,
+            "diverged_at_s": self.diverged_at_s,
+            "time_to_full_height_s": self.time_to_full_height_s,
+            "theta_z_deg": float(theta_z[good][np.argmax(np.abs(theta_z[good]))]) if np.any(good) else None,
+            "energy_closure": self.energy_closure,
+            "energy_J": {name: float(values[good][-1]) if np.any(good) else None for name, values in self.energy_J.items()},
+        }
+
+    @property
     def energy_closure(self) -> float:
-        """Largest gap between kinetic energy gained and work done, as a share of the largest kinetic energy."""
-        ledger = self.energy_J
+        """Largest gap between kinetic energy gained and work done, as a share of the largest kinetic energy; NaN where nothing moved."""
+        good = np.isfinite(self.samples[:, six_legs.ENERGY])
+        ledger = {name: values[good] for name, values in self.energy_J.items()}
+        most = float(np.max(ledger["kinetic"], initial=0.0))
+        if most == 0.0:
+            return math.nan
         work = ledger["by_legs"] + ledger["by_stops"] + ledger["by_weight"] + ledger["by_effects"]
-        gained = ledger["kinetic"] - ledger["kinetic"][0]
-        return float(np.nanmax(np.abs(gained - work)) / np.nanmax(ledger["kinetic"]))
+        return float(np.max(np.abs(ledger["kinetic"] - ledger["kinetic"][0] - work)) / most)
 
 
 def channels_of(samples: Array) -> dict[str, Array]:

@@ -72,3 +72,8 @@ def lopsided():
 def brief():
     """Long enough to start, too short for the stops."""
     return Simulation(duration_s=0.12)
+
+
+@pytest.fixture(scope="module")
+def prototype_once():
+    return prototype_model()

@@ -1,0 +1,94 @@
+"""simulate-deployment: a model file in, one deployment out."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from measure.command import DONE, VERDICT_BAD, parser, run
+from measure.errors import InputError
+
+if TYPE_CHECKING:
+    from simulate.deployment import Deployment
+
+NAME = "simulate-deployment"
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run the command; returns its exit status."""
+    return run(NAME, _work, arguments)
+
+
+def _parser() -> Any:
+    made = parser(NAME, "Simulate one deployment of a model.", output="trajectory (CSV)", output_default="deployment.csv")
+    made.add_argument("model", type=Path, metavar="MODEL", help="model file (TOML)")
+    made.add_argument("--set", action="append", default=[], metavar="KEY=VALUE", help="change a value, as platform.mass_kg=0.9; repeatable")
+    made.add_argument("--legs", type=Path, metavar="FILE", help="write elongation, length and force of each leg (CSV)")
+    made.add_argument("--figure", type=Path, metavar="FILE", help="draw the deviations and forces (.png, .svg or .pdf)")
+    return made
+
+
+def _work(arguments: Sequence[str]) -> int:
+    options = _parser().parse_args(arguments)
+    _require_distinct(options)
+
+    from measure.output import provenance
+    from simulate.deployment import deploy
+    from simulate.model_file import read_model
+    from simulate.settings import with_settings
+
+    deployed = deploy(with_settings(read_model(options.model), options.set))
+    note = provenance([options.model], command=[NAME, *arguments])
+    result = {**deployed.summary, "provenance": note}
+    _write(options, deployed, result)
+    if not options.quiet:
+        print(_sentences(result, options.output))
+    return VERDICT_BAD if result["diverged_at_s"] is not None else DONE
+
+
+def _require_distinct(options: Any) -> None:
+    named = (options.model, options.output, options.json, options.legs, options.figure)
+    paths = [path.resolve() for path in named if path is not None]
+    if len(set(paths)) < len(paths):
+        raise InputError("two files have the same name; give each output its own, and none that of the model.")
+    if options.figure is not None and options.figure.suffix.lower() not in (".png", ".svg", ".pdf"):
+        raise InputError(f"{options.figure}: a figure ends in .png, .svg or .pdf.")
+
+
+def _write(options: Any, deployed: Deployment, result: dict[str, Any]) -> None:
+    from measure.output import replacing, write_json, write_provenance
+    from measure.tables import write_columns, write_trajectory
+
+    drawn = b""
+    if options.figure is not None:
+        from simulate.plots import deployment_figure, figure_bytes
+
+        drawn = figure_bytes(deployment_figure(deployed), options.figure.suffix[1:].lower())
+    write_trajectory(deployed.trajectory, options.output)
+    write_provenance(options.output, result["provenance"])
+    if options.legs is not None:
+        write_columns(deployed.leg_columns, options.legs)
+    if options.figure is not None:
+        with replacing(options.figure) as temporary:
+            temporary.write_bytes(drawn)
+    if options.json is not None:
+        write_json(options.json, result)
+
+
+def _sentences(result: dict[str, Any], output: Path) -> str:
+    if result["diverged_at_s"] is not None:
+        verdict = f"diverged at {result['diverged_at_s']:.3f} s; cells behind are empty"
+    else:
+        verdict = f"energy closes to {result['energy_closure']:.1g}"
+    reached = result["time_to_full_height_s"]
+    height = "full height is not reached" if reached is None else f"full height after {reached:.3f} s"
+    return (
+        f"simulate  six legs, {result['duration_s']:.2f} s, step {1e3 * result['step_s']:.3g} ms   {verdict}\n"
+        f"          {height}; theta_z at its largest {result['theta_z_deg']:.3f} deg\n"
+        f"          written to {output}"
+    )
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())

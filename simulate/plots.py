@@ -1,0 +1,114 @@
+"""Figures of the forward problem: axes in, axes out."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from measure.tables import Array
+
+from .deployment import Deployment
+
+_DEGREES = ("theta_x_rad", "theta_y_rad", "theta_z_rad")
+_LINE_COLOURS = ("#1b5e8a", "#c2571a", "#3f7d3a", "#8a3b7a", "#6b6b6b", "#b08c00")
+
+
+def draw_positions(axes: Any, run: Deployment) -> Any:
+    """Elevation and lateral deviations against time, mm (Aridon 2009, Fig. 16)."""
+    lateral = axes.twinx()
+    lines = [*axes.plot(run.time_s, 1e3 * run.channels["z_m"], color="black", label="elevation z")]
+    for name, colour in zip(("x_m", "y_m"), _LINE_COLOURS, strict=False):
+        lines += lateral.plot(run.time_s, 1e3 * run.channels[name], color=colour, lw=1, label=f"lateral {name[0]}")
+    axes.set_ylabel("elevation, mm")
+    lateral.set_ylabel("lateral, mm")
+    _spread_small(lateral, 1.0)
+    _legend_above(axes, lines)
+    return axes
+
+
+def draw_rotations(axes: Any, run: Deployment) -> Any:
+    """The three rotations against time, degrees (Fig. 17)."""
+    for name, colour in zip(_DEGREES, (*_LINE_COLOURS[:2], "black"), strict=True):
+        axes.plot(run.time_s, np.degrees(run.channels[name]), color=colour, lw=1, label=name.removesuffix("_rad"))
+    axes.set_ylabel("rotation, deg")
+    _spread_small(axes, 1.0)
+    _legend_above(axes, axes.get_lines())
+    return axes
+
+
+def draw_leg_forces(axes: Any, run: Deployment) -> Any:
+    """Force of each leg against time, N; beyond the stops it pulls."""
+    for leg, colour in enumerate(_LINE_COLOURS):
+        axes.plot(run.time_s, run.leg_force_N[:, leg], color=colour, lw=0.8, label=f"leg {leg + 1}")
+    axes.set(xlabel="time, s", ylabel="leg force, N")
+    _legend_above(axes, axes.get_lines())
+    return axes
+
+
+def deployment_figure(run: Deployment) -> Any:
+    """Positions, rotations and leg forces of one deployment, one above the other."""
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(8.0, 8.5), layout="constrained")
+    figure.suptitle(run.model.name)
+    axes = figure.subplots(3, 1, sharex=True)
+    for draw, at in zip((draw_positions, draw_rotations, draw_leg_forces), axes, strict=True):
+        draw(at, run)
+    return figure
+
+
+def draw_coefficients(axes: Any, coefficients: Mapping[str, float], unit: str, most: int = 30) -> Any:
+    """The largest coefficients of a regression as bars, in their order of size (the constant is left out)."""
+    named = sorted(((name, value) for name, value in coefficients.items() if name != "1"), key=lambda item: -abs(item[1]))[:most]
+    names, values = [name for name, _ in named], [value for _, value in named]
+    axes.bar(range(len(names)), values, color=[_LINE_COLOURS[0] if value > 0 else _LINE_COLOURS[1] for value in values])
+    axes.set_xticks(range(len(names)), names, rotation=90)
+    axes.axhline(0.0, color="black", lw=0.6)
+    axes.set(ylabel=f"coefficient, {unit}", title=f"the {len(names)} largest of {len(coefficients) - 1} coefficients")
+    return axes
+
+
+def draw_responses(axes: Any, values: Array, unit: str, limit: float | None = None) -> Any:
+    """How the responses of a sweep are spread; the limit of a failure as two lines."""
+    finite = values[np.isfinite(values)]
+    axes.hist(finite, bins=60, color=_LINE_COLOURS[0])
+    for edge in () if limit is None else (-limit, limit):
+        axes.axvline(edge, color=_LINE_COLOURS[1], lw=1)
+    axes.set(xlabel=f"response, {unit}", ylabel="runs", title=f"{len(finite)} runs")
+    return axes
+
+
+def sweep_figure(coefficients: Mapping[str, float], values: Array, unit: str, limit: float | None = None) -> Any:
+    """Coefficients above, responses below."""
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(8.0, 7.0), layout="constrained")
+    upper, lower = figure.subplots(2, 1)
+    draw_coefficients(upper, coefficients, unit)
+    draw_responses(lower, values, unit, limit)
+    return figure
+
+
+def figure_bytes(figure: Any, kind: str = "png") -> bytes:
+    """A figure as the bytes of a file; the same figure gives the same bytes."""
+    import io
+
+    buffer = io.BytesIO()
+    figure.savefig(buffer, format=kind, dpi=130, metadata={"Software": None} if kind == "png" else {"Date": None})
+    return buffer.getvalue()
+
+
+def _spread_small(axes: Any, least: float) -> None:
+    """Keep an axis from blowing up rounding: it shows at least `least` units."""
+    low, high = axes.get_ylim()
+    if high - low < least:
+        middle = (low + high) / 2
+        axes.set_ylim(middle - least / 2, middle + least / 2)
+
+
+def _legend_above(axes: Any, lines: Sequence[Any]) -> None:
+    """A legend outside the axes, where no curve can run through it."""
+    labels = [line.get_label() for line in lines]
+    axes.legend(lines, labels, loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=len(labels), frameon=False)

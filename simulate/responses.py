@@ -1,0 +1,28 @@
+"""What is read off a deployment as a single number: names, units, and their place in the kernel's answer."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+THETA_Z, LATERAL, TILT, FULL_HEIGHT, STOP_FORCE, DIVERGED = 0, 1, 2, 3, 4, 5
+COUNT = 6
+
+
+class Response(NamedTuple):
+    """A number that a deployment ends in: `scale` turns the kernel's SI value into `unit`."""
+
+    place: int
+    unit: str
+    scale: float
+    doc: str
+
+
+_DEGREE = 57.29577951308232
+
+RESPONSES = {
+    "theta_z_deg": Response(THETA_Z, "deg", _DEGREE, "signed theta_z where its size is largest"),
+    "lateral_mm": Response(LATERAL, "mm", 1e3, "largest distance of the platform from the vertical"),
+    "tilt_deg": Response(TILT, "deg", _DEGREE, "largest tilt, the size of the swing"),
+    "time_to_full_height_s": Response(FULL_HEIGHT, "s", 1.0, "first sample at the deployed height; none where it is not reached"),
+    "stop_force_N": Response(STOP_FORCE, "N", 1.0, "largest force of one stop"),
+}
