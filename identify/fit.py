@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -14,6 +15,7 @@ from .loops import effective_number
 from .problem import Block, Problem
 
 _TOLERANCE = 1e-5
+_CLOSE = 3.0
 
 
 @dataclass(frozen=True)
@@ -67,23 +69,32 @@ class Fit:
         return self.gaps[block.rows]
 
 
-def solve(problem: Problem, start: Array | None = None, *, most_steps: int = 25) -> Fit:
+def solve(problem: Problem, start: Array | None = None, *, free: Sequence[int] | None = None, most_steps: int = 25) -> Fit:
     """Find the knobs with the least sum of squares, within their bounds (trust region reflective, scipy).
 
     Parameters
     ----------
     start : knobs to start from; by default the model file's values.
+    free : indices of the knobs that may move; by default all.
     most_steps : bound on the number of evaluations.
     """
     knobs = problem.knobs
-    low, high = (np.array([getattr(k, side) for k in knobs]) for side in ("low", "high"))
-    q0 = np.zeros(len(knobs)) if start is None else np.asarray(start, dtype=float)
+    moving = np.arange(len(knobs)) if free is None else np.asarray(free, dtype=int)
+    low, high = (np.array([getattr(knobs[i], side) for i in moving]) for side in ("low", "high"))
+    q = np.zeros(len(knobs)) if start is None else np.array(start, dtype=float)
+    if not len(moving):
+        return Fit(problem, q, problem.gaps(q), np.empty((len(problem.gaps(q)), 0)), True)
     inside = np.minimum(1e-3, 0.25 * (high - low))
-    q0 = np.clip(q0, low + inside, high - inside)
+
+    def whole(part: Array) -> Array:
+        filled = q.copy()
+        filled[moving] = part
+        return filled
+
     found = least_squares(
-        problem.gaps,
-        q0,
-        jac=lambda q: problem.jacobian(q)[1],  # type: ignore[arg-type]
+        lambda part: problem.gaps(whole(part)),
+        np.clip(q[moving], low + inside, high - inside),
+        jac=lambda part: problem.jacobian(whole(part), moving)[1],  # type: ignore[arg-type]
         bounds=(low, high),
         x_scale=1.0,
         ftol=_TOLERANCE,
@@ -91,4 +102,34 @@ def solve(problem: Problem, start: Array | None = None, *, most_steps: int = 25)
         gtol=1e-9,
         max_nfev=most_steps,
     )
-    return Fit(problem, found.x, found.fun, np.asarray(found.jac), found.status > 0)
+    return Fit(problem, whole(found.x), found.fun, np.asarray(found.jac), found.status > 0)
+
+
+def solve_from_afar(problem: Problem, start: Array | None = None) -> Fit:
+    """Fit whole films at once, and, where that does not end well, up to the stops first and whole from there.
+
+    Behind the stops errors grow, so a start that is far off can lead astray. The better of both answers is returned.
+    """
+    whole = solve(problem, start)
+    horizon = first_stop_s(problem)
+    if not problem.films or (whole.converged and whole.rms < _CLOSE) or horizon >= min(problem.until_s, _last_frame_s(problem)):
+        return whole
+    early = solve(problem.until(horizon), start, most_steps=12)
+    return min(whole, solve(problem, early.q), key=lambda fit: fit.cost)
+
+
+def _last_frame_s(problem: Problem) -> float:
+    return max(float(film.time_s[-1]) for film in problem.films)
+
+
+def first_stop_s(problem: Problem) -> float:
+    """When the first film reaches 98 % of the deployed height, s; infinite where no elevation was seen or it never did."""
+    times = [np.inf]
+    for film in problem.films:
+        if "z_m" not in film.channels or film.model.geometry is None:
+            continue
+        geometry = film.model.geometry
+        height = geometry.stowed_height_m + 0.98 * (geometry.deployed_height_m - geometry.stowed_height_m)
+        up = np.flatnonzero(film.values[film.channels.index("z_m")] >= height)
+        times += [float(film.time_s[up[0]])] if len(up) else []
+    return min(times)

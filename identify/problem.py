@@ -13,6 +13,7 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
+from numpy.typing import NDArray
 
 from measure.tables import Array, Loop, Trajectory
 from simulate.effect import Effect
@@ -53,7 +54,7 @@ class Film:
     channels: tuple[str, ...]
     values: Array
     sigma: Array
-    counts: Array
+    counts: NDArray[np.bool_]
 
 
 @dataclass(frozen=True)
@@ -72,7 +73,7 @@ class Block:
     run: str
     channel: str
     rows: slice
-    samples: Array
+    samples: NDArray[np.intp]
 
 
 @dataclass(frozen=True)
@@ -110,7 +111,7 @@ class Problem:
             start += len(samples)
         return tuple(found)
 
-    def _extents(self) -> list[tuple[str, str, Array]]:
+    def _extents(self) -> list[tuple[str, str, NDArray[np.intp]]]:
         films = [
             (film.run.name, channel, np.flatnonzero(film.counts[i] & (film.time_s <= self.until_s)))
             for film in self.films
@@ -204,7 +205,7 @@ class Problem:
         return np.array([knob.spread for knob in self.knobs])
 
     @cached_property
-    def _with_prior(self) -> Array:
+    def _with_prior(self) -> NDArray[np.intp]:
         return np.flatnonzero(np.isfinite(self._spreads))
 
     @cached_property
