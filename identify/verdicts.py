@@ -45,7 +45,13 @@ def verdict_of(
         named = [name for name, estimate in estimates.items() if estimate.verdict == word]
         if named:
             return Verdict(word, because.format(", ".join(named)))  # type: ignore[arg-type]
-    return Verdict("ok", f"pooled error {100 * pooled_error(loops, residuals):.2f} % of the force range")
+    return Verdict("ok", f"pooled error {100 * pooled_error(loops, residuals):.2f} % of the force range{_beyond_noise(loops, residuals)}")
+
+
+def _beyond_noise(loops: Sequence[LoopData], residuals: Sequence[Array]) -> str:
+    noise = float(np.sqrt(np.mean([data.force_sigma_N**2 for data in loops])))
+    ratio = float(np.sqrt(np.mean(np.concatenate(residuals) ** 2))) / max(noise, 1e-300)
+    return "" if ratio < 2.0 else f"; the residual is {ratio:.1f} times the noise of the samples, so the law is not all there is"
 
 
 def _does_not_apply(shape: Layout, theta: Array, closed: Sequence[LoopData], loops: Sequence[LoopData], residuals: Sequence[Array]) -> str:

@@ -1,0 +1,182 @@
+"""`fit-actuator`: force-elongation loops to the actuator table of a model file."""
+
+from __future__ import annotations
+
+from argparse import Namespace
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from measure.command import DONE, VERDICT_BAD, parser, run
+
+if TYPE_CHECKING:
+    from measure.foreign import Understood
+    from measure.mapping import ColumnMapping
+    from measure.tables import Loop
+
+NAME = "fit-actuator"
+FIGURES = (".png", ".pdf", ".svg")
+DOES = "Fit the restoring force of an actuator, its two asymptotes and the approach to them, to force-elongation loops."
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """The command."""
+    return run(NAME, _work, arguments)
+
+
+def _parser() -> Any:
+    made = parser(NAME, DOES, output="model file with the actuator table (TOML)")
+    made.add_argument("loops", nargs="+", type=Path, metavar="LOOPS", help="tables of time, elongation and force")
+    read = made.add_argument_group("reading")
+    read.add_argument(
+        "--column", action="append", default=[], metavar="QUANTITY=NAME", help="column of time, elongation or force, by name or number"
+    )
+    read.add_argument("--unit", action="append", default=[], metavar="QUANTITY=UNIT", help="its unit, such as kN, mm, ms, V*0.05")
+    read.add_argument("--delimiter", help="tab, semicolon, comma, bar or space; found if not given")
+    read.add_argument("--decimal", help="point or comma; found if not given")
+    read.add_argument("--encoding", help="found if not given")
+    read.add_argument("--no-header", action="store_true", help="the first row is data")
+    read.add_argument("--sample-period", type=float, metavar="SECONDS", help="where the file holds no time")
+    read.add_argument("--mapping", type=Path, metavar="FILE", help="all of the above from a file; options given beside it win")
+    read.add_argument("--save-mapping", type=Path, metavar="FILE", help="keep all of the above in a file")
+    read.add_argument("--preview", action="store_true", help="show what is understood of the files, fit nothing")
+    read.add_argument("--as-given", action="store_true", help="never turn the elongation's or the force's sign round")
+    fit = made.add_argument_group("fitting")
+    fit.add_argument("--effect", action="append", default=[], metavar="NAME", help="fit this effect of the catalogue jointly; repeatable")
+    fit.add_argument("--rate", choices=("none", "frequency", "speed"), default="none", help="what the asymptotes follow")
+    fit.add_argument("--rate-order", type=int, choices=(0, 1, 2), default=2, help="order of their polynomials")
+    fit.add_argument("--tare", choices=("auto", "common", "each"), default="auto", help="one force level for all loops or one for each")
+    made.add_argument("--model", type=Path, metavar="MODEL", help="put the actuator into this model instead of a bare one")
+    made.add_argument("--figure", type=Path, metavar="FILE", help="loops, model and residual on one page (png, pdf, svg)")
+    return made
+
+
+def _work(arguments: Sequence[str]) -> int:
+    given = _parser().parse_args(arguments)
+    _check_before(given)
+    mapping = _mapping(given)
+    loops, understood, notes = _read(given, mapping)
+    if not given.quiet:
+        print("\n".join(_shown(understood, given.preview)))
+    if given.preview:
+        return DONE
+    fit, data, result = _fitted(given, loops, notes)
+    _write(given, mapping, fit, data, result)
+    if not given.quiet:
+        from ..loop_report import summary
+
+        print("\n".join(["", *summary(result)]))
+    return DONE if result["verdict"] == "ok" else VERDICT_BAD
+
+
+def _check_before(given: Namespace) -> None:
+    """What can be refused before any work is done."""
+    from measure.errors import InputError
+
+    if given.figure and given.figure.suffix not in FIGURES:
+        raise InputError(f"{given.figure}: figures are {', '.join(FIGURES)}. Change the ending of the name.")
+    if given.model and not given.output:
+        raise InputError(f"--model {given.model}: the actuator is put into a copy of it; name the copy with --output.")
+    for path in (given.output, given.json, given.figure, given.save_mapping):
+        if path and not path.parent.is_dir():
+            raise InputError(f"{path}: the folder {path.parent} does not exist. Make it or name another.")
+
+
+def _read(given: Namespace, mapping: ColumnMapping) -> tuple[list[Loop], list[Understood], list[str]]:
+    from measure.foreign import read_foreign
+    from measure.output import sha256
+
+    loops, understood, notes = [], [], []
+    seen: dict[str, Path] = {}
+    for path in given.loops:
+        loop, how = read_foreign(path, mapping)
+        twin = seen.setdefault(sha256(path), path)
+        if twin is not path:
+            notes.append(f"{path} is the same file as {twin}; it was left out")
+            continue
+        loops.append(loop)
+        understood.append(how)
+    return loops, understood, notes
+
+
+def _mapping(given: Namespace) -> ColumnMapping:
+    from dataclasses import replace
+
+    from measure.mapping import ColumnMapping, pairs, read_mapping
+
+    base = read_mapping(given.mapping) if given.mapping else ColumnMapping()
+    single = {
+        "delimiter": given.delimiter,
+        "decimal": given.decimal,
+        "encoding": given.encoding,
+        "header": False if given.no_header else None,
+        "sample_period_s": given.sample_period,
+    }
+    columns = {**base.columns, **pairs("--column", given.column)}
+    units = {**base.units, **pairs("--unit", given.unit)}
+    return replace(base, columns=columns, units=units, **{key: value for key, value in single.items() if value is not None})
+
+
+def _shown(understood: Sequence[Understood], whole: bool) -> list[str]:
+    """What was understood of each file, or of those that differ from the file before them."""
+    if whole:
+        return [line for how in understood for line in how.sentences()]
+    lines: list[str] = []
+    before = None
+    for how in understood:
+        file, _, dialect = how.sentences()[0].partition(": ")
+        columns = how.sentences()[1 : 1 + 3]
+        alike = (dialect.rsplit(",", 1)[0], tuple(columns))
+        lines += [f"{file}: {dialect}", *columns] if alike != before else []
+        before = alike
+    return [*lines, f"{len(understood)} loops read" + (", where not shown as the one before" if len(understood) > 1 else "")]
+
+
+def _fitted(given: Namespace, loops: Sequence[Loop], notes: list[str]) -> tuple[Any, Any, dict[str, Any]]:
+    from simulate.effect import effect_from
+    from simulate.effects import CATALOGUE
+
+    from ..actuator import fit_actuator
+    from ..loop_report import result_of
+    from ..loops import prepare
+    from ..orientation import oriented
+    from ..residuals import depends_on
+
+    kinds = tuple(type(effect_from(CATALOGUE, name, {})) for name in dict.fromkeys(given.effect))
+    turned, said = (loops, []) if given.as_given else oriented(loops)
+    data = [prepare(loop) for loop in turned]
+    abscissa = {"none": "none", "frequency": "frequency_Hz", "speed": "speed_m_per_s"}[given.rate]
+    fit = fit_actuator(data, kinds, abscissa, given.rate_order, given.tare)  # type: ignore[arg-type]
+    said = [*said, "the force at a deployment's start is seen in no steady loop; initial_force_N was set to b_l_N"]
+    if any(fit.tares_N):
+        said = [*said, f"the force level differs from loop to loop by up to {_spread(fit.tares_N):.3g} N; each loop was given its own"]
+    return fit, data, result_of(fit, data, depends_on(data, fit.residuals), [*notes, *said])
+
+
+def _spread(values: Sequence[float]) -> float:
+    return max(values) - min(values)
+
+
+def _write(given: Namespace, mapping: ColumnMapping, fit: Any, data: Any, result: dict[str, Any]) -> None:
+    """Every file that was asked for; what can fail is made before the first is written."""
+    from measure.mapping import write_mapping
+    from measure.output import provenance, write_json
+
+    note = provenance(given.loops)
+    if given.save_mapping:
+        write_mapping(mapping, given.save_mapping)
+    if given.output:
+        from simulate.model_file import read_model
+
+        from ..loop_report import model_of, write_actuator
+
+        base = read_model(given.model) if given.model else None
+        write_actuator(
+            model_of(fit, base), given.output, {**note, "verdict": result["verdict"], "reason": result["reason"]}, whole=base is not None
+        )
+    if given.json:
+        write_json(given.json, {**result, "provenance": note})
+    if given.figure:
+        from ..loop_plots import page, save
+
+        save(page(fit, data, f"{result['verdict']}: {result['reason']}"), given.figure)

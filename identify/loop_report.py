@@ -1,0 +1,181 @@
+"""What a fit of loops says, as numbers for a file and as sentences for people."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from measure.tables import Array
+from simulate.compiled import flat_parameters, program
+from simulate.effect import Effect
+from simulate.law import axial_mass
+from simulate.model import Actuator, Covariance, Model, Rate
+
+from .actuator import ActuatorFit
+from .loops import LoopData, area, gap
+from .parameters import BETA_NAME, LINE_NAMES
+from .residuals import Dependence
+from .verdicts import errors, pooled_error
+
+
+def result_of(fit: ActuatorFit, loops: Sequence[LoopData], left: Dependence, notes: Sequence[str] = ()) -> dict[str, Any]:
+    """The result as `fit-actuator --json` writes it."""
+    return {
+        "verdict": fit.verdict.word,
+        "reason": fit.verdict.reason,
+        "parameters": {
+            name: {"value": e.value, "stderr": e.stderr, "ci95": list(e.ci95), "verdict": e.verdict} for name, e in fit.estimates.items()
+        },
+        "half_height_N": fit.half_height_N,
+        "half_height_at_m": fit.layout.centre_m,
+        "rate": _rate(fit),
+        "paper_recipe": _recipe(fit, loops),
+        "loops": [_loop(fit, k, data, error) for k, (data, error) in enumerate(zip(loops, errors(loops, fit.residuals), strict=True))],
+        "pooled_nrmse_percent": 100.0 * pooled_error(loops, fit.residuals),
+        "frequency_amplitude_correlation": frequency_amplitude_correlation(loops),
+        "effects": [{"name": effect.name, **dict(zip(effect.flat_names(), effect.flat(), strict=True))} for effect in fit.effects],
+        "residual_depends_on": left.sentence,
+        "residual_shares": left.shares,
+        "notes": list(notes),
+    }
+
+
+def _rate(fit: ActuatorFit) -> dict[str, Any] | None:
+    if fit.layout.abscissa == "none":
+        return None
+    return {"abscissa": fit.layout.abscissa, **fit.layout.polynomials(fit.theta)}
+
+
+def _recipe(fit: ActuatorFit, loops: Sequence[LoopData]) -> dict[str, Any] | None:
+    if fit.recipe is None:
+        return None
+    known = np.isfinite(fit.recipe.beta_per_m)
+    error = pooled_error(loops, [gap(fit.recipe.lines, data) for data in loops]) if known else float("nan")
+    values = dict(zip((*LINE_NAMES, BETA_NAME), fit.recipe.lines, strict=True))
+    return {**values, "statement": fit.recipe.statement, "pooled_nrmse_percent": 100.0 * error}
+
+
+def _loop(fit: ActuatorFit, k: int, data: LoopData, error: float) -> dict[str, Any]:
+    measured = area(data, data.force_N)
+    modelled = data.force_N.copy()
+    modelled[data.used] -= fit.residuals[k]
+    return {
+        "file": data.name,
+        "frequency_Hz": data.frequency_Hz,
+        "amplitude_m": data.amplitude_m,
+        "cycles_used": len(data.cycles.spans),
+        "samples_used": int(data.used.sum()),
+        "effective_samples": fit.effective_samples[k],
+        "nrmse_percent": 100.0 * error,
+        "area_J": measured,
+        "area_error_percent": 100.0 * (area(data, modelled) / measured - 1.0) if measured else float("nan"),
+        "effective_stiffness_N_per_m": effective_stiffness(data, fit.effects),
+        "tare_N": fit.tares_N[k],
+        "force_noise_N": data.force_sigma_N,
+    }
+
+
+def effective_stiffness(data: LoopData, effects: tuple[Effect, ...] = ()) -> float:
+    """Force range over elongation range, N/m, the inertia of these effects taken out; median over the full cycles.
+
+        K_eff = (F_max - F_min) / (X_max - X_min)
+
+    Independent of frequency it means dry friction, growing with it viscous friction. Source: Aridon 2009, eq. (5).
+    """
+    force = data.force_N + inertia(data, effects)
+    ratios = [np.ptp(force[a:b]) / np.ptp(data.elongation_m[a:b]) for a, b in data.cycles.spans]
+    return float(np.median(ratios)) if ratios else float("nan")
+
+
+def inertia(data: LoopData, effects: tuple[Effect, ...]) -> Array:
+    """Mass times acceleration of the effects with inertia along the leg, N, at every sample."""
+    values, called = flat_parameters(effects), program(effects, 0)
+    mass = np.array([axial_mass(values, called, float(u)) for u in data.elongation_m]) if len(called.leg_mass) else 0.0
+    return mass * data.acceleration_m_per_s2
+
+
+def frequency_amplitude_correlation(loops: Sequence[LoopData]) -> float:
+    """Correlation of frequency and amplitude over the loops; NaN where one of them does not vary."""
+    f = np.array([d.frequency_Hz for d in loops])
+    a = np.array([d.amplitude_m for d in loops])
+    known = np.isfinite(f) & np.isfinite(a)
+    if known.sum() < 3 or np.ptp(f[known]) < 0.02 * np.max(f[known]) or np.ptp(a[known]) < 0.02 * np.max(a[known]):
+        return float("nan")
+    return float(np.corrcoef(f[known], a[known])[0, 1])
+
+
+def actuator_of(fit: ActuatorFit) -> Actuator:
+    """The actuator table of a model file.
+
+    The force at a deployment's start is seen in no steady loop; the lower asymptote's b_l stands in for it.
+    """
+    a_l, b_l, a_u, b_u, beta = (float(v) for v in fit.lines)
+    rate = _rate(fit)
+    base = [*LINE_NAMES, BETA_NAME, *fit.names[5:]]
+    return Actuator(
+        a_l_N_per_m=a_l,
+        b_l_N=b_l,
+        a_u_N_per_m=a_u,
+        b_u_N=b_u,
+        beta_per_m=beta,
+        initial_force_N=b_l,
+        rate=Rate(**rate) if rate else None,
+        covariance=Covariance(tuple(base), tuple(tuple(float(v) for v in row) for row in (fit.covariance + fit.covariance.T) / 2.0)),
+    )
+
+
+def model_of(fit: ActuatorFit, base: Model | None = None) -> Model:
+    """A model with this actuator and the effects fitted with it, in place of those of `base` if there is one."""
+    from dataclasses import replace
+
+    from simulate.model_file import add_effects
+
+    actuator = actuator_of(fit)
+    return add_effects(replace(base, actuator=actuator) if base else Model(actuator, name="actuator"), fit.effects)
+
+
+def summary(result: Mapping[str, Any]) -> list[str]:
+    """The result in a few lines for people."""
+    lines = [f"{'loop':<34} {'Hz':>7} {'mm':>8} {'cycles':>6} {'error':>7}  {'area':>7}"]
+    for row in result["loops"]:
+        name = row["file"] if len(row["file"]) <= 34 else "..." + row["file"][-31:]
+        lines.append(
+            f"{name:<34} {row['frequency_Hz']:7.3f} {1e3 * row['amplitude_m']:8.3f} {row['cycles_used']:6d} "
+            f"{row['nrmse_percent']:5.2f} %  {row['area_error_percent']:+5.1f} %"
+        )
+    lines.append("")
+    for name, e in result["parameters"].items():
+        low, high = e["ci95"]
+        said = "" if e["verdict"] == "ok" else f"   {e['verdict']}"
+        lines.append(f"{name:<40} {e['value']:12.6g} +- {e['stderr']:<10.2g} 95 %: {low:.6g} to {high:.6g}{said}")
+    lines += ["", *_remarks(result), f"verdict  {result['verdict']}: {result['reason']}"]
+    return lines
+
+
+def _remarks(result: Mapping[str, Any]) -> list[str]:
+    lines = [f"note     {note}" for note in result["notes"]]
+    lines.append(f"error    pooled {result['pooled_nrmse_percent']:.2f} % of the range of all forces")
+    lines.append(f"residual depends on {result['residual_depends_on']}")
+    recipe = result["paper_recipe"]
+    lines.append(f"paper's recipe: {recipe['statement'] if recipe else 'no straight parts on both branches'}")
+    correlation = result["frequency_amplitude_correlation"]
+    if np.isfinite(correlation) and abs(correlation) > 0.9:
+        lines.append(
+            f"frequency and amplitude are correlated at {correlation:.2f}: what follows one cannot be told from what follows the other"
+        )
+    return lines
+
+
+def write_actuator(model: Model, path: Path, note: Mapping[str, Any], *, whole: bool) -> None:
+    """Write the model file; without `whole` only what loops can tell: the actuator, its effects and where they come from."""
+    import tomli_w
+
+    from measure.output import write_text
+    from simulate.model_file import document_of
+
+    told = ("schema", "name", "actuator", "effect", "provenance")
+    tables = {key: value for key, value in document_of(model, note).items() if whole or key in told}
+    write_text(path, tomli_w.dumps(tables))

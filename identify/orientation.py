@@ -1,0 +1,28 @@
+"""Which way round a laboratory counted: an actuator takes energy, so its loops run anticlockwise."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from measure.tables import Loop
+
+from .loops import area, prepare
+
+
+def oriented(loops: Sequence[Loop]) -> tuple[list[Loop], list[str]]:
+    """The loops with force and elongation counted as in the force law, and the sentence that says what was turned.
+
+    If every loop with a full cycle runs clockwise one sign is the other way round. Where the force is positive on the whole
+    it is the elongation's, else the force's. Loops that disagree are left as they are; the verdict of the fit will say so.
+    """
+    areas = [area(data, data.force_N) for data in map(prepare, loops) if data.cycles.spans]
+    if not areas or max(areas) >= 0.0:
+        return list(loops), []
+    if np.mean([loop.force_N.mean() for loop in loops]) > 0.0:
+        turned = [replace(loop, elongation_m=-loop.elongation_m) for loop in loops]
+        return turned, ["the loops run clockwise as given, so the elongation was counted the other way round (--as-given forbids it)"]
+    turned = [replace(loop, force_N=-loop.force_N) for loop in loops]
+    return turned, ["the loops run clockwise and the force is negative as given, so the force's sign was turned (--as-given forbids it)"]
