@@ -72,24 +72,30 @@ def from_array(stack: Picture, fps: float | None = None, name: str = "array") ->
 def open_footage(path: Path) -> Footage:
     """Open a film file or a folder of numbered pictures; what it is shows in its first bytes, not in its name.
 
+    Photron's `.mraw` alone has no first bytes of its own and goes by its name.
+
     Raises
     ------
     InputError
         Nothing is there, it is not a regular local file, or not a film.
     """
-    from .formats import images, video
+    from .formats import images, phantom, photron, video
 
     path = Path(path)
     if path.is_dir():
         return images.open_folder(path)
     head = _first_bytes(path)
+    if path.suffix.lower() in photron.SUFFIXES:
+        return photron.open_photron(path)
+    if phantom.is_cine(head):
+        return phantom.open_cine(path)
     if video.is_container(head):
         return video.open_video(path)
     if images.picture_kind(head):
         raise InputError(f"{path}: is a single picture; a film is a file of frames or a folder of numbered pictures. Name its folder.")
     raise InputError(
         f"{path}: is not a film; its first bytes are {head[:8]!r}. "
-        "Known are avi, mp4, mov, mkv, and folders of numbered TIFF, PNG or BMP pictures."
+        "Known are avi, mp4, mov, mkv, Phantom cine, Photron mraw, and folders of numbered TIFF, PNG or BMP pictures."
     )
 
 

@@ -26,6 +26,16 @@ def test_the_bar_moves_two_pixels_a_frame_until_it_is_hidden_and_then_it_is_said
     assert set(marks.status[last + 1 :, 0]) <= {"occluded", "lost", "ambiguous"}
 
 
+def test_the_mechanism_moves_as_another_program_says(real_footage):
+    film = open_footage(real_footage / "mechanism" / "images")
+    marks = follow(film, [(344.0, 212.0), (259.0, 405.0), (266.0, 41.0)], 25.0)
+    assert marks.seen.all()
+    for i in range(3):
+        other = np.genfromtxt(real_footage / "mechanism" / "gold" / f"DICe_solution_{i}.txt", delimiter=",", skip_header=1)
+        gap = np.stack([marks.x_px[:, i], marks.y_px[:, i]], axis=1) - other[:, 1:3] - other[:, 3:5]
+        assert np.sqrt(np.mean(gap**2)) < 0.06
+
+
 def test_fast_and_uneven_motion_is_followed_without_a_slip(speckled):
     x = np.concatenate([np.zeros(3), np.cumsum([12.0, 19.5, 17.3, 5.1, -3.7, -20.2, -14.4])])
     film = _film(speckled, [(s - 5, 0.37 * s) for s in x])
