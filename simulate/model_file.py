@@ -169,7 +169,8 @@ def write_model(model: Model, path: Path, provenance: Mapping[str, Any] | None =
 
 def with_changes(model: Model, changes: Mapping[str, Any], where: str, catalogue: Catalogue = CATALOGUE) -> Model:
     """The model of one run: what `[run.model]` changes, checked like a model file."""
-    return model_from(merged(document_of(model), changes), where, catalogue) if changes else model
+    known = {**catalogue, **{effect.name: type(effect) for effect in model.effects}}
+    return model_from(merged(document_of(model), changes), where, known) if changes else model
 
 
 def add_effects(model: Model, effects: tuple[Effect, ...]) -> Model:
