@@ -216,7 +216,9 @@ def _linear_lines(loops: Sequence[LoopData], centre_m: float, beta: float) -> tu
 
     at_zero = residual(np.zeros(4))
     columns = np.stack([at_zero - residual(unit) for unit in np.eye(4)], axis=1)
-    values, *_ = np.linalg.lstsq(columns, at_zero, rcond=None)
+    length = np.sqrt(np.sum(columns**2, axis=0)) + 1e-300
+    scaled = columns / length
+    values = np.linalg.lstsq(scaled.T @ scaled, scaled.T @ at_zero, rcond=1e-12)[0] / length
     left = at_zero - columns @ values
     return values, float(left @ left)
 

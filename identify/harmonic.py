@@ -25,11 +25,13 @@ def harmonic_motion(time_s: Array, elongation_m: Array, noise_m: float) -> tuple
     w = _first_frequency(time_s, elongation_m)
     if w is None:
         return None
-    fits = [_fit(time_s, elongation_m, w, harmonics) for harmonics in range(1, _MOST_HARMONICS + 1)]
+    richest = _fit(time_s, elongation_m, w, _MOST_HARMONICS)
+    if np.sqrt(richest[2]) > _WORSE_THAN_NOISE * noise_m or richest[0] * np.ptp(time_s) < 2 * np.pi * _LEAST_CYCLES:
+        return None
+    fits = [*(_fit(time_s, elongation_m, w, harmonics) for harmonics in range(1, _MOST_HARMONICS)), richest]
     n = len(time_s)
-    best = min(fits, key=lambda f: n * np.log(max(f[2], 1e-30)) + len(f[1]) * np.log(n))
-    w, c, left = best
-    if np.sqrt(left) > _WORSE_THAN_NOISE * noise_m or w * np.ptp(time_s) < 2 * np.pi * _LEAST_CYCLES:
+    w, c, left = min(fits, key=lambda f: n * np.log(max(f[2], 1e-30)) + len(f[1]) * np.log(n))
+    if np.sqrt(left) > _WORSE_THAN_NOISE * noise_m:
         return None
     harmonics = (len(c) - 2) // 2
     return tuple(_basis(time_s, w, harmonics, order) @ c for order in range(3))  # type: ignore[return-value]
@@ -50,17 +52,24 @@ def _first_frequency(time_s: Array, values: Array) -> float | None:
 
 def _fit(time_s: Array, values: Array, w: float, harmonics: int) -> tuple[float, Array, float]:
     """Frequency, coefficients and mean square left, after Gauss-Newton steps in the frequency."""
-    for _ in range(8):
+    for _ in range(6):
         basis = _basis(time_s, w, harmonics, 0)
-        c = np.linalg.lstsq(basis, values, rcond=None)[0]
+        c = _least_squares(basis, values)
         slope = (_basis(time_s, w, harmonics, 1)[:, 2:] @ c[2:]) * (time_s - time_s[0]) / w
-        step = np.linalg.lstsq(np.column_stack([basis, slope]), values - basis @ c, rcond=None)[0][-1]
+        step = _least_squares(np.column_stack([basis, slope]), values - basis @ c)[-1]
         w += float(np.clip(step, -0.1 * w, 0.1 * w))
-        if abs(step) < 1e-10 * w:
+        if abs(step) < 1e-8 * w:
             break
     basis = _basis(time_s, w, harmonics, 0)
-    c = np.linalg.lstsq(basis, values, rcond=None)[0]
+    c = _least_squares(basis, values)
     return w, c, float(np.mean((values - basis @ c) ** 2))
+
+
+def _least_squares(basis: Array, values: Array) -> Array:
+    """By the normal equations of columns of length one: the waves are nearly orthogonal, and it is ten times faster than an SVD."""
+    length = np.sqrt(np.einsum("ij,ij->j", basis, basis)) + 1e-300
+    scaled = basis / length
+    return np.linalg.lstsq(scaled.T @ scaled, scaled.T @ values, rcond=1e-14)[0] / length
 
 
 def _basis(time_s: Array, w: float, harmonics: int, order: int) -> Array:

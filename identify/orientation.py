@@ -9,20 +9,21 @@ import numpy as np
 
 from measure.tables import Loop
 
-from .loops import area, prepare
+from .loops import LoopData, area, prepare
 
 
-def oriented(loops: Sequence[Loop]) -> tuple[list[Loop], list[str]]:
-    """The loops with force and elongation counted as in the force law, and the sentence that says what was turned.
+def oriented(loops: Sequence[Loop]) -> tuple[list[LoopData], list[str]]:
+    """The loops made ready, force and elongation counted as in the force law; and the sentence that says what was turned.
 
     If every loop with a full cycle runs clockwise one sign is the other way round. Where the force is positive on the whole
     it is the elongation's, else the force's. Loops that disagree are left as they are; the verdict of the fit will say so.
     """
-    areas = [area(data, data.force_N) for data in map(prepare, loops) if data.cycles.spans]
+    data = [prepare(loop) for loop in loops]
+    areas = [area(d, d.force_N) for d in data if d.cycles.spans]
     if not areas or max(areas) >= 0.0:
-        return list(loops), []
+        return data, []
     if np.mean([loop.force_N.mean() for loop in loops]) > 0.0:
-        turned = [replace(loop, elongation_m=-loop.elongation_m) for loop in loops]
+        turned = [prepare(replace(loop, elongation_m=-loop.elongation_m)) for loop in loops]
         return turned, ["the loops run clockwise as given, so the elongation was counted the other way round (--as-given forbids it)"]
-    turned = [replace(loop, force_N=-loop.force_N) for loop in loops]
+    turned = [prepare(replace(loop, force_N=-loop.force_N)) for loop in loops]
     return turned, ["the loops run clockwise and the force is negative as given, so the force's sign was turned (--as-given forbids it)"]

@@ -143,8 +143,7 @@ def _fitted(given: Namespace, loops: Sequence[Loop], notes: list[str]) -> tuple[
     from ..residuals import depends_on
 
     kinds = tuple(type(effect_from(CATALOGUE, name, {})) for name in dict.fromkeys(given.effect))
-    turned, said = (loops, []) if given.as_given else oriented(loops)
-    data = [prepare(loop) for loop in turned]
+    data, said = ([prepare(loop) for loop in loops], []) if given.as_given else oriented(loops)
     abscissa = {"none": "none", "frequency": "frequency_Hz", "speed": "speed_m_per_s"}[given.rate]
     fit = fit_actuator(data, kinds, abscissa, given.rate_order, given.tare)  # type: ignore[arg-type]
     said = [*said, "the force at a deployment's start is seen in no steady loop; initial_force_N was set to b_l_N"]
