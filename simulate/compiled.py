@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from functools import cache
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from llvmlite import ir
@@ -23,6 +23,9 @@ from measure.tables import Array
 
 from .effect import Effect
 
+if TYPE_CHECKING:
+    from .model import Model
+
 discard_stale(Path(__file__).parent)
 
 _NUMBER = types.float64
@@ -32,6 +35,8 @@ SIGNATURES = {
     "leg_force": _NUMBER(_NUMBER, _NUMBER, _NUMBER, _NUMBER, _NUMBER, _NUMBERS),
     "leg_mass": _NUMBER(_NUMBER, _NUMBERS),
     "leg_asymptotes": types.void(_NUMBER, _NUMBER, _NUMBER, _NUMBERS, _NUMBERS),
+    "leg_transverse": types.void(_NUMBER, _NUMBER, _NUMBERS, _NUMBERS),
+    "joint_resistance": _NUMBER(_NUMBER, _NUMBERS),
     "platform_wrench": types.void(_NUMBER, _NUMBERS, _NUMBERS, _NUMBERS, _NUMBERS),
     "platform_mass": types.void(_NUMBERS, _NUMBERS, _NUMBERS),
 }
@@ -43,6 +48,8 @@ class Program(NamedTuple):
     leg_force: NDArray[np.int64]
     leg_mass: NDArray[np.int64]
     leg_asymptotes: NDArray[np.int64]
+    leg_transverse: NDArray[np.int64]
+    joint_resistance: NDArray[np.int64]
     platform_wrench: NDArray[np.int64]
     platform_mass: NDArray[np.int64]
 
@@ -56,13 +63,17 @@ def program(effects: Sequence[Effect], first_parameter: int) -> Program:
             formula = getattr(type(effect), hook)
             if formula is not None:
                 found.append((address(formula, hook), place))
-        place += len(effect.flat())
+        place += len(effect.flat()) + effect.constants
     return Program(**{hook: np.array(found, dtype=np.int64).reshape(-1, 2) for hook, found in rows.items()})
 
 
-def flat_parameters(effects: Sequence[Effect]) -> Array:
-    """All parameters of these effects, one after the other."""
-    return np.concatenate([np.empty(0), *(effect.flat() for effect in effects)])
+def flat_parameters(effects: Sequence[Effect], model: Model | None = None) -> Array:
+    """All parameters of these effects, one after the other, each followed by its constants; without a model these are zero."""
+    parts = [np.empty(0)]
+    for effect in effects:
+        constants = np.zeros(effect.constants) if model is None else np.array(effect.constants_of(model), dtype=float)
+        parts += [effect.flat(), constants]
+    return np.concatenate(parts)
 
 
 def address(formula: Any, hook: str) -> int:
@@ -105,6 +116,8 @@ def _caller(hook: str) -> Any:
 call_leg_force = _caller("leg_force")
 call_leg_mass = _caller("leg_mass")
 call_leg_asymptotes = _caller("leg_asymptotes")
+call_leg_transverse = _caller("leg_transverse")
+call_joint_resistance = _caller("joint_resistance")
 call_platform_wrench = _caller("platform_wrench")
 call_platform_mass = _caller("platform_mass")
 

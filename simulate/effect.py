@@ -3,7 +3,7 @@
 An effect is a frozen dataclass in a file of its own. It carries no state, and its defaults switch it off. Whatever
 it does, it does through one or more of the hooks below; hooks that it does not define cost nothing.
 
-Formulas that run inside the compiled kernels (`leg_...`, `platform_...`) are plain static functions of numbers. They
+Formulas that run inside the compiled kernels (`leg_...`, `joint_...`, `platform_...`) are plain static functions of numbers. They
 are compiled from this very source, for the loop fit and for the six-leg model alike, so there is one formula. They may
 use `math`, and `p[i]`, the effect's parameters in the order of their declaration, vectors laid flat.
 """
@@ -45,6 +45,8 @@ class Formulas:
     leg_force: Any = None
     leg_mass: Any = None
     leg_asymptotes: Any = None
+    leg_transverse: Any = None
+    joint_resistance: Any = None
     platform_wrench: Any = None
     platform_mass: Any = None
 
@@ -54,20 +56,24 @@ class Effect(Formulas):
     """One physical effect. Subclasses add parameters, made with `parameter`, and the hooks they need.
 
     Hooks compiled into the kernels, all static, SI units (u elongation, v = u', R the hysteretic force of the leg,
-    travel = elongation since the last reversal, p parameters):
+    travel = elongation since the last reversal, huge before the first, p parameters):
 
         leg_force(u, v, t, R, travel, p) -> N        added to the leg's force, positive pushes the platform away
         leg_mass(u, p) -> kg                         axial inertia: the leg's force falls by leg_mass * u''
         leg_asymptotes(u, v, t, p, h)                changes h[0] = h_l and h[1] = h_u in place
+        leg_transverse(length, full_length, p, g)    adds inertia across the leg at its platform joint to g[0], kg,
+                                                     and its slope over the length to g[1], kg/m
+        joint_resistance(rate, p) -> N m s           moment over angular speed, against the rotation of each joint
         platform_wrench(t, pose, twist, p, wrench)   adds force (3) and moment (3) at the centre of mass to wrench
-        platform_mass(pose, p, mass)                 adds to the 6 x 6 mass matrix, row by row, symmetric
+        platform_mass(pose, p, mass)                 changes the bare platform's 6 x 6 mass matrix, row by row, symmetric
 
     pose is position of the centre of mass (3) and unit quaternion (4, scalar first), twist is velocity (3) and angular
-    velocity (3), everything in world axes.
+    velocity (3), everything in world axes. Behind its own parameters an effect finds in p what its `constants_of` gave.
 
     Hooks in Python:
 
         adjust(model) -> model                       changes the base model (a stop, a release, a leg's stored force)
+        constants_of(model) -> numbers               as many as `constants` says, for the formulas of a deployment
         observe(time_s, channels) -> channels        what a camera makes of the motion
         true_time(shown_s) -> s                      the rig's time at which the camera's clock showed this
         observe_force(time_s, elongation, force)     what a load cell makes of the force
@@ -75,6 +81,7 @@ class Effect(Formulas):
 
     name: ClassVar[str]
     acts_on: ClassVar[str]
+    constants: ClassVar[int] = 0
 
     def __post_init__(self) -> None:
         for item in fields(self):
@@ -97,6 +104,11 @@ class Effect(Formulas):
     def adjust(self, model: Model) -> Model:
         """The base model as this effect changes it; most effects leave it alone."""
         return model
+
+    def constants_of(self, model: Model) -> tuple[float, ...]:
+        """What the formulas need to know of the base model; most effects need nothing."""
+        del model
+        return ()
 
     def observe(self, time_s: Array, channels: Mapping[str, Array]) -> Mapping[str, Array]:
         """The channels of a trajectory as they are seen; most effects do not stand between rig and camera."""

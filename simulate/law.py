@@ -25,6 +25,7 @@ from .compiled import Program, call_leg_asymptotes, call_leg_force, call_leg_mas
 from .effect import Effect
 
 A_L, B_L, A_U, B_U, BETA, LINE_VALUES = 0, 1, 2, 3, 4, 5
+NEVER = -1e9  # elongation at the last reversal where there was none
 
 
 @njit(cache=True, forceinline=True)
@@ -115,7 +116,7 @@ def loop_kernel(values: Array, called: Program, time: Array, u: Array, v: Array,
     n = len(u)
     force = np.empty(n)
     before, after = np.empty(2), np.empty(2)
-    R, turned_at, direction = start_force, u[0], 0.0
+    R, turned_at, direction = start_force, NEVER, 0.0
     asymptotes(values, 0, called, u[0], v[0], time[0], before, 0)
     for i in range(n):
         if i > 0:

@@ -17,6 +17,7 @@ from numba import njit
 from measure.tables import Array
 
 from .compiled import Program, call_platform_mass, call_platform_wrench, pointer
+from .crosswise import ARM, AXIS, RIGHT, ROTATION, SYSTEM, G, cross, leg_crosswise, transverse_mass
 from .law import advance, asymptotes, axial_mass, direct_force
 from .packing import FULL, INERTIA, JOINT, LEG, LEG_SIZE, LINE, MASS, STOP, STOWED, WEIGHT
 
@@ -24,8 +25,8 @@ LEGS = 6
 STATES = 13
 POWERS = 4  # behind the rate of the state: power of the legs, the stops, the weight, the effects
 
-# Places in the workspace of a run. LEG_OUT: elongation, speed, hysteretic and whole force, six each.
-ROTATION, SYSTEM, RIGHT, WRENCH, H, H0, ARM, AXIS, LEG_OUT = 0, 9, 45, 51, 57, 59, 61, 64, 67
+# Places in the workspace of a run, behind those of `crosswise`. LEG_OUT: elongation, speed, hysteretic and whole force, six each.
+WRENCH, H, H0, LEG_OUT = 60, 66, 68, 70
 WORK = LEG_OUT + 4 * LEGS
 
 
@@ -46,7 +47,7 @@ def derivative(values: Array, called: Program, state: Array, legs: Legs, t0: flo
     w : workspace; afterwards elongation, speed, hysteretic and whole force of each leg stand at LEG_OUT.
     """
     rotate(state, w)
-    start_system(values, state, w)
+    start_system(values, called, state, w)
     out[STATES : STATES + POWERS] = 0.0
     for leg in range(LEGS):
         leg_forces(values, called, leg, state, legs, t0, t, w, out)
@@ -62,8 +63,8 @@ def derivative(values: Array, called: Program, state: Array, legs: Legs, t0: flo
 
 
 @njit(cache=True, error_model="numpy", fastmath={"contract"}, forceinline=True)
-def start_system(values: Array, state: Array, w: Array) -> None:
-    """Mass matrix and right side of the bare platform: mass, turned inertia, weight, gyroscopic moment."""
+def start_system(values: Array, called: Program, state: Array, w: Array) -> None:
+    """Mass matrix and right side of the platform: mass, turned inertia, effects on both, weight, gyroscopic moment."""
     w[SYSTEM : SYSTEM + 42] = 0.0
     for i in range(3):
         w[SYSTEM + 7 * i] = values[MASS + i]
@@ -73,6 +74,9 @@ def start_system(values: Array, state: Array, w: Array) -> None:
             for k in range(3):
                 inertia += w[3 * i + k] * values[INERTIA + k] * w[3 * j + k]
             w[SYSTEM + 6 * (3 + i) + 3 + j] = inertia
+    for row in range(called.platform_mass.shape[0]):
+        p = pointer(values, called.platform_mass[row, 1])
+        call_platform_mass(called.platform_mass[row, 0], (pointer(state, 0), p, pointer(w, SYSTEM)))
     s = SYSTEM + 21
     x, y, z = state[10], state[11], state[12]
     spin0 = w[s] * x + w[s + 1] * y + w[s + 2] * z
@@ -111,6 +115,8 @@ def leg_forces(values: Array, called: Program, leg: int, state: Array, legs: Leg
         for i in range(6):
             for k in range(i + 1):
                 w[SYSTEM + 6 * i + k] += mass * jacobian[i] * jacobian[k]
+    if called.leg_transverse.shape[0] + called.joint_resistance.shape[0] > 0:
+        leg_crosswise(values, called, at, state, length, v, w, out)
     out[STATES] += stored * v
     out[STATES + 1] += stop * v
     out[STATES + 3] += added * v
@@ -148,9 +154,6 @@ def platform_forces(values: Array, called: Program, state: Array, t: float, w: A
         for i in range(6):
             w[RIGHT + i] += w[WRENCH + i]
             out[STATES + 3] += w[WRENCH + i] * state[7 + i]
-    for row in range(called.platform_mass.shape[0]):
-        p = pointer(values, called.platform_mass[row, 1])
-        call_platform_mass(called.platform_mass[row, 0], (pointer(state, 0), p, pointer(w, SYSTEM)))
     for i in range(3):
         out[STATES + 2] += values[WEIGHT + i] * state[7 + i]
 
@@ -180,16 +183,20 @@ def solve(w: Array) -> None:
 @njit(cache=True, error_model="numpy", fastmath={"contract"}, forceinline=True)
 def kinetic_energy(values: Array, called: Program, state: Array, w: Array) -> float:
     """Half of v' M v with everything that moves, J; expects the legs of this state in the workspace."""
-    start_system(values, state, w)
-    for row in range(called.platform_mass.shape[0]):
-        p = pointer(values, called.platform_mass[row, 1])
-        call_platform_mass(called.platform_mass[row, 0], (pointer(state, 0), p, pointer(w, SYSTEM)))
+    start_system(values, called, state, w)
     energy = 0.0
     for i in range(6):
         for k in range(6):
             energy += 0.5 * w[SYSTEM + 6 * i + k] * state[7 + i] * state[7 + k]
     for leg in range(LEGS):
         energy += 0.5 * axial_mass(values, called, w[LEG_OUT + leg]) * w[LEG_OUT + 6 + leg] ** 2
+        if called.leg_transverse.shape[0] > 0:
+            at = LEG + leg * LEG_SIZE
+            length = leg_axis(values, at, state, w, ROTATION, w, ARM, w, AXIS)
+            transverse_mass(values, called, at, length, w)
+            swing = cross((state[10], state[11], state[12]), (w[ARM], w[ARM + 1], w[ARM + 2]))
+            squared = (state[7] + swing[0]) ** 2 + (state[8] + swing[1]) ** 2 + (state[9] + swing[2]) ** 2
+            energy += 0.5 * w[G] * (squared - w[LEG_OUT + 6 + leg] ** 2)
     return energy
 
 

@@ -44,7 +44,7 @@ def row_of(model: Model) -> Array:
     _put_release(row, at, geometry, centre)
     row[STOP : STOP + 3] = at.end_stop.stiffness_N_per_m, at.end_stop.damping_N_s_per_m, at.end_stop.smoothing_m
     row[LEG:PARAMETERS] = _legs(at, geometry, centre).ravel()
-    return np.concatenate([row, flat_parameters(model.effects)])
+    return np.concatenate([row, flat_parameters(model.effects, at)])
 
 
 def geometry_of(model: Model) -> Geometry:

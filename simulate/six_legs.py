@@ -15,13 +15,12 @@ from numpy.typing import NDArray
 from measure.tables import Array
 
 from .compiled import Program
+from .crosswise import ARM, AXIS, ROTATION
+from .law import NEVER
 from .mechanics import (
-    ARM,
-    AXIS,
     LEG_OUT,
     LEGS,
     POWERS,
-    ROTATION,
     STATES,
     WORK,
     Legs,
@@ -87,7 +86,7 @@ def start_legs(values: Array, state: Array, w: Array) -> Legs:
         at = LEG + leg * LEG_SIZE
         legs.elongation[leg] = leg_axis(values, at, state, w, ROTATION, w, ARM, w, AXIS) - values[at + STOWED]
         legs.stored[leg] = values[at + START_FORCE]
-        legs.turned[leg] = legs.elongation[leg]
+        legs.turned[leg] = NEVER
     return legs
 
 

@@ -1,0 +1,40 @@
+"""The floor of the rig shakes."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from ..effect import PlatformEffect, parameter
+
+if TYPE_CHECKING:
+    from ..model import Model
+
+
+@dataclass(frozen=True)
+class BaseExcitation(PlatformEffect):
+    """A harmonic acceleration of the base along an axis; the motion is seen from the base, as by a camera that stands on it.
+
+        F = -m a n sin(2 pi f t + phi)          at the centre of mass, n the axis, m the moving mass
+
+    The axis is used as it stands: a unit vector makes `acceleration_m_per_s2` the amplitude.
+    """
+
+    name = "base-excitation"
+    constants = 1
+    acceleration_m_per_s2: float = parameter(0.0, low=0.0, high=50.0, typical=0.3, doc="amplitude of the base's acceleration, a")
+    frequency_Hz: float = parameter(5.0, low=0.1, high=200.0, typical=5.0, doc="frequency of the base's motion, f")
+    phase_rad: float = parameter(0.0, low=-7.0, high=7.0, typical=0.5, doc="phase at the release, phi")
+    axis: tuple[float, ...] = parameter((1.0, 0.0, 0.0), low=-1.0, high=1.0, typical=0.5, doc="direction of the acceleration, n")
+
+    def constants_of(self, model: Model) -> tuple[float, ...]:
+        """The moving mass, kg."""
+        return (model.platform.mass_kg * model.gravity.mass_factor,)
+
+    @staticmethod
+    def platform_wrench(t: float, pose: Any, twist: Any, p: Any, wrench: Any) -> None:
+        """Adds the inertia force to the wrench, N; p[6] is the moving mass."""
+        force = p[6] * p[0] * math.sin(2.0 * math.pi * p[1] * t + p[2])
+        for k in range(3):
+            wrench[k] -= force * p[3 + k]

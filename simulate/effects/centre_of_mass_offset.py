@@ -1,0 +1,27 @@
+"""The centre of mass is not where the model has it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+from ..effect import ModelEffect, parameter
+
+if TYPE_CHECKING:
+    from ..model import Model
+
+
+@dataclass(frozen=True)
+class CentreOfMassOffset(ModelEffect):
+    """A battery or a cable moves the centre of mass within the platform; its inertia about the centre of mass stays.
+
+    c = c_model + d          platform frame
+    """
+
+    name = "centre-of-mass-offset"
+    offset_m: tuple[float, ...] = parameter((0.0,) * 3, low=-0.1, high=0.1, typical=0.002, doc="shift within the platform frame, d")
+
+    def adjust(self, model: Model) -> Model:
+        """The model with its mass elsewhere."""
+        x, y, z = (a + b for a, b in zip(model.platform.centre_of_mass_m, self.offset_m, strict=True))
+        return replace(model, platform=replace(model.platform, centre_of_mass_m=(x, y, z)))

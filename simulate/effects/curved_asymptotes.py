@@ -1,0 +1,27 @@
+"""The strip's force does not follow a straight line."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+from ..effect import LegEffect, parameter
+
+
+@dataclass(frozen=True)
+class CurvedAsymptotes(LegEffect):
+    """Both asymptotes bend alike, as a coil whose radius changes with every turn makes them.
+
+    h = a u + b + c2 u^2 + c3 u^3
+    """
+
+    name = "curved-asymptotes"
+    quadratic_N_per_m2: float = parameter(0.0, low=-100.0, high=100.0, typical=1.0, doc="c2, added to both asymptotes times u^2")
+    cubic_N_per_m3: float = parameter(0.0, low=-1000.0, high=1000.0, typical=2.0, doc="c3, added to both asymptotes times u^3")
+
+    @staticmethod
+    def leg_asymptotes(u: float, v: float, t: float, p: Any, h: Any) -> None:
+        """Moves both asymptotes, N."""
+        bend = (p[0] + p[1] * u) * u * u
+        h[0] += bend
+        h[1] += bend

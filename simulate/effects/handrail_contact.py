@@ -1,0 +1,36 @@
+"""The platform touches the handrails that keep it from falling off the rig."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+from ..effect import PlatformEffect, parameter
+
+
+@dataclass(frozen=True)
+class HandrailContact(PlatformEffect):
+    """Beyond a radial clearance a spring pushes the centre of mass back, and friction holds it.
+
+        N = k (rho - c) where rho > c          F = -N e_rho - mu N V / sqrt(V^2 + V_0^2)
+
+    mu = 0.2 (plastic on metal, an assumption) and V_0 = 5 mm/s; the friction acts along and across the rails alike.
+    """
+
+    name = "handrail-contact"
+    clearance_m: float = parameter(0.02, low=0.0, high=0.5, typical=0.002, doc="free way to every side, c")
+    stiffness_N_per_m: float = parameter(0.0, low=0.0, high=1e5, typical=500.0, doc="of the rails, k")
+
+    @staticmethod
+    def platform_wrench(t: float, pose: Any, twist: Any, p: Any, wrench: Any) -> None:
+        """Adds contact and friction to the wrench, N."""
+        radius = math.sqrt(pose[0] * pose[0] + pose[1] * pose[1])
+        if radius <= p[0] or radius == 0.0:
+            return
+        normal = p[1] * (radius - p[0])
+        speed = math.sqrt(twist[0] * twist[0] + twist[1] * twist[1] + twist[2] * twist[2] + 2.5e-5)
+        for k in range(3):
+            wrench[k] -= 0.2 * normal * twist[k] / speed
+        wrench[0] -= normal * pose[0] / radius
+        wrench[1] -= normal * pose[1] / radius

@@ -1,0 +1,28 @@
+"""A dry force that is there at low speed and lets go at high speed."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+from ..effect import LegEffect, parameter
+
+
+@dataclass(frozen=True)
+class StribeckFriction(LegEffect):
+    """What sticks at low speed slides more easily at high speed (Stribeck 1902; Armstrong-Helouvry 1994).
+
+        F = -dF sgn(v) exp(-(v / v_s)^2),   the sign eased in as tanh(v / 2 mm/s)
+
+    dF is what the sticking adds to the sliding friction, which is the hysteresis of the law itself.
+    """
+
+    name = "stribeck-friction"
+    force_N: float = parameter(0.0, low=0.0, high=2.0, typical=0.05, doc="additional force at low speed, dF")
+    speed_m_per_s: float = parameter(0.05, low=1e-3, high=2.0, typical=0.1, doc="speed at which it has fallen to 37 %, v_s")
+
+    @staticmethod
+    def leg_force(u: float, v: float, t: float, R: float, travel: float, p: Any) -> float:
+        """Force along the leg, N."""
+        return -p[0] * math.tanh(v / 2e-3) * math.exp(-((v / p[1]) ** 2))

@@ -1,0 +1,29 @@
+"""While little strip is out its section has not opened fully, and it pushes less."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+from ..effect import LegEffect, parameter
+
+
+@dataclass(frozen=True)
+class TransitionZone(LegEffect):
+    """The zone between flat coil and curved strip needs length to form; until then force is missing.
+
+        F = -dF exp(-u / L)          u >= 0; no more than dF below
+
+    Aridon 2009, section 3.2: the force is nearly constant once more than 0.25 m is unrolled, so L is some 0.1 m. It is a force
+    and no asymptote, so that the release does not begin with a jump that beta has to relax.
+    """
+
+    name = "transition-zone"
+    force_N: float = parameter(0.0, low=-3.0, high=3.0, typical=0.1, doc="force missing at the stowed length, dF")
+    length_m: float = parameter(0.08, low=5e-3, high=1.0, typical=0.08, doc="over this elongation it falls to 37 %, L")
+
+    @staticmethod
+    def leg_force(u: float, v: float, t: float, R: float, travel: float, p: Any) -> float:
+        """Force along the leg, N."""
+        return -p[0] * math.exp(-max(u, 0.0) / p[1])
