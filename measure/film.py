@@ -16,7 +16,7 @@ from .footage import Footage
 from .marks import MISSING, OK, Marks
 from .platform import CYLINDER, ONE_MARK, PERSPECTIVE, PLANE, Fit, body_points, fit_platform, trajectory
 from .project import MarkList, Project
-from .refinement import AFFINE, WARP_NAMES
+from .reference import AFFINE, WARP_NAMES
 from .tables import CHANNELS, Trajectory
 from .tracking import check_subset, follow
 
@@ -72,13 +72,14 @@ def _rate(footage: Footage, project: Project) -> float:
 
 def _follow(footage: Footage, project: Project, fps: float, watch: Callable[[Iterator], Iterator]) -> Marks:
     warp = next(count for count, name in WARP_NAMES.items() if name == project.marks.warp)
+    exposure_s = project.film.exposure_s or footage.exposure_s or 0.0
     if project.marks.place_px:
-        return follow(footage, project.marks.place_px, fps, project.marks.subset_px, warp, watch=watch)
+        return follow(footage, project.marks.place_px, fps, project.marks.subset_px, warp, exposure_s, watch=watch)
     _, first = next(footage.pictures())
     places = find_marks(first, project.marks.subset_px)
     if not places:
         raise InputError(f"{footage.name}: no place in the first frame has texture enough to be followed. Name the marks with --mark X,Y.")
-    marks = follow(footage, places, fps, project.marks.subset_px, AFFINE, watch=watch)
+    marks = follow(footage, places, fps, project.marks.subset_px, AFFINE, exposure_s, watch=watch)
     return moving(marks)
 
 

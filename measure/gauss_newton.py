@@ -64,6 +64,15 @@ def _dot(a: NDArray[np.float32], b: NDArray[np.float32]) -> float:
 
 
 @njit(cache=True, nogil=True)
+def _level(g: NDArray[np.float32]) -> None:
+    """Take the mean away, in place."""
+    total = 0.0
+    for i in range(len(g)):
+        total += g[i]
+    g -= np.float32(total / len(g))
+
+
+@njit(cache=True, nogil=True)
 def solve(
     c: NDArray[np.float32],
     left: int,
@@ -71,23 +80,21 @@ def solve(
     half: int,
     guess: NDArray[np.float64],
     free: NDArray[np.float32],
-    basis: NDArray[np.float32],
+    light: NDArray[np.float32],
     values: NDArray[np.float32],
     inverse_hessian: NDArray[np.float64],
 ) -> tuple[NDArray[np.float64], float, float, float, float, float, bool]:
     """Iterate with all pixels alike. Returns warp, gain, residual variance, share explained, 0, 0, settled."""
-    warp, k, n = guess.copy(), len(free), len(values)
+    warp, k, m, n = guess.copy(), len(free), len(light), len(values)
     shift_only = k == 2 and warp[0] == 1.0 and warp[4] == 1.0 and warp[1] == 0.0 and warp[3] == 0.0
-    g, slope = np.empty(n, np.float32), np.empty(k)
-    value_along = _dot(basis[1], values)
+    g, slope, even = np.empty(n, np.float32), np.empty(k), values.copy()
+    _level(even)
+    strength = _dot(even, even)
     for _ in range(_STEPS):
         if not _take(c, left, top, half, warp, shift_only, g):
             break
-        level = 0.0
-        for i in range(n):
-            level += g[i]
-        g -= np.float32(level / n)
-        gain = _dot(basis[1], g) / value_along
+        _level(g)
+        gain = _dot(even, g) / strength
         for i in range(k):
             slope[i] = _dot(free[i], g)
         dp = inverse_hessian @ slope / gain
@@ -97,8 +104,10 @@ def solve(
             break
         if step < _SETTLED_PX:
             total = _dot(g, g)
-            left_over = total - (gain * value_along) ** 2 - gain * np.dot(slope, dp)
-            return warp, gain, max(left_over, 1e-9) / (n - k - 2), 1.0 - left_over / total, 0.0, 0.0, True
+            left_over = total - gain * np.dot(slope, dp)
+            for j in range(m):
+                left_over -= _dot(light[j], g) ** 2
+            return warp, gain, max(left_over, 1e-9) / (n - k - m), 1.0 - left_over / total, 0.0, 0.0, True
     return warp, np.nan, np.nan, np.nan, 0.0, 0.0, False
 
 
@@ -110,66 +119,125 @@ def solve_robust(
     half: int,
     guess: NDArray[np.float64],
     descent: NDArray[np.float32],
+    light: NDArray[np.float32],
     values: NDArray[np.float32],
     scale: float,
 ) -> tuple[NDArray[np.float64], float, float, float, float, float, bool]:
     """Iterate with Tukey weights. Returns warp, gain, residual variance, share explained, hidden share,
     trace of the inverse Hessian of the two shifts, settled."""
-    warp, k, n = guess.copy(), len(descent), len(values)
-    g, w, r = np.empty(n, np.float32), np.ones(n), np.empty(n)
-    m = k + 2
-    level_f = values.mean()
-    gain, offset, ready = 1.0, 0.0, False
+    warp, k, m, n = guess.copy(), len(descent), len(light), len(values)
+    g, r, w = np.empty(n, np.float32), np.empty(n), np.empty(n)
+    even = values.copy()
+    _level(even)
+    strength = _dot(even, even)
+    shares, ready = np.empty(m), False
     for _ in range(3 * _STEPS):
         if not sample(c, left, top, half, warp, g):
             break
         if not ready:
-            gain, offset = _robust_light(g, values, level_f)
+            _first_light(g, values, light, shares)
             ready = True
-        for i in range(n):
-            r[i] = g[i] - offset - gain * (values[i] - level_f)
-        spread = max(scale, 1.4826 * np.median(np.abs(r)))
-        normal, right, row = np.zeros((m, m)), np.zeros(m), np.empty(m)
-        total, weighted_square, weighted_g, weighted_gg = 0.0, 0.0, 0.0, 0.0
-        hidden = 0
-        for i in range(n):
-            ratio = r[i] / (_TUKEY * spread)
-            if abs(ratio) >= 1.0:
-                hidden += 1
-                w[i] = 0.0
-                continue
-            w[i] = (1.0 - ratio * ratio) ** 2
-            for j in range(k):
-                row[j] = descent[j, i]
-            row[k], row[k + 1] = values[i] - level_f, 1.0
-            for p in range(m):
-                right[p] += w[i] * row[p] * r[i]
-                for q in range(p + 1):
-                    normal[p, q] += w[i] * row[p] * row[q]
-            total += w[i]
-            weighted_square += w[i] * r[i] * r[i]
-            weighted_g += w[i] * g[i]
-            weighted_gg += w[i] * g[i] * g[i]
-        if total < 4 * m:
+        _residual(g, light, shares, r)
+        hidden = _tukey(r, max(scale, 1.4826 * np.median(np.abs(r))), 2 * half + 1, w)
+        normal, right = _weighted(descent, light, w, r)
+        if w.sum() < 4 * (k + m):
             break
-        for p in range(m):
-            for q in range(p):
-                normal[q, p] = normal[p, q]
-            normal[p, p] += 1e-9 * normal[p, p] + 1e-12
         solution = np.linalg.solve(normal, right)
+        shares += solution[k:]
+        gain = 0.0
+        for j in range(m):
+            gain += shares[j] * _dot(light[j], even) / strength
         dp = (solution[:k] / gain).astype(np.float64)
         step = _step_px(dp, half)
         warp = _compose(warp, dp)
-        gain += solution[k]
-        offset += solution[k + 1]
         if not (step < 4.0 and gain > 0.0):
             break
         if step < _SETTLED_PX:
-            variance = weighted_gg - weighted_g * weighted_g / total
-            share = 1.0 - weighted_square / max(variance, 1e-9)
-            full = np.linalg.inv(normal)
-            return warp, gain, weighted_square / total, share, hidden / n, np.trace(full[:2, :2]), True
+            square, share = _explained(g, r, w)
+            inverse = np.linalg.inv(normal)
+            return warp, gain, square, share, hidden, inverse[0, 0] + inverse[1, 1], True
     return warp, np.nan, np.nan, np.nan, 1.0, 1.0, False
+
+
+@njit(cache=True, nogil=True)
+def _residual(g: NDArray[np.float32], light: NDArray[np.float32], shares: NDArray[np.float64], r: NDArray[np.float64]) -> None:
+    for i in range(len(g)):
+        r[i] = g[i]
+    for j in range(len(light)):
+        for i in range(len(g)):
+            r[i] -= shares[j] * light[j, i]
+
+
+@njit(cache=True, nogil=True)
+def _tukey(r: NDArray[np.float64], spread: float, size: int, w: NDArray[np.float64]) -> float:
+    """Weights (1 - (r / c spread)^2)^2, none beyond c spreads and none beside such a pixel: an edge in front covers its neighbour by half.
+
+    Returns the share of pixels beyond.
+    """
+    hidden = 0
+    for i in range(len(r)):
+        ratio = r[i] / (_TUKEY * spread)
+        w[i] = (1.0 - ratio * ratio) ** 2 if abs(ratio) < 1.0 else -1.0
+    for i in range(len(r)):
+        if w[i] == -1.0:
+            hidden += 1
+            row, column = i // size, i % size
+            for y in range(max(row - 1, 0), min(row + 2, size)):
+                for x in range(max(column - 1, 0), min(column + 2, size)):
+                    if w[y * size + x] > 0.0:
+                        w[y * size + x] = 0.0
+    for i in range(len(r)):
+        w[i] = max(w[i], 0.0)
+    return hidden / len(r)
+
+
+@njit(cache=True, nogil=True)
+def _weighted(
+    descent: NDArray[np.float32], light: NDArray[np.float32], w: NDArray[np.float64], r: NDArray[np.float64]
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Normal equations of the slopes and the light together, a trace of the diagonal added so that they can be solved."""
+    k, m = len(descent), len(light)
+    normal, right, row = np.zeros((k + m, k + m)), np.zeros(k + m), np.empty(k + m)
+    for i in range(len(r)):
+        if w[i] == 0.0:
+            continue
+        for j in range(k):
+            row[j] = descent[j, i]
+        for j in range(m):
+            row[k + j] = light[j, i]
+        for p in range(k + m):
+            share = w[i] * row[p]
+            right[p] += share * r[i]
+            for q in range(p + 1):
+                normal[p, q] += share * row[q]
+    for p in range(k + m):
+        for q in range(p):
+            normal[q, p] = normal[p, q]
+        normal[p, p] += 1e-9 * normal[p, p] + 1e-12
+    return normal, right
+
+
+@njit(cache=True, nogil=True)
+def _explained(g: NDArray[np.float32], r: NDArray[np.float64], w: NDArray[np.float64]) -> tuple[float, float]:
+    """Weighted mean square of the residual, and the share of the weighted variance that is explained."""
+    total, first, second, square = 0.0, 0.0, 0.0, 0.0
+    for i in range(len(g)):
+        total += w[i]
+        first += w[i] * g[i]
+        second += w[i] * g[i] * g[i]
+        square += w[i] * r[i] * r[i]
+    return square / total, 1.0 - square / max(second - first * first / total, 1e-9)
+
+
+@njit(cache=True, nogil=True)
+def _first_light(g: NDArray[np.float32], values: NDArray[np.float32], light: NDArray[np.float32], shares: NDArray[np.float64]) -> None:
+    """Shares of the light's images for the gain and offset that most pixels agree on."""
+    level = values.mean()
+    gain, offset = _robust_light(g, values, level)
+    for j in range(len(light)):
+        shares[j] = 0.0
+        for i in range(len(values)):
+            shares[j] += light[j, i] * (gain * (values[i] - level) + offset)
 
 
 @njit(cache=True, nogil=True)

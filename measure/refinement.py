@@ -4,10 +4,10 @@ The current image g, seen through the warp W, should be the reference image f ti
 
     g(W(x)) = a f(W(x; dp)) + b  ~  a (f + S dp) + b,      W <- W o W(dp)^-1
 
-S are the slopes of f along each parameter (the steepest-descent images). Gain and offset are eliminated by projecting
-S off f and 1, which makes it the least-squares solution of the zero-mean normalised squared difference. The slopes
-come from the reference image, so noise of the current image biases nothing. Baker and Matthews, Int. J. Computer
-Vision 56 (2004) 221; Pan, Li, Tong, Experimental Mechanics 53 (2013) 1277.
+S are the slopes of f along each parameter (the steepest-descent images). Gain and offset, and where needed their
+gradient across the mark, are eliminated by projecting S off them, which makes it the least-squares solution of the
+zero-mean normalised squared difference. The slopes come from the reference image, so noise of the current image biases nothing. Baker
+and Matthews, Int. J. Computer Vision 56 (2004) 221; Pan, Li, Tong, Experimental Mechanics 53 (2013) 1277.
 """
 
 from __future__ import annotations
@@ -16,53 +16,21 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import convolve1d
 
-from .errors import InputError
 from .gauss_newton import solve, solve_robust
-from .spline import BLUR, FILTER, NOISE_LEFT, coefficients, slopes
+from .reference import AFFINE, EUCLIDEAN, TRANSLATION, Reference
+from .spline import FILTER, NOISE_LEFT, coefficients
 
-TRANSLATION, EUCLIDEAN, AFFINE = 2, 3, 6
-"""Warps by their number of parameters."""
+ALIKE = 0.80
+"""Correlation below which two images are not of the same mark."""
 
-WARP_NAMES = {TRANSLATION: "translation", EUCLIDEAN: "euclidean", AFFINE: "affine"}
+MOST_HIDDEN = 0.25
+"""Share of a subset that may be covered before the mark counts as occluded."""
 
-
-@dataclass(frozen=True)
-class Reference:
-    """A mark as the reference image shows it, ready to be found again.
-
-    column, row : the subset's centre pixel. offset : (2,) from it to the reference point, px.
-    values : (n,) blurred grey values f. basis : (m, n) orthonormal images that light can add (1 and f).
-    descent : (k, n) slopes along the warp's parameters; free : the same, projected off the basis.
-    inverse_hessian : (k, k) of `free`. noise : (k, k), covariance of the parameters for pixel noise of variance one.
-    """
-
-    column: int
-    row: int
-    half: int
-    offset: NDArray[np.float64]
-    values: NDArray[np.float32]
-    basis: NDArray[np.float32]
-    descent: NDArray[np.float32]
-    free: NDArray[np.float32]
-    inverse_hessian: NDArray[np.float64]
-    noise: NDArray[np.float64]
-    contrast: float
-
-    @property
-    def warp(self) -> int:
-        """The number of parameters of the warp."""
-        return len(self.descent)
-
-    @property
-    def start(self) -> NDArray[np.float64]:
-        """The warp that leaves the mark where the reference image has it."""
-        return np.array([1.0, 0.0, self.column, 0.0, 1.0, self.row])
-
-    def point(self, warp: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Where a warp puts the reference point, px."""
-        return warp[[2, 5]] + warp.reshape(2, 3)[:, :2] @ self.offset
+_UNEXPLAINED = 0.02
+_SPARE_PX = 6
+_TUKEY_SHARE = 0.828
+"""Weighted mean square of normal residuals under Tukey's weights, over their variance."""
 
 
 @dataclass(frozen=True)
@@ -70,8 +38,8 @@ class Match:
     """One subset refined: the warp, how sure it is, and how alike the two images are.
 
     warp : (6,) as in `measure.spline.sample`. covariance : (2, 2) of the reference point, px^2. zncc : correlation of
-    the compared pixels. gain : of the light. hidden : share of the pixels that something else covers. settled : whether
-    the iteration came to rest.
+    the compared pixels, after the light's gradient where that was needed. gain : of the light. noise : what is left,
+    grey levels. hidden : share of the pixels that something else covers. settled : whether the iteration came to rest.
     """
 
     warp: NDArray[np.float64]
@@ -82,87 +50,37 @@ class Match:
     hidden: float
     settled: bool
 
+    @property
+    def unexplained(self) -> float:
+        """Share of the variance that the reference does not explain."""
+        return 1.0 - self.zncc**2
 
-def reference(picture: NDArray, x: float, y: float, subset: int, warp: int = AFFINE) -> Reference:
-    """Prepare the mark at (x, y) of a reference image.
 
-    picture : (rows, columns). subset : odd, px. warp : the richest allowed; a poorer one is taken where the texture
-    cannot tell more (a dot has no rotation).
+def recognise(picture: NDArray, mark: Reference, guess: NDArray[np.float64], usual_noise: float, usual_unexplained: float) -> Match | None:
+    """The mark near a first guess, by the plainest model that explains the picture; None where it is not the mark.
 
-    Raises
-    ------
-    InputError
-        The subset reaches over the border, or has too little texture to be found again.
+    Tried in turn: even light; light that changes across the mark; something thin in front, whose pixels get no
+    weight. usual_noise, usual_unexplained : of this mark in the frames before; what clearly exceeds them is not noise.
     """
-    half, column, row = subset // 2, round(x), round(y)
-    _require_inside(picture, x, y, half)
-    c = coefficients(picture, column - half - 2, row - half - 2, subset + 4, subset + 4, FILTER)
-    f, fx, fy = slopes(c)
-    _require_texture(float(f.std()), fx, fy, picture.dtype, x, y)
-    basis = _orthonormal(np.stack([np.ones(f.size), f.ravel()]))
-    offset = np.array([x - column, y - row])
-    poorer = [k for k in (AFFINE, EUCLIDEAN, TRANSLATION) if k <= warp]
-    made = (_prepared(column, row, half, offset, f, basis, _descent(fx, fy, half, k)) for k in poorer)
-    return next(mark for mark in made if mark.warp == TRANSLATION or _tells(mark))
+    enough = max(4.0 * usual_unexplained, 0.1 * _UNEXPLAINED)
+    best, under = _settled(refine(picture, mark, guess)), mark
+    if best is not None and best.unexplained <= enough:
+        return best
+    near = best.warp if best is not None and best.zncc >= ALIKE else guess
+    if mark.shaded is not None:
+        shaded = _settled(refine(picture, mark.shaded, near))
+        if shaded is not None and (best is None or shaded.unexplained < 0.6 * best.unexplained):
+            best, under = shaded, mark.shaded
+    if best is not None and best.unexplained <= enough:
+        return best
+    robust = _settled(refine(picture, under, near, scale=max(usual_noise, 0.02 * mark.contrast)))
+    if robust is not None and robust.zncc >= ALIKE and robust.hidden <= MOST_HIDDEN:
+        return robust
+    return best if best is not None and best.unexplained <= _UNEXPLAINED else None
 
 
-def _prepared(column: int, row: int, half: int, offset: NDArray, f: NDArray, basis: NDArray, descent: NDArray) -> Reference:
-    """Project the slopes off what light can do, and keep what each iteration needs."""
-    free = descent - (descent @ basis.T) @ basis
-    noise, inverse_hessian = _covariance_of_unit_noise(free, 2 * half + 1)
-    f32, b32, d32, p32 = (np.ascontiguousarray(a, np.float32) for a in (f.ravel(), basis, descent, free))
-    return Reference(column, row, half, offset, f32, b32, d32, p32, inverse_hessian, noise, float(f.std()))
-
-
-def _require_inside(picture: NDArray, x: float, y: float, half: int) -> None:
-    rows, columns = picture.shape
-    if not (half <= round(x) < columns - half and half <= round(y) < rows - half):
-        raise InputError(
-            f"mark at {x:g},{y:g}: its subset of {2 * half + 1} px reaches over the border of the picture of {columns} x {rows} px. "
-            "Move the mark inwards or take a smaller --subset."
-        )
-
-
-def _require_texture(contrast: float, fx: NDArray, fy: NDArray, dtype: np.dtype, x: float, y: float) -> None:
-    """Refuse a subset whose poorer direction would not be known to 0.1 px at noise of 1.5 steps of 8 bit, or of one step."""
-    noise = 1.5 if dtype == np.uint8 else 1.0
-    h = np.array([[(fx * fx).sum(), (fx * fy).sum()], [(fx * fy).sum(), (fy * fy).sum()]])
-    weakest = float(np.linalg.eigvalsh(h)[0])
-    if contrast < 2.0 * noise or weakest < 2.0 * (noise / 0.1) ** 2:
-        raise InputError(
-            f"mark at {x:g},{y:g}: too little texture in its subset (contrast {contrast:.1f} grey levels, "
-            f"slopes in the poorer direction {np.sqrt(max(weakest, 0.0) / fx.size):.2f} per px). "
-            "Put the mark on a pattern with edges in two directions, or enlarge --subset."
-        )
-
-
-def _orthonormal(rows: NDArray) -> NDArray:
-    return np.ascontiguousarray(np.linalg.qr(rows.T)[0].T)
-
-
-def _descent(fx: NDArray, fy: NDArray, half: int, warp: int) -> NDArray:
-    """Slopes of the reference image along the parameters: shift x, shift y; rotation; or the four of an affine warp."""
-    dy, dx = np.mgrid[-half : half + 1, -half : half + 1]
-    images = {TRANSLATION: (fx, fy), EUCLIDEAN: (fx, fy, fy * dx - fx * dy), AFFINE: (fx, fy, fx * dx, fx * dy, fy * dx, fy * dy)}[warp]
-    return np.stack([image.ravel() for image in images])
-
-
-def _covariance_of_unit_noise(free: NDArray, subset: int) -> tuple[NDArray, NDArray]:
-    """Covariance of the parameters for white noise of variance one, and the inverse Hessian.
-
-    The blur correlates the noise of neighbouring pixels: with B the blur, cov = H^-1 (S B B' S') H^-1, H = S S'.
-    """
-    images = free.reshape(-1, subset, subset)
-    wide = np.pad(images, ((0, 0), (12, 12), (12, 12)))
-    blurred = convolve1d(convolve1d(wide, BLUR, axis=1), BLUR, axis=2).reshape(len(free), -1)
-    inverse = np.linalg.pinv(free @ free.T)
-    return inverse @ (blurred @ blurred.T) @ inverse, inverse
-
-
-def _tells(mark: Reference) -> bool:
-    """Whether pixel noise of 2 % of the contrast leaves rotation and stretch known to 0.1 px at the subset's edge."""
-    edge = np.sqrt(np.diag(mark.noise)[2:].max()) * mark.half * 0.02 * mark.contrast
-    return bool(edge < 0.1)
+def _settled(match: Match | None) -> Match | None:
+    return match if match is not None and match.settled else None
 
 
 def refine(picture: NDArray, mark: Reference, guess: NDArray[np.float64], scale: float | None = None) -> Match | None:
@@ -178,15 +96,16 @@ def refine(picture: NDArray, mark: Reference, guess: NDArray[np.float64], scale:
     if box is None:
         return None
     c = coefficients(picture, *box, FILTER)
-    images = (mark.descent, mark.values) if scale is not None else (mark.free, mark.basis)
     if scale is None:
-        found = solve(c, box[0], box[1], mark.half, guess, *images, mark.values, mark.inverse_hessian)
+        found = solve(c, box[0], box[1], mark.half, guess, mark.free, mark.light, mark.values, mark.inverse_hessian)
     else:
-        found = solve_robust(c, box[0], box[1], mark.half, guess, *images, scale)
+        found = solve_robust(c, box[0], box[1], mark.half, guess, mark.descent, mark.light, mark.values, scale)
     warp, gain, residual, explained, hidden, trace, settled = found
     if not (np.isfinite(warp).all() and residual > 0 and gain > 0):
         return None
-    widening = 1.0 if scale is None else trace / np.trace(mark.inverse_hessian[:2, :2])
+    widening = 1.0
+    if scale is not None:
+        residual, widening = residual / _TUKEY_SHARE, max(trace / np.trace(mark.inverse_hessian[:2, :2]), 1.0)
     residual = max(residual, 2.0 * NOISE_LEFT / 12.0)  # both images are rounded to whole grey levels
     jacobian = _point_slopes(mark)
     covariance = jacobian @ mark.noise @ jacobian.T * (residual / NOISE_LEFT / gain**2) * widening
@@ -211,6 +130,5 @@ def _window(picture: NDArray, half: int, warp: NDArray[np.float64]) -> tuple[int
     left, right, top, bottom = warp[2] - reach_x, warp[2] + reach_x, warp[5] - reach_y, warp[5] + reach_y
     if not (left > -1 and top > -1 and right < columns and bottom < rows):
         return None
-    spare = 6
-    x, y = int(np.floor(left)) - spare, int(np.floor(top)) - spare
-    return x, y, int(np.ceil(right)) + spare + 1 - x, int(np.ceil(bottom)) + spare + 1 - y
+    x, y = int(np.floor(left)) - _SPARE_PX, int(np.floor(top)) - _SPARE_PX
+    return x, y, int(np.ceil(right)) + _SPARE_PX + 1 - x, int(np.ceil(bottom)) + _SPARE_PX + 1 - y

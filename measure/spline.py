@@ -157,11 +157,3 @@ def sample_shifted(c: NDArray[np.float32], left: float, top: float, half: int, x
                 value += wx[k] * column[m + k]
             out[row * size + m] = value
     return True
-
-
-def slopes(c: NDArray[np.float32]) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
-    """Grey value and its two slopes at the pixels of a window, from its coefficients; a border of 2 px is lost."""
-    value = np.array([1.0, 26.0, 66.0, 26.0, 1.0]) / 120.0
-    slope = np.array([-1.0, -10.0, 0.0, 10.0, 1.0]) / 24.0
-    patches = np.lib.stride_tricks.sliding_window_view(c.astype(np.float64), (5, 5))
-    return tuple(np.einsum("ijkl,k,l->ij", patches, a, b) for a, b in ((value, value), (value, slope), (slope, value)))  # type: ignore[return-value]

@@ -12,17 +12,14 @@ from .correlation import Peak, search
 from .errors import InputError
 from .footage import Footage, Picture
 from .marks import AMBIGUOUS, LOST, MISSING, OCCLUDED, OK, OUT, Marks, Sighting, gather, unseen
-from .refinement import AFFINE, Match, Reference, reference, refine
+from .reference import AFFINE, Reference, blurred, reference
+from .refinement import ALIKE, Match, recognise
 
 _SEARCH_PX = (8, 32, None)
 """Radii of the search around the predicted place, tried in turn; None is the whole picture."""
 
-_ALIKE = 0.80
-"""Correlation below which two images are not of the same mark."""
-
-_UNEXPLAINED = 0.02
-_HIDDEN = 0.25
-"""Share of a subset that may be covered before the mark counts as occluded."""
+_LEAST_BLUR_PX = 0.75
+"""Motion during the exposure that still looks like rest."""
 
 _FAINT = 0.3
 """Correlation below which nothing of the mark is left at a place."""
@@ -35,17 +32,22 @@ _WHOLE_PICTURE_EVERY = 5
 
 @dataclass
 class Follower:
-    """One mark on its way through the film: what it looks like, where it was, how noisy its pictures are."""
+    """One mark on its way through the film: what it looks like, where it was, how noisy its pictures are.
+
+    open_share : exposure over the time from frame to frame.
+    """
 
     mark: Reference
     patch: NDArray
     warp: NDArray[np.float64]
     unique: bool
+    open_share: float = 0.0
     places: list[tuple[int, NDArray[np.float64]]] = field(default_factory=list)
     noise: float = 0.0
     unexplained: float = 0.0
     missed: int = 0
     last: str = OK
+    moving: tuple[NDArray, Reference] | None = None
 
     def predicted(self, frame: int) -> NDArray[np.float64]:
         """The last warp carried on: at constant acceleration, x = 3 x1 - 3 x2 + x3, or at constant speed while the mark is hidden."""
@@ -82,7 +84,7 @@ class Follower:
         if peak is None or peak.zncc < _FAINT:
             return None, status
         if peak.second > _DISTINCT * peak.zncc and (radius is None or self.missed):
-            return None, AMBIGUOUS if status != OCCLUDED and peak.zncc > _ALIKE else status
+            return None, AMBIGUOUS if status != OCCLUDED and peak.zncc > ALIKE else status
         start = self.warp.copy()
         start[[2, 5]] = self._from_peak(peak)
         match = self._fits(picture, start)
@@ -97,17 +99,18 @@ class Follower:
         return np.array([peak.x, peak.y]) + self.warp[[2, 5]] - np.rint(self.warp[[2, 5]])
 
     def _fits(self, picture: Picture, guess: NDArray) -> Match | None:
-        """Refine, with robust weights where the plain residual shows something in front; None where it is not the mark."""
-        match = refine(picture, self.mark, guess)
-        allowed = max(4.0 * self.unexplained, _UNEXPLAINED)
-        if match is not None and match.settled and 1.0 - match.zncc**2 <= allowed:
-            return match
-        plain_ok = match is not None and match.settled and match.zncc >= _ALIKE
-        scale = max(self.noise, 0.02 * self.mark.contrast)
-        robust = refine(picture, self.mark, match.warp if match is not None and plain_ok else guess, scale)
-        if robust is None or not robust.settled or robust.zncc < _ALIKE or robust.hidden > _HIDDEN:
-            return None
-        return robust
+        """The mark near a guess, blurred as its speed has it."""
+        motion = (guess[[2, 5]] - self.places[-1][1]) * self.open_share if self.places and self.missed == 0 else np.zeros(2)
+        return recognise(picture, self._as_moving(motion), guess, self.noise, self.unexplained)
+
+    def _as_moving(self, motion: NDArray[np.float64]) -> Reference:
+        """The reference blurred by a motion during the exposure, in quarter pixels; kept while it serves."""
+        steps = np.rint(4.0 * motion)
+        if np.hypot(*steps) < 4.0 * _LEAST_BLUR_PX:
+            return self.mark
+        if self.moving is None or not np.array_equal(self.moving[0], steps):
+            self.moving = (steps, blurred(self.mark, steps / 4.0))
+        return self.moving[1]
 
     def _accepted(self, picture: Picture, frame: int, match: Match) -> Sighting:
         self.missed, self.last = 0, OK
@@ -117,7 +120,7 @@ class Follower:
         if match.hidden == 0.0 and frame > 0:
             share = 0.3 if self.noise == 0.0 else 0.1
             self.noise += share * (match.noise - self.noise)
-            self.unexplained += share * (1.0 - match.zncc**2 - self.unexplained)
+            self.unexplained += share * (match.unexplained - self.unexplained)
         cut = _cut(picture, match.warp, self.mark.half)
         if cut is not None and match.hidden < 0.02:
             self.patch = cut
@@ -138,14 +141,14 @@ def _cut(picture: Picture, warp: NDArray, half: int) -> NDArray | None:
     return patch.copy() if patch.shape == (2 * half + 1, 2 * half + 1) else None
 
 
-def follower(picture: Picture, x: float, y: float, subset: int, warp: int = AFFINE) -> Follower:
+def follower(picture: Picture, x: float, y: float, subset: int, warp: int = AFFINE, open_share: float = 0.0) -> Follower:
     """Prepare to follow the mark at (x, y) of the reference image."""
     mark = reference(picture, x, y, subset, warp)
     patch = _cut(picture, mark.start, mark.half)
     assert patch is not None
     peak = search(picture, patch, x, y, None)
     unique = peak is not None and peak.second < _DISTINCT
-    return Follower(mark, patch, mark.start, unique)
+    return Follower(mark, patch, mark.start, unique, open_share)
 
 
 def check_subset(subset: int) -> None:
@@ -160,13 +163,15 @@ def follow(
     fps: float,
     subset: int = 31,
     warp: int = AFFINE,
+    exposure_s: float = 0.0,
     names: Sequence[str] = (),
     watch: Callable[[Iterator], Iterator] = iter,
 ) -> Marks:
     """Follow marks through a film.
 
     places : reference points in the first frame, px. fps : capture rate. warp : the richest warp a mark may have.
-    watch : wraps the stream of frames, for a progress bar. Frames that the film lacks are rows with status `missing`.
+    exposure_s : time over which a picture is collected; a fast mark is blurred by it. watch : wraps the stream of
+    frames, for a progress bar. Frames that the film lacks are rows with status `missing`.
 
     Raises
     ------
@@ -178,7 +183,7 @@ def follow(
     rows: list[list[Sighting]] = []
     for frame, picture in watch(footage.pictures()):
         if not followers:
-            followers = [follower(picture, x, y, subset, warp) for x, y in places]
+            followers = [follower(picture, x, y, subset, warp, exposure_s * fps) for x, y in places]
         while len(rows) < frame:
             rows.append([unseen(MISSING) for _ in followers])
         rows.append([mark.look(picture, frame) for mark in followers])

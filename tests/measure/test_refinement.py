@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from measure.errors import InputError
-from measure.refinement import AFFINE, EUCLIDEAN, TRANSLATION, Match, reference, refine
+from measure.reference import AFFINE, EUCLIDEAN, TRANSLATION, reference
+from measure.refinement import Match, refine
 
 CENTRE, SUBSET = 36, 41
 
