@@ -74,8 +74,8 @@ def fit_actuator(
 ) -> ActuatorFit:
     """Fit the law, and effects jointly with it, to every sample of every loop.
 
-    Each loop's start force is a nuisance and is taken out exactly. The covariance is that of independent samples, blown up
-    loop by loop by n / n_effective of its residual, so that a slow residual counts as few samples.
+    Each loop's start force is a nuisance and is taken out exactly. The covariance takes the residual's own spectrum for the
+    noise's, so that a slow residual counts as few samples for what it can be mistaken for.
 
     Parameters
     ----------
@@ -153,7 +153,7 @@ def _judged(problem: _Problem, theta: Array, converged: bool) -> ActuatorFit:
     residuals, free = problem.residuals(theta), problem.free(theta)
     tables = jacobians(problem.residuals, theta, *problem.bounds())
     effective = tuple(effective_number(r) for r in residuals)
-    of_theta = covariance_of(tables, residuals, effective, free)
+    of_theta = covariance_of(tables, residuals, free)
     slopes = shape.slopes(theta)
     estimates = estimates_of(shape, theta, of_theta, free, tables, sum(effective) - len(theta))
     return ActuatorFit(

@@ -12,7 +12,7 @@ import numpy as np
 from measure.tables import Array
 
 _MOST_HARMONICS = 5
-_WORSE_THAN_NOISE = 1.1
+_WORSE_THAN_NOISE = 1.4
 _LEAST_CYCLES = 1.0
 
 
@@ -20,7 +20,7 @@ def harmonic_motion(time_s: Array, elongation_m: Array, noise_m: float) -> tuple
     """Elongation, speed and acceleration, (n,) each, of a record that is a sine with few harmonics; else None.
 
     u = c_0 + c_1 t + sum_k a_k cos k w t + b_k sin k w t, with w by Gauss-Newton from the spectrum's peak. It is accepted
-    where what it leaves is no more than a tenth above the noise and no harmonic more is worth its two coefficients (BIC).
+    where what it leaves is about the noise and no harmonic more is worth its two coefficients (BIC).
     """
     w = _first_frequency(time_s, elongation_m)
     if w is None:

@@ -25,7 +25,8 @@ from .harmonic import harmonic_motion
 _HALVES = (3, 5, 8, 13, 21, 34, 55, 89)  # neighbours on each side that are tried
 _AGREEMENT = 2.0  # standard deviations
 _ENTRIES_AT_ONCE = 40_000  # what fits a processor's cache
-_PER_SIGMA = 1.4826  # median absolute deviation to one standard deviation of a normal distribution
+_KEPT = 0.8  # of the absolute deviations, the smaller ones; a median would jump from step to step of a quantised signal
+_KEPT_SIGMA = 0.66159  # root mean square of these for a normal distribution of one
 
 
 @dataclass(frozen=True)
@@ -120,12 +121,13 @@ def _products(x: Array, x2: Array, x3: Array) -> tuple[tuple[Array, Array], ...]
 def noise_of(time_s: Array, values: Array) -> float:
     """One standard deviation of the noise of a smooth signal, from what a cubic through seven neighbours leaves.
 
-    Robust (median), so that jumps and reversals do not count. Never below what the signal's quantum makes,
+    The largest fifth of what is left does not count, so jumps and reversals do not. Never below what the signal's quantum makes,
     q / sqrt(12). Noise that is slower than a few samples is not seen.
     """
     fitted, gain = local_cubic(time_s, values, _HALVES[0], np.arange(len(time_s)))
     left = (values - fitted[0]) / np.sqrt(np.maximum(1.0 - gain**2, 1e-3))
-    return max(float(_PER_SIGMA * np.median(np.abs(left))), quantum_of(values) / np.sqrt(12.0))
+    smaller = np.sort(np.abs(left))[: max(1, int(_KEPT * len(left)))]
+    return max(float(np.sqrt(np.mean(smaller**2))) / _KEPT_SIGMA, quantum_of(values) / np.sqrt(12.0))
 
 
 def quantum_of(values: Array) -> float:

@@ -16,6 +16,7 @@ from .parameters import BETA_NAME, Layout
 Word = Literal["ok", "at-bound", "not-identifiable", "did-not-converge", "data-bad", "model-does-not-apply"]
 
 OWN_SHARE = 0.02  # of a parameter's signature that no other parameter can imitate, below which it is not identifiable
+_REACH = 6  # frequencies of a doubled transform, half as many independent ones
 WIDEST_LOG_BETA = 1.0  # standard deviation of log beta at which beta is not even known to its order of magnitude
 
 
@@ -41,23 +42,55 @@ def jacobians(residuals: Callable[[Array], tuple[Array, ...]], theta: Array, low
     return tuple(np.stack(column, axis=1) for column in columns)
 
 
-def covariance_of(tables: Sequence[Array], residuals: Sequence[Array], effective: Sequence[float], free: NDArray[np.bool_]) -> Array:
+def covariance_of(tables: Sequence[Array], residuals: Sequence[Array], free: NDArray[np.bool_]) -> Array:
     """Covariance of the vector, zero for what stands at a bound.
 
-    C = N^-1 (sum_k s_k^2 n_k / n_eff,k J_k' J_k) N^-1,   N = sum_k J_k' J_k
+        C = N^-1 (sum_k J_k' W_k J_k) N^-1,   N = sum_k J_k' J_k,   W_k the covariance of the residual of loop k
+
+    W is stationary and taken from the residual's smoothed spectrum, so a slow drift makes levels uncertain and leaves beta,
+    which the reversals tell, nearly as it was. Each parameter gets its own effective number of samples in this way.
     """
     size = tables[0].shape[1]
     kept = np.flatnonzero(free)
-    scale = np.sqrt(sum(np.sum(table[:, kept] ** 2, axis=0) for table in tables))
+    scale = np.sqrt(np.sum([np.sum(table[:, kept] ** 2, axis=0) for table in tables], axis=0))
     scale = np.where(scale > 0.0, scale, 1.0)
     scaled = [table[:, kept] / scale for table in tables]
-    inverse = np.linalg.pinv(sum(table.T @ table for table in scaled), rcond=1e-12, hermitian=True)
-    lost = len(kept) / len(tables)
-    spread = [float(r @ r) / max(n - lost, 1.0) for r, n in zip(residuals, effective, strict=True)]
-    middle = sum(s * (table.T @ table) for s, table in zip(spread, scaled, strict=True))
+    inverse = np.linalg.pinv(np.sum([table.T @ table for table in scaled], axis=0), rcond=1e-12, hermitian=True)
+    samples = sum(len(r) for r in residuals)
+    scattered = np.sum([_scatter(table, r) for table, r in zip(scaled, residuals, strict=True)], axis=0)
+    middle = scattered * samples / max(samples - len(kept), 1)
     whole = np.zeros((size, size))
     whole[np.ix_(kept, kept)] = inverse @ middle @ inverse / np.outer(scale, scale)
     return whole
+
+
+def _scatter(table: Array, residual: Array) -> Array:
+    """J' W J of one loop, from the spectra of its columns and of its residual."""
+    n = len(residual)
+    waves = np.fft.rfft(table, 2 * n, axis=0)
+    power = smoothed_power(residual)
+    weight = np.where((np.arange(n + 1) == 0) | (np.arange(n + 1) == n), 1.0, 2.0) * power / (2 * n)
+    return np.real((waves * weight[:, None]).conj().T @ waves)
+
+
+def smoothed_power(residual: Array) -> Array:
+    """Power of a residual (sine taper) at the n + 1 frequencies of a transform of twice its length; its mean is the variance.
+
+    Each value is the mean over a neighbourhood of at least four independent frequencies and a fifth of the frequency itself,
+    because a fit has taken out of its residual what its own parameters can imitate at just their frequencies. A neighbourhood
+    is averaged over its upper and lower side, and the larger mean counts.
+    """
+    n = len(residual)
+    taper = np.sin(np.pi * (np.arange(n) + 0.5) / n)
+    power = np.abs(np.fft.rfft(residual * taper, 2 * n)) ** 2 / np.sum(taper**2)
+    total = np.concatenate([[0.0], np.cumsum(power)])
+    k = np.arange(n + 1)
+    reach = np.maximum(_REACH, k // 5)
+    below, above = np.maximum(k - reach, 0), np.minimum(k + reach + 1, n + 1)
+    lower = (total[k + 1] - total[below]) / (k + 1 - below)
+    upper = (total[above] - total[k]) / (above - k)
+    both = (total[above] - total[below]) / (above - below)
+    return np.where(k < reach, np.maximum(both, np.minimum(lower, upper)), both)
 
 
 def estimates_of(
