@@ -16,7 +16,7 @@ from .fit import Fit, solve
 from .problem import Problem
 
 _WORTH_FITTING = 6.0
-_MOST_FITTED = 10
+_MOST_FITTED = 8
 _SHORT_OF_PROMISE = 0.5
 _FIRST_STEPS, _LAST_STEPS = 12, 40
 

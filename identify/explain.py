@@ -23,6 +23,7 @@ from .campaign import Run
 from .candidates import Candidate, Screened, carried_over, fit_screened, held_out_rms, kinds_to_try, polished, screen
 from .evidence import Gain, GapTest, gain, gap_test, likeness
 from .fit import Fit, solve, solve_from_afar
+from .missing_force import MissingForce, estimate
 from .problem import problem_of, with_effects
 
 GAP_P = 1e-3
@@ -31,6 +32,7 @@ STRONG_BIC = 10.0
 CLOSED_SHARE = 0.8
 _MOST_EFFECTS = 3
 _MOST_RIVALS = 3
+_MOST_LATER = 5
 _HOPELESS_RIVAL = 0.5
 
 Say = Callable[[str], None]
@@ -84,6 +86,7 @@ class Explanation:
     ranking: tuple[Rival, ...]
     rivals: tuple[Candidate, ...]
     held: tuple[Held, ...]
+    missing: MissingForce | None
 
     @property
     def model(self) -> Model:
@@ -124,9 +127,19 @@ def explain(
         steps.append(found)
         current = found.best.fit
     current, steps = _without_superfluous(current, steps, say)
+    missing = None
+    if gap_test(current).p_value < GAP_P and problem.films:
+        say("estimating the missing force")
+        missing = estimate(before)
+    verdict = _verdict(before, current, steps, missing)
+    after = current if verdict in ("named", "class", "several") else before
     say("looking at the runs held out")
-    held = tuple(_held(model, run, before, current) for run in runs if run.hold_out)
-    return _decide(as_given, before, current, steps, held)
+    held = tuple(_held(model, run, before, after) for run in runs if run.hold_out)
+    findings = tuple(_finding(after, before, step) for step in steps) if after is current else ()
+    rivals = tuple(c for step in steps for c in step.equivalents)
+    tests = gap_test(before), gap_test(after)
+    missing = missing if verdict == "unknown" else None
+    return Explanation(verdict, findings, as_given, before, after, *tests, _ranking(steps), rivals, held, missing)
 
 
 @dataclass(frozen=True)
@@ -143,7 +156,7 @@ class Step:
 def _next_effect(current: Fit, catalogue: Mapping[str, type[Effect]], say: Say, *, first: bool) -> Step | None:
     """The effect that closes most of what is left, or None where only noise is left or nothing helps."""
     test = gap_test(current)
-    screened = screen(current, kinds_to_try(catalogue, current))
+    screened = screen(current, kinds_to_try(catalogue, current))[: None if first else _MOST_LATER]
     if test.p_value > GAP_P and not (first and _promising(screened)):
         return None
     tried: list[Candidate] = []
@@ -221,25 +234,21 @@ def _held(model: Model, run: Run, before: Fit, after: Fit) -> Held:
     return Held(carried_over(before, problem), carried_over(after, problem.with_effects(after.problem.effects)))
 
 
-def _decide(as_given: Fit, before: Fit, after: Fit, steps: Sequence[Step], held: tuple[Held, ...]) -> Explanation:
-    tests = gap_test(before), gap_test(after)
-    closed = share_closed(before, after)
-    findings = tuple(_finding(after, before, step) for step in steps)
-    verdict = _verdict(tests, closed, steps)
-    ranking = _ranking(steps)
-    rivals = tuple(c for step in steps for c in step.equivalents)
-    kept = findings if verdict != "unknown" else ()
-    return Explanation(verdict, kept, as_given, before, after, *tests, ranking, rivals, held)
-
-
-def _verdict(tests: tuple[GapTest, GapTest], closed: float, steps: Sequence[Step]) -> str:
+def _verdict(before: Fit, after: Fit, steps: Sequence[Step], missing: MissingForce | None) -> str:
+    """What may be said. Effects that leave a gap must close most of it, and better than a force without any physics does."""
+    left = gap_test(after).p_value < GAP_P
     if not steps:
-        return "no-gap" if tests[0].p_value > GAP_P else "unknown"
-    if closed < CLOSED_SHARE and tests[1].p_value < GAP_P:
+        return "unknown" if left else "no-gap"
+    if left and (share_closed(before, after) < CLOSED_SHARE or (missing is not None and _bic(missing.fit) < _bic(after))):
         return "unknown"
     if len(steps) > 1:
         return "several"
     return "class" if steps[0].equivalents else "named"
+
+
+def _bic(fit: Fit) -> float:
+    """Sum of squares and the price of the knobs, samples taken as independent: for fits that leave little but noise."""
+    return fit.cost + len(fit.q) * float(np.log(fit.problem.measured))
 
 
 def _finding(after: Fit, before: Fit, step: Step) -> Finding:

@@ -28,6 +28,7 @@ BASE = ("a_l_N_per_m", "b_l_N", "a_u_N_per_m", "b_u_N", "beta_per_m", "initial_f
 _STEP = 1e-3
 _DIVERGED = 1e3
 _WEAK = 4.0
+_ZEROED = 3.0  # standard deviations
 
 
 @dataclass(frozen=True)
@@ -45,7 +46,9 @@ class Knob:
 class Film:
     """A deployment made ready: the channels that were seen, their noise, and when they count.
 
-    values, sigma : (channels, n). counts : (channels, n), where there is a measurement.
+    values, sigma : (channels, n). counts : (channels, n), where there is a measurement. nominal : (channels,) where the
+    platform should stand before the release. zeroed : (channels,), counted from the first frame and not from the rig's
+    own zero; a tracker does that, so such a channel says nothing about where the platform stood, only how far it went.
     """
 
     run: Run
@@ -55,6 +58,8 @@ class Film:
     values: Array
     sigma: Array
     counts: NDArray[np.bool_]
+    nominal: Array
+    zeroed: NDArray[np.bool_]
 
 
 @dataclass(frozen=True)
@@ -151,15 +156,22 @@ class Problem:
 
     def release_at(self, q: Array, index: int) -> RunRelease:
         """The release of the film `index` as the knobs say."""
-        place = self.first_nuisance + sum(len(_release_knobs(film)) for film in self.films[:index])
-        knobs = _release_knobs(self.films[index])
-        values = {k.name.rpartition(":")[2]: q[place + i] * k.scale for i, k in enumerate(knobs)}
+        values = self._own_values(q, index)
         return RunRelease(
-            tuple(float(values.get(f"position_{axis}", 0.0)) for axis in "xyz"),
-            tuple(float(values.get(f"theta_{axis}", 0.0)) for axis in "xyz"),
-            float(values.get("instant", 0.0)),
-            tuple(float(values.get(f"stored_force_{leg}", 0.0)) for leg in range(LEGS)),
+            tuple(values.get(f"position_{axis}", 0.0) for axis in "xyz"),
+            tuple(values.get(f"theta_{axis}", 0.0) for axis in "xyz"),
+            values.get("instant", 0.0),
+            tuple(values.get(f"stored_force_{leg}", 0.0) for leg in range(LEGS)),
         )
+
+    def _own_values(self, q: Array, index: int) -> dict[str, float]:
+        place = self.first_nuisance + sum(len(_release_knobs(film)) for film in self.films[:index])
+        return {k.name.rpartition(":")[2]: float(q[place + i] * k.scale) for i, k in enumerate(_release_knobs(self.films[index]))}
+
+    def _datum_at(self, q: Array, index: int) -> Array:
+        """Error of the first frame, from which a zeroed film counts, (zeroed channels,)."""
+        values, film = self._own_values(q, index), self.films[index]
+        return np.array([values[f"datum_{channel}"] for channel, zeroed in zip(film.channels, film.zeroed, strict=True) if zeroed])
 
     @cached_property
     def scales(self) -> Array:
@@ -182,11 +194,15 @@ class Problem:
         cut = [(model, time[time <= self.until_s], release) for model, time, release in cases]
         seen = observe_many(*zip(*cut, strict=True)) if cut else []
         count = len(self.films)
-        return [[self._film_gap(film, seen[k * count + i]) for i, film in enumerate(self.films)] for k in range(len(points))]
+        return [
+            [self._film_gap(film, seen[k * count + i], self._datum_at(q, i)) for i, film in enumerate(self.films)]
+            for k, q in enumerate(points)
+        ]
 
-    def _film_gap(self, film: Film, seen: dict[str, Array]) -> Array:
+    def _film_gap(self, film: Film, seen: dict[str, Array], datum: Array) -> Array:
         n = len(next(iter(seen.values())))
         modelled = np.stack([seen[channel] for channel in film.channels])
+        modelled[film.zeroed] += (film.nominal[film.zeroed] + datum - modelled[film.zeroed, 0])[:, None]
         over_noise = np.nan_to_num((film.values[:, :n] - modelled) / film.sigma[:, :n], nan=_DIVERGED, posinf=_DIVERGED, neginf=-_DIVERGED)
         return over_noise[film.counts[:, :n]]
 
@@ -253,7 +269,10 @@ def _film(run: Run, model: Model) -> Film:
     channels = tuple(name for name, values in table.channels.items() if np.isfinite(values).sum() > 3)
     values = np.stack([table.channels[name] for name in channels])
     sigma = np.stack([channel_noise(table, name) for name in channels])
-    return Film(run, model, table.time_s, channels, values, sigma, np.isfinite(values))
+    stowed = 0.0 if model.geometry is None else model.geometry.stowed_height_m
+    nominal = np.array([stowed if channel == "z_m" else 0.0 for channel in channels])
+    zeroed = np.abs(values[:, 0] - nominal) < _ZEROED * sigma[:, 0]
+    return Film(run, model, table.time_s, channels, values, sigma, np.isfinite(values), nominal, zeroed)
 
 
 def shifted(model: Model, shifts: Array) -> Model:
@@ -297,6 +316,7 @@ def _release_knobs(film: Film) -> list[Knob]:
     rows += [(f"theta_{axis}", spread.release_theta_rad) for axis in "xyz"]
     rows += [("instant", spread.release_instant_s)]
     rows += [(f"stored_force_{leg}", spread.stored_force_N) for leg in range(LEGS)]
+    rows += [(f"datum_{film.channels[i]}", float(np.nanmedian(film.sigma[i]))) for i in np.flatnonzero(film.zeroed)]
     return [Knob(f"{film.run.name}:{name}", sd, 1.0, -np.inf, np.inf) for name, sd in rows if sd > 0]
 
 

@@ -1,0 +1,167 @@
+"""An explanation as JSON, to the letter of what others' scripts rely on, and as a sentence for people."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from .explain import Explanation, Finding
+from .where import locate
+
+_PLACES = 12
+
+
+def result_of(found: Explanation, missing_force_file: str | None = None) -> dict[str, Any]:
+    """The result of `explain-gap --json`.
+
+    Parameters
+    ----------
+    missing_force_file : where the table of the missing force was written, if the verdict is unknown.
+    """
+    return {
+        "verdict": found.verdict,
+        "effects": [_finding(finding, found) for finding in found.findings],
+        "where": [_place(place) for place in locate(found.before)[:_PLACES]] if found.verdict != "no-gap" else [],
+        "gap": _gaps(found),
+        "ranking": [
+            {
+                "name": rival.name,
+                "delta_bic": rival.delta_bic,
+                "held_out_rms_over_noise": rival.held_out_rms,
+                "fitted_jointly": rival.fitted,
+            }
+            for rival in found.ranking
+        ],
+        "missing_force": _missing_force(found, missing_force_file),
+        "next_experiment": next_experiment(found),
+        "base": base_moves(found),
+        "sentence": sentence(found),
+    }
+
+
+def _finding(finding: Finding, found: Explanation) -> dict[str, Any]:
+    return {
+        "name": finding.name,
+        "equivalents": list(finding.equivalents),
+        "parameters": parameters_of(finding, found),
+        "p_value": finding.gain.p_value,
+        "delta_bic": finding.gain.delta_bic,
+        "share_of_gap_percent": 100.0 * finding.share,
+    }
+
+
+def parameters_of(finding: Finding, found: Explanation) -> dict[str, Any]:
+    """Value, standard error and 95 % interval of each parameter, cut at its bounds."""
+    rows = {}
+    bounds = list(type(finding.effect).bounds(found.before.problem.model).values())
+    flat = zip(finding.effect.flat_names(), finding.effect.flat(), finding.stderr, bounds, strict=True)
+    for name, value, stderr, (low, high) in flat:
+        interval = [max(float(value - 1.96 * stderr), low), min(float(value + 1.96 * stderr), high)]
+        rows[name] = {"value": float(value), "stderr": float(stderr), "ci95": interval}
+    return rows
+
+
+def _place(place: Any) -> dict[str, Any]:
+    keys = ("run", "channel", "phase", "from_s", "to_s", "share_percent", "depends_on")
+    return {key: getattr(place, key) for key in keys}
+
+
+def _gaps(found: Explanation) -> dict[str, Any]:
+    gaps: dict[str, Any] = {
+        "as_given": {"rms_over_noise": found.as_given.rms},
+        "before": {"rms_over_noise": found.before.rms, "p_value": found.gap_before.p_value},
+        "after": {"rms_over_noise": found.after.rms, "p_value": found.gap_after.p_value},
+        "by_run": by_run(found),
+    }
+    if found.held:
+        gaps["held_out"] = {
+            "before": {"rms_over_noise": _pooled([held.before.measured_gaps for held in found.held])},
+            "after": {"rms_over_noise": _pooled([held.after.measured_gaps for held in found.held])},
+        }
+    return gaps
+
+
+def _pooled(parts: list[Any]) -> float:
+    return float(np.sqrt(np.mean(np.concatenate(parts) ** 2)))
+
+
+def by_run(found: Explanation) -> list[dict[str, Any]]:
+    """Gap over noise before and after for each run and channel, held-out runs marked."""
+    pairs = [(found.before, found.after, False), *((held.before, held.after, True) for held in found.held)]
+    return [
+        {
+            "run": block.run,
+            "channel": block.channel,
+            "held_out": held_out,
+            "before": _pooled([before.part(block)]),
+            "after": _pooled([after.part(block)]),
+        }
+        for before, after, held_out in pairs
+        for block in before.problem.blocks
+    ]
+
+
+def base_moves(found: Explanation) -> dict[str, Any]:
+    """How the force law was bent without the effects, and how it moved back with them, in its units."""
+    rows = {}
+    for i in range(found.before.problem.first_nuisance):
+        knob = found.before.problem.knobs[i]
+        stderr = float(np.sqrt(max(found.after.covariance[i, i], 0.0))) * knob.scale
+        rows[knob.name] = {
+            "shift_before": float(found.before.q[i] * knob.scale),
+            "shift_after": float(found.after.q[i] * knob.scale),
+            "stderr": stderr,
+        }
+    return rows
+
+
+def _missing_force(found: Explanation, file: str | None) -> str | None:
+    if found.verdict != "unknown":
+        return None
+    if found.missing is None:
+        return "No deployment was given, so no force on the platform could be estimated; see where the gap is."
+    return found.missing.sentence + (f" Table: {file}" if file else "")
+
+
+def sentence(found: Explanation) -> str:
+    """The finding in a sentence."""
+    words = {
+        "no-gap": "no gap: what is left between model and measurement is noise",
+        "unknown": "unknown: there is a gap, and no effect of the catalogue closes it",
+    }
+    if found.verdict in words:
+        return words[found.verdict]
+    names = ", ".join(_named(finding) for finding in found.findings)
+    lead = {"named": "missing effect: ", "class": "missing effect, one of a class: ", "several": "missing effects: "}[found.verdict]
+    return lead + names
+
+
+def _named(finding: Finding) -> str:
+    return " or ".join((finding.name, *finding.equivalents))
+
+
+def next_experiment(found: Explanation) -> str | None:
+    """Which further test would split a class or settle a doubt."""
+    if found.verdict == "class":
+        names = " from ".join((found.findings[0].name, found.findings[0].equivalents[0]))
+        return f"To tell {names}, add {_other_condition(found)}."
+    if found.verdict == "unknown":
+        return f"Repeat the run with {_other_condition(found)}: a force that follows time, place or speed moves differently then."
+    return None
+
+
+def _other_condition(found: Explanation) -> str:
+    """A condition that the campaign has not got yet."""
+    problem = found.before.problem
+    if not problem.films:
+        return "loops at another frequency with the same amplitude"
+    if not problem.loops:
+        return "loops of one actuator on a shaker at two frequencies, which pin the force law"
+    heights = {film.model.geometry.stowed_height_m for film in problem.films if film.model.geometry is not None}
+    masses = {film.model.platform.mass_kg for film in problem.films}
+    if len(heights) < 2:
+        return "a deployment from another start height"
+    if len(masses) < 2:
+        return "a deployment with ballast on the platform"
+    return "a deployment with the platform turned by 120 deg"
