@@ -57,6 +57,17 @@ class MissingForce:
         words = [w for w in (self._axis(0, "upwards", "downwards"), self._axis(1, "to the right", "to the left")) if w]
         return "The missing force " + " and ".join(words) + "." if words else "No missing force stands out of its band at any instant."
 
+    @property
+    def columns(self) -> dict[str, Array]:
+        """The table that is written: instants, force and band."""
+        return {
+            "time_s": self.time_s,
+            "vertical_force_N": self.force_N[:, 0],
+            "sigma_vertical_force_N": self.sigma_N[:, 0],
+            "lateral_force_N": self.force_N[:, 1],
+            "sigma_lateral_force_N": self.sigma_N[:, 1],
+        }
+
     def _axis(self, axis: int, positive: str, negative: str) -> str:
         force, sigma = self.force_N[:, axis], self.sigma_N[:, axis]
         strong = np.abs(force) > _BAND * sigma

@@ -1,0 +1,87 @@
+"""`compare-model`: a model against what was measured, in numbers and a figure."""
+
+from __future__ import annotations
+
+from argparse import Namespace
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from measure.command import DONE, parser, run
+
+if TYPE_CHECKING:
+    from identify.compare import Comparison
+
+NAME = "compare-model"
+DOES = "Compare a model with loops and deployments: error, fit and noise of each channel, and whether the gap is noise."
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """The command."""
+    return run(NAME, _work, arguments)
+
+
+def _parser() -> Any:
+    made = parser(NAME, DOES, output="figure (png, pdf or svg)")
+    made.add_argument("model", type=Path, metavar="MODEL", help="model file (TOML)")
+    made.add_argument("measured", nargs="+", type=Path, metavar="MEASURED", help="loops, trajectories, or lists of runs (TOML)")
+    made.add_argument("--as-given", action="store_true", help="take the release from the model file instead of fitting each run's own")
+    made.add_argument("--effects", action="append", default=[], type=Path, metavar="FILE", help="Python file with effects of your own")
+    return made
+
+
+def _work(arguments: Sequence[str]) -> int:
+    given = _parser().parse_args(arguments)
+    from identify.campaign import read_campaign
+    from identify.compare import compare
+    from measure.errors import InputError
+    from simulate.model_file import read_model
+    from simulate.own_effects import catalogue_with
+
+    if given.output is not None and given.output.suffix not in (".png", ".pdf", ".svg"):
+        raise InputError(f"{given.output}: a figure ends in .png, .pdf or .svg.")
+    model = read_model(given.model, catalogue_with(given.effects))
+    runs = read_campaign(given.measured)
+    found = compare(model, runs, fit_release=not given.as_given)
+    _write(given, found, [given.model, *(r.path for r in runs if r.path)])
+    if not given.quiet:
+        print("\n".join(summary(found)))
+    return DONE
+
+
+def result_of(found: Comparison) -> dict[str, Any]:
+    """The result of `compare-model --json`."""
+    names = list(dict.fromkeys(curve.run for curve in found.curves))
+    return {
+        "runs": [{"file": name, "channels": {c.channel: c.numbers for c in found.curves if c.run == name}} for name in names],
+        "dispersion_percent": found.dispersion_percent,
+        "gap_is_noise": found.gap_is_noise,
+        "rms_over_noise": found.fit.rms,
+        "p_value": found.test.p_value,
+    }
+
+
+def summary(found: Comparison) -> list[str]:
+    """What is printed for people."""
+    lines = [f"{'run':<24}{'channel':<14}{'rmse':>11}{'largest':>11}{'nrmse %':>10}{'fit %':>9}{'noise':>11}"]
+    for curve in found.curves:
+        n = curve.numbers
+        lines.append(
+            f"{curve.run[-23:]:<24}{curve.channel:<14}{n['rmse']:>11.3g}{n['max_abs']:>11.3g}"
+            f"{n['nrmse_percent']:>10.3g}{n['fit_percent']:>9.4g}{n['noise_sigma']:>11.3g}"
+        )
+    word = "noise" if found.gap_is_noise else "more than noise"
+    return [*lines, f"the gap is {found.fit.rms:.3g} times the noise: {word} (p = {found.test.p_value:.2g})"]
+
+
+def _write(given: Namespace, found: Comparison, inputs: list[Path]) -> None:
+    from measure.output import provenance, replacing, write_json
+
+    note = provenance(inputs)
+    if given.output is not None:
+        from identify.gap_plots import comparison_figure
+
+        with replacing(given.output) as temporary:
+            comparison_figure(found.curves).savefig(temporary, dpi=110)
+    if given.json is not None:
+        write_json(given.json, {**result_of(found), "provenance": note})

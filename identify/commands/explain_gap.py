@@ -1,0 +1,102 @@
+"""`explain-gap`: which physical effect is missing between a model and its measurements."""
+
+from __future__ import annotations
+
+from argparse import Namespace
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from measure.command import DONE, VERDICT_BAD, parser, run
+
+if TYPE_CHECKING:
+    from identify.explain import Explanation
+
+NAME = "explain-gap"
+DOES = "Locate the gap between model and measurements, name the missing effect, add it and show the gap shrink."
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """The command."""
+    return run(NAME, _work, arguments)
+
+
+def _parser() -> Any:
+    made = parser(NAME, DOES, output="folder for the report and the extended model", output_default="explanation")
+    made.add_argument("model", type=Path, metavar="MODEL", help="model file (TOML)")
+    made.add_argument("measured", nargs="+", type=Path, metavar="MEASURED", help="loops, trajectories, or lists of runs (TOML)")
+    made.add_argument("--effects", action="append", default=[], type=Path, metavar="FILE", help="Python file with effects of your own")
+    return made
+
+
+def _work(arguments: Sequence[str]) -> int:
+    given = _parser().parse_args(arguments)
+    from identify.campaign import read_campaign
+    from identify.explain import explain
+    from simulate.model_file import read_model
+    from simulate.own_effects import catalogue_with
+
+    catalogue = catalogue_with(given.effects)
+    model = read_model(given.model, catalogue)
+    runs = read_campaign(given.measured)
+    found = explain(model, runs, catalogue, say=_say(given))
+    _write(given, found, [given.model, *(r.path for r in runs if r.path), *given.effects])
+    if not given.quiet:
+        print("\n".join(summary(found)))
+        print(f"report   {given.output / 'report.html'}")
+    return VERDICT_BAD if found.verdict == "unknown" else DONE
+
+
+def _say(given: Namespace) -> Any:
+    import sys
+
+    def say(text: str) -> None:
+        if not given.quiet:
+            print(f"{NAME}: {text} ...", file=sys.stderr)
+
+    return say
+
+
+def summary(found: Explanation) -> list[str]:
+    """What is printed for people."""
+    from identify.result import parameters_of, result_of
+
+    result = result_of(found)
+    lines = [f"verdict  {found.verdict}: {result['sentence']}"]
+    gap = result["gap"]
+    lines.append(f"gap      {gap['before']['rms_over_noise']:.3g} -> {gap['after']['rms_over_noise']:.3g} times the noise")
+    if "held_out" in gap:
+        held = gap["held_out"]
+        lines.append(f"held out {held['before']['rms_over_noise']:.3g} -> {held['after']['rms_over_noise']:.3g} times the noise")
+    for finding in found.findings:
+        for name, row in parameters_of(finding, found).items():
+            low, high = row["ci95"]
+            lines.append(f"         {finding.name} {name} = {row['value']:.5g}   95 % {low:.5g} ... {high:.5g}")
+    lines += [f"         {text}" for text in (result["missing_force"], result["next_experiment"]) if text]
+    return lines
+
+
+def _write(given: Namespace, found: Explanation, inputs: list[Path]) -> None:
+    """All results at once, after everything has been computed."""
+    import json
+
+    from identify.explain import extended
+    from identify.report import report_html
+    from identify.result import result_of
+    from measure.output import json_text, provenance, write_json, write_text
+    from measure.tables import write_columns
+    from simulate.model_file import write_model
+
+    note = provenance(inputs)
+    given.output.mkdir(parents=True, exist_ok=True)
+    table = given.output / "missing_force.csv" if found.missing is not None else None
+    result = {**result_of(found, str(table) if table else None), "provenance": note}
+    title = f"The gap between {found.before.problem.model.name} and its measurements"
+    page = report_html(found, title, {"What made this": json.dumps(note, indent=1)}, str(table) if table else None)
+    if table is not None and found.missing is not None:
+        write_columns(found.missing.columns, table)
+    write_model(extended(found.before.problem.model, found), given.output / "extended.toml", note)
+    write_json(given.output / "result.json", result)
+    write_text(given.output / "report.html", page)
+    if given.json is not None:
+        write_text(given.json, json_text(result))

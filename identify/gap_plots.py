@@ -1,0 +1,158 @@
+"""Figures of a gap and of what closed it: axes in, axes out."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from .compare import Curve, curves_of
+from .explain import Explanation
+from .missing_force import MissingForce
+
+BEFORE, AFTER, MEASURED = "#c2571a", "#1b5e8a", "black"
+_SHOWN = {"_m": (1e3, "mm"), "_rad": (1e3, "mrad"), "_N": (1.0, "N")}
+
+
+def _unit(channel: str) -> tuple[float, str, str]:
+    for ending, (factor, unit) in _SHOWN.items():
+        if channel.endswith(ending):
+            return factor, unit, channel.removesuffix(ending)
+    return 1.0, "", channel
+
+
+def draw_curves(axes: Any, before: Curve, after: Curve | None) -> Any:
+    """Measured against modelled, before and after."""
+    factor, unit, name = _unit(before.channel)
+    axes.plot(before.time_s, factor * before.measured, ".", color=MEASURED, ms=3, label="measured")
+    axes.plot(before.time_s, factor * before.modelled, "--", color=BEFORE, lw=1.3, label="model before")
+    if after is not None:
+        axes.plot(after.time_s, factor * after.modelled, "-", color=AFTER, lw=1.0, label="model after")
+    axes.set_ylabel(f"{'elevation' if name == 'z' else name}, {unit}")
+    axes.legend(frameon=False, fontsize="small")
+    return axes
+
+
+def draw_residual(axes: Any, before: Curve, after: Curve | None) -> Any:
+    """Measured minus modelled, with a band of two standard deviations of the noise."""
+    factor, unit, _ = _unit(before.channel)
+    band = 2 * factor * before.sigma
+    axes.fill_between(before.time_s, -band, band, color="0.85", lw=0, label="2 sigma of the noise")
+    axes.plot(before.time_s, factor * before.gap, "--", color=BEFORE, lw=1.0, label="before")
+    if after is not None:
+        axes.plot(after.time_s, factor * after.gap, "-", color=AFTER, lw=1.0, label="after")
+        _linear_near_noise(axes, factor, before, after)
+    axes.set(xlabel="time, s", ylabel=f"gap, {unit}")
+    axes.legend(frameon=False, fontsize="small", ncols=3)
+    return axes
+
+
+def _linear_near_noise(axes: Any, factor: float, before: Curve, after: Curve) -> None:
+    """Where the gap falls by orders, both ends are shown: straight near the noise, logarithmic beyond."""
+    noise = factor * float(np.median(before.sigma))
+    if np.max(np.abs(before.gap)) > 50 * max(np.max(np.abs(after.gap)), noise / factor):
+        axes.set_yscale("symlog", linthresh=5 * noise)
+
+
+def elevation_figure(found: Explanation) -> Any:
+    """Measured against modelled elevation before and after, with the gap below; another channel where there is no elevation."""
+    before, after = _first_shown(curves_of(found.before)), _first_shown(curves_of(found.after))
+    return pair_figure(before, after if found.findings else None)
+
+
+def _first_shown(curves: Sequence[Curve]) -> Curve:
+    return next((curve for curve in curves if curve.channel == "z_m"), curves[0])
+
+
+def pair_figure(before: Curve, after: Curve | None) -> Any:
+    """One channel with its gap below."""
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(8.0, 5.2), layout="constrained")
+    top, bottom = figure.subplots(2, 1, sharex=True, height_ratios=(2, 1))
+    draw_curves(top, before, after)
+    draw_residual(bottom, before, after)
+    top.set_title(f"{before.run}", loc="left", fontsize="medium")
+    return figure
+
+
+def gaps_figure(found: Explanation) -> Any:
+    """The gap of every run and channel over its noise, before and after; what was held out stands last."""
+    pairs = list(zip(curves_of(found.before), curves_of(found.after), [""] * 99, strict=False))
+    for held in found.held:
+        pairs += [(b, a, ", held out") for b, a in zip(curves_of(held.before), curves_of(held.after), strict=True)]
+    return _grid_of_gaps([(b, a if found.findings else None, note) for b, a, note in pairs])
+
+
+def _grid_of_gaps(pairs: Sequence[tuple[Curve, Curve | None, str]]) -> Any:
+    from matplotlib.figure import Figure
+
+    columns = min(3, len(pairs))
+    rows = -(-len(pairs) // columns)
+    figure = Figure(figsize=(9.0, 1.9 * rows), layout="constrained")
+    for axes, (before, after, note) in zip(figure.subplots(rows, columns, squeeze=False).flat, pairs, strict=False):
+        for curve, colour, width in ((before, BEFORE, 1.1), (after, AFTER, 0.8)):
+            if curve is not None:
+                axes.plot(curve.time_s, curve.gap / curve.sigma, color=colour, lw=width)
+        if np.max(np.abs(before.gap / before.sigma)) > 100:
+            axes.set_yscale("symlog", linthresh=5)
+        axes.axhspan(-2, 2, color="0.85", lw=0)
+        axes.set_title(f"{before.run}, {before.channel}{note}", fontsize="x-small", loc="left")
+        axes.tick_params(labelsize="x-small")
+    for axes in figure.axes[len(pairs) :]:
+        axes.set_visible(False)
+    figure.supxlabel("time, s", fontsize="small")
+    figure.supylabel("gap over noise", fontsize="small")
+    return figure
+
+
+def ranking_figure(found: Explanation) -> Any:
+    """How much each effect that was tried gains, on a scale that shows small and large."""
+    from matplotlib.figure import Figure
+
+    rows = list(reversed(found.ranking))
+    figure = Figure(figsize=(8.0, 0.8 + 0.28 * len(rows)), layout="constrained")
+    axes = figure.subplots()
+    named = {finding.name for finding in found.findings} | {e for finding in found.findings for e in finding.equivalents}
+    colours = [AFTER if row.name in named else "0.7" for row in rows]
+    axes.barh([row.name for row in rows], [max(row.delta_bic, 0.0) for row in rows], color=colours)
+    axes.set_xscale("symlog", linthresh=10)
+    axes.set_xlabel("evidence gained (delta BIC; 10 is strong)")
+    axes.tick_params(labelsize="small")
+    return figure
+
+
+def missing_force_figure(missing: MissingForce) -> Any:
+    """The estimated missing force against time, with a band of two standard deviations."""
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(8.0, 3.2), layout="constrained")
+    axes = figure.subplots()
+    for column, (name, colour) in enumerate((("vertical, up", AFTER), ("lateral, x", BEFORE))):
+        force, sigma = missing.force_N[:, column], missing.sigma_N[:, column]
+        axes.fill_between(missing.time_s, force - 2 * sigma, force + 2 * sigma, color=colour, alpha=0.2, lw=0)
+        axes.plot(missing.time_s, force, "o-", ms=3, color=colour, label=name)
+    axes.axhline(0.0, color="0.5", lw=0.7)
+    axes.set(xlabel="time after the release, s", ylabel="missing force, N")
+    axes.legend(frameon=False, fontsize="small")
+    return figure
+
+
+def comparison_figure(curves: Sequence[Curve]) -> Any:
+    """Every run and channel: measured, modelled, and the gap below."""
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(4.6 * min(2, len(curves)), 3.4 * -(-len(curves) // 2)), layout="constrained")
+    places = figure.subfigures(-(-len(curves) // 2), min(2, len(curves)), squeeze=False)
+    for place, curve in zip(places.flat, curves, strict=False):
+        top, bottom = place.subplots(2, 1, sharex=True, height_ratios=(2, 1))
+        factor, unit, name = _unit(curve.channel)
+        top.plot(curve.time_s, factor * curve.measured, ".", color=MEASURED, ms=2, label="measured")
+        top.plot(curve.time_s, factor * curve.modelled, color=BEFORE, lw=1, label="modelled")
+        top.set_title(f"{curve.run}, {curve.channel}", fontsize="small", loc="left")
+        top.set_ylabel(f"{name}, {unit}")
+        top.legend(frameon=False, fontsize="x-small")
+        draw_residual(bottom, curve, None)
+        bottom.get_legend().remove()
+    return figure
