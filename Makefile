@@ -1,0 +1,73 @@
+# Two commands do all the set-up on a machine that has Python 3.11 or later and make:
+#   make demo   environment, install, and the main job on the shipped data; ends with the path of a report
+#   make test   environment, install, and the whole test suite
+# Another Python:  make test PYTHON=python3.12        Another number of test processes:  make test WORKERS=4
+
+PYTHON ?= python3
+WORKERS ?= 2
+PYTEST_ARGS ?=
+
+VENV := .venv
+BIN := $(VENV)/bin
+PIP := $(BIN)/python -m pip --disable-pip-version-check
+PINNED := --constraint constraints.txt --build-constraint constraints.txt
+INSTALL := $(PIP) install --quiet --quiet $(PINNED)
+NEEDS := pyproject.toml constraints.txt
+# A test process does its share of the work by itself; waiting threads of the kernels sleep instead of spinning.
+CALM := OMP_WAIT_POLICY=passive OPENBLAS_NUM_THREADS=1
+PYTEST := $(CALM) $(BIN)/pytest --numprocesses $(WORKERS) --dist loadfile $(PYTEST_ARGS)
+
+.PHONY: demo test fast lint datasets clean pins
+.DELETE_ON_ERROR:
+
+demo: $(VENV)/installed
+	@$(BIN)/python -m identify.commands.demo
+
+test: $(VENV)/installed-test
+	$(PYTEST)
+
+fast: $(VENV)/installed-test
+	$(PYTEST) -m "not slow"
+
+lint: $(VENV)/installed-lint
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+	$(BIN)/pyright
+
+datasets: $(VENV)/installed
+	$(BIN)/python datasets/make_datasets.py
+
+clean:
+	rm -rf $(VENV) out dist .pytest_cache .ruff_cache .hypothesis
+	find measure simulate identify tests datasets -name __pycache__ -prune -exec rm -rf {} +
+
+# What is installed depends on the two files in NEEDS; while they stand as they are, nothing is installed again.
+$(VENV)/installed: $(NEEDS) $(BIN)/python
+	@echo "installing the project into $(VENV) (once; a few minutes on a slow line)"
+	@$(INSTALL) --upgrade --editable .
+	@touch $@
+
+$(VENV)/installed-%: $(VENV)/installed
+	@echo "installing what the $* target needs"
+	@$(INSTALL) --group $*
+	@touch $@
+
+# pip 25.1 and later know dependency groups; the one that comes with Python may be older, and its version is pinned too.
+$(BIN)/python:
+	@command -v $(PYTHON) >/dev/null || { echo "make: there is no $(PYTHON). Install Python 3.11 or later, or name it: make PYTHON=python3.12" >&2; exit 1; }
+	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || \
+		{ echo "make: $$($(PYTHON) --version) is too old; Python 3.11 or later is needed. Name one: make PYTHON=python3.12" >&2; exit 1; }
+	@$(PYTHON) -c 'import ensurepip, venv' 2>/dev/null || \
+		{ echo "make: $$($(PYTHON) --version) cannot make environments. Install its venv module (Debian, Ubuntu: python3-venv)." >&2; exit 1; }
+	@echo "making the environment $(VENV) with $$($(PYTHON) --version)"
+	@$(PYTHON) -m venv --clear $(VENV)
+	@$(PIP) install --quiet --quiet --upgrade --constraint constraints.txt pip
+
+# Newest versions of everything, written down: constraints.txt is made by this and names no index.
+pins:
+	rm -rf out/pins
+	$(PYTHON) -m venv out/pins
+	out/pins/bin/python -m pip install --quiet --upgrade pip
+	out/pins/bin/python -m pip install --quiet hatchling editables --group dev --editable '.[dask]'
+	out/pins/bin/python -m pip freeze --all --exclude unspool --exclude setuptools > constraints.txt
+	rm -rf out/pins
