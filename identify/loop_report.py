@@ -32,6 +32,7 @@ def result_of(fit: ActuatorFit, loops: Sequence[LoopData], left: Dependence, not
         "half_height_N": fit.half_height_N,
         "half_height_at_m": fit.layout.centre_m,
         "rate": _rate(fit),
+        "covariate": _covariate(fit, loops),
         "paper_recipe": _recipe(fit, loops),
         "loops": [_loop(fit, k, data, error) for k, (data, error) in enumerate(zip(loops, errors(loops, fit.residuals), strict=True))],
         "pooled_nrmse_percent": 100.0 * pooled_error(loops, fit.residuals),
@@ -47,6 +48,23 @@ def _rate(fit: ActuatorFit) -> dict[str, Any] | None:
     if fit.layout.abscissa == "none":
         return None
     return {"abscissa": fit.layout.abscissa, **fit.layout.polynomials(fit.theta)}
+
+
+def _covariate(fit: ActuatorFit, loops: Sequence[LoopData]) -> dict[str, Any] | None:
+    """What a covariate does to the force: newtons per unit, and its share of the height of the mean loop as measured."""
+    name = fit.layout.covariate
+    if not name:
+        return None
+    part = [_height(data, fit.layout.covariate_force(fit.theta, data)) for data in loops]
+    whole = [_height(data, data.force_N) for data in loops]
+    share = 100.0 * float(np.mean(np.array(part) / np.array(whole)))
+    return {"column": name, "N_per_unit": float(fit.theta[-1]), "share_of_height_percent": share}
+
+
+def _height(data: LoopData, force_N: Array) -> float:
+    """Mean force while coiling minus mean force while uncoiling."""
+    forward = data.speed_m_per_s[data.used] > 0.0
+    return float(force_N[data.used][~forward].mean() - force_N[data.used][forward].mean())
 
 
 def _recipe(fit: ActuatorFit, loops: Sequence[LoopData]) -> dict[str, Any] | None:
@@ -114,7 +132,6 @@ def actuator_of(fit: ActuatorFit) -> Actuator:
     """
     a_l, b_l, a_u, b_u, beta = (float(v) for v in fit.lines)
     rate = _rate(fit)
-    base = [*LINE_NAMES, BETA_NAME, *fit.names[5:]]
     return Actuator(
         a_l_N_per_m=a_l,
         b_l_N=b_l,
@@ -123,7 +140,7 @@ def actuator_of(fit: ActuatorFit) -> Actuator:
         beta_per_m=beta,
         initial_force_N=b_l,
         rate=Rate(**rate) if rate else None,
-        covariance=Covariance(tuple(base), tuple(tuple(float(v) for v in row) for row in (fit.covariance + fit.covariance.T) / 2.0)),
+        covariance=Covariance(tuple(fit.names), tuple(tuple(float(v) for v in row) for row in (fit.covariance + fit.covariance.T) / 2.0)),
     )
 
 
@@ -161,6 +178,12 @@ def _remarks(result: Mapping[str, Any]) -> list[str]:
     lines.append(f"residual depends on {result['residual_depends_on']}")
     recipe = result["paper_recipe"]
     lines.append(f"paper's recipe: {recipe['statement'] if recipe else 'no straight parts on both branches'}")
+    covariate = result["covariate"]
+    if covariate:
+        lines.append(
+            f'covariate "{covariate["column"]}": {covariate["N_per_unit"]:.4g} N per unit, '
+            f"{covariate['share_of_height_percent']:.0f} % of the loops' height"
+        )
     correlation = result["frequency_amplitude_correlation"]
     if np.isfinite(correlation) and abs(correlation) > 0.9:
         lines.append(

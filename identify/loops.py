@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -35,7 +36,7 @@ class LoopData:
     used : (n,) samples that count; idle seconds before and after the motion do not, nor do a few samples at the ends of
     the record, where the acceleration is poorly known.
     force_sigma_N, elongation_sigma_m : one standard deviation of the sample noise, from the high frequencies.
-    path, at : where the law is marched, and the index of each sample in it.
+    path, at : where the law is marched, and the index of each sample in it. other : further columns, (n,), by name.
     """
 
     name: str
@@ -50,6 +51,7 @@ class LoopData:
     cycles: Cycles
     path: Path
     at: NDArray[np.intp]
+    other: Mapping[str, Array] = field(default_factory=dict)
 
     @property
     def frequency_Hz(self) -> float:
@@ -102,6 +104,7 @@ def prepare(loop: Loop) -> LoopData:
         cycles=found,
         path=path,
         at=at,
+        other=loop.other,
     )
 
 

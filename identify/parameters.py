@@ -12,7 +12,7 @@ from typing import Literal
 
 import numpy as np
 
-from measure.errors import InputError
+from measure.errors import InputError, nearest
 from measure.tables import Array
 from simulate.effect import Effect
 
@@ -27,10 +27,12 @@ _DISTINCT = 0.02  # frequencies closer than this, relatively, are one frequency
 
 @dataclass(frozen=True)
 class Layout:
-    """The vector of a fit: polynomials of a_l, level_l, a_u, level_u, then log beta, then the effects' parameters.
+    """The vector of a fit: polynomials of a_l, level_l, a_u, level_u, then log beta, then the effects' parameters,
+    then the covariate's coefficient.
 
     kinds : effects fitted jointly. centre_m : elongation at which levels are taken. order : of the polynomials in the
     abscissa; zero where there is none. middle, half : the abscissa's scaling, z = (x - middle) / half. z : of each loop.
+    covariate : name of the column a part of the force is proportional to, or nothing; reference : its mean over all loops.
     """
 
     kinds: tuple[type[Effect], ...]
@@ -40,6 +42,8 @@ class Layout:
     middle: float
     half: float
     z: Array
+    covariate: str = ""
+    reference: float = 0.0
 
     @property
     def line_values(self) -> int:
@@ -68,9 +72,14 @@ class Layout:
             place += size
         return tuple(made)
 
+    def covariate_force(self, theta: Array, data: LoopData) -> Array:
+        """The part of the force of a loop that follows the covariate, N, (n,)."""
+        return theta[-1] * (data.other[self.covariate] - self.reference)
+
     def names(self) -> list[str]:
-        """Names of `values`, as in a model file; effects as `name.parameter`."""
-        return [*LINE_NAMES, BETA_NAME, *(f"{kind.name}.{key}" for kind in self.kinds for key in kind.flat_names())]
+        """Names of `values`, as in a model file; effects as `name.parameter`, the covariate's newtons per unit behind them."""
+        effects = [f"{kind.name}.{key}" for kind in self.kinds for key in kind.flat_names()]
+        return [*LINE_NAMES, BETA_NAME, *effects, *([f"N_per_unit.{self.covariate}"] if self.covariate else [])]
 
     def values(self, theta: Array) -> Array:
         """The numbers a model file wants, lines taken in the middle of the abscissa."""
@@ -97,24 +106,36 @@ class Layout:
         return {key: tuple(float(c) for c in row) for key, row in zip(("a_l", "b_l", "a_u", "b_u"), rows, strict=True)}
 
 
-def layout(loops: Sequence[LoopData], kinds: tuple[type[Effect], ...] = (), abscissa: Abscissa = "none", order: int = 0) -> Layout:
+def layout(
+    loops: Sequence[LoopData], kinds: tuple[type[Effect], ...] = (), abscissa: Abscissa = "none", order: int = 0, covariate: str = ""
+) -> Layout:
     """The vector that suits these loops.
 
     Raises
     ------
     InputError
-        An effect that no loop can show; fewer frequencies than the polynomials need.
+        An effect that no loop can show; fewer frequencies than the polynomials need; a loop without the covariate.
     """
     for kind in kinds:
         _require_visible(kind)
     everywhere = np.concatenate([d.elongation_m[d.used] for d in loops])
     centre = float((everywhere.min() + everywhere.max()) / 2.0)
+    reference = _reference(loops, covariate)
     if abscissa == "none":
-        return Layout(kinds, centre, "none", 0, 0.0, 1.0, np.zeros(len(loops)))
+        return Layout(kinds, centre, "none", 0, 0.0, 1.0, np.zeros(len(loops)), covariate, reference)
     x = abscissa_of(loops, abscissa)
     _require_frequencies(x, abscissa, order)
     middle, half = float((x.min() + x.max()) / 2.0), float(np.ptp(x) / 2.0) or 1.0
-    return Layout(kinds, centre, abscissa, order, middle, half, (x - middle) / half)
+    return Layout(kinds, centre, abscissa, order, middle, half, (x - middle) / half, covariate, reference)
+
+
+def _reference(loops: Sequence[LoopData], covariate: str) -> float:
+    if not covariate:
+        return 0.0
+    for data in loops:
+        if covariate not in data.other:
+            raise InputError(f'{data.name}: no column "{covariate}" of numbers for the covariate; {nearest(covariate, data.other)}')
+    return float(np.mean(np.concatenate([d.other[covariate][d.used] for d in loops])))
 
 
 def abscissa_of(loops: Sequence[LoopData], abscissa: Abscissa) -> Array:

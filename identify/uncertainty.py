@@ -64,6 +64,12 @@ def covariance_of(tables: Sequence[Array], residuals: Sequence[Array], free: NDA
     return whole
 
 
+def clipped(residuals: Sequence[Array]) -> tuple[Array, ...]:
+    """Residuals cut off at three robust standard deviations, for a covariance that outliers do not make."""
+    most = 3.0 * 1.4826 * float(np.median(np.abs(np.concatenate(residuals))))
+    return tuple(np.clip(r, -most, most) for r in residuals)
+
+
 def _scatter(table: Array, residual: Array) -> Array:
     """J' W J of one loop, from the spectra of its columns and of its residual."""
     n = len(residual)

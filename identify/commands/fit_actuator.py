@@ -46,6 +46,8 @@ def _parser() -> Any:
     fit.add_argument("--rate", choices=("none", "frequency", "speed"), default="none", help="what the asymptotes follow")
     fit.add_argument("--rate-order", type=int, choices=(0, 1, 2), default=2, help="order of their polynomials")
     fit.add_argument("--tare", choices=("auto", "common", "each"), default="auto", help="one force level for all loops or one for each")
+    fit.add_argument("--covariate", default="", metavar="COLUMN", help="a further column to which part of the force is proportional")
+    fit.add_argument("--robust", action="store_true", help="samples far off the model count less")
     made.add_argument("--model", type=Path, metavar="MODEL", help="put the actuator into this model instead of a bare one")
     made.add_argument("--figure", type=Path, metavar="FILE", help="loops, model and residual on one page (png, pdf, svg)")
     return made
@@ -137,6 +139,7 @@ def _fitted(given: Namespace, loops: Sequence[Loop], notes: list[str]) -> tuple[
     from simulate.effects import CATALOGUE
 
     from ..actuator import fit_actuator
+    from ..covariates import hint
     from ..loop_report import result_of
     from ..loops import prepare
     from ..orientation import oriented
@@ -145,10 +148,11 @@ def _fitted(given: Namespace, loops: Sequence[Loop], notes: list[str]) -> tuple[
     kinds = tuple(type(effect_from(CATALOGUE, name, {})) for name in dict.fromkeys(given.effect))
     data, said = ([prepare(loop) for loop in loops], []) if given.as_given else oriented(loops)
     abscissa = {"none": "none", "frequency": "frequency_Hz", "speed": "speed_m_per_s"}[given.rate]
-    fit = fit_actuator(data, kinds, abscissa, given.rate_order, given.tare)  # type: ignore[arg-type]
+    fit = fit_actuator(data, kinds, abscissa, given.rate_order, given.tare, given.covariate, given.robust)  # type: ignore[arg-type]
     said = [*said, "the force at a deployment's start is seen in no steady loop; initial_force_N was set to b_l_N"]
     if any(fit.tares_N):
         said = [*said, f"the force level differs from loop to loop by up to {_spread(fit.tares_N):.3g} N; each loop was given its own"]
+    said = [*said, *filter(None, [hint(fit.covariate_shares)])]
     return fit, data, result_of(fit, data, depends_on(data, fit.residuals), [*notes, *said])
 
 

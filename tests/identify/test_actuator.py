@@ -136,3 +136,27 @@ def test_too_few_frequencies_for_the_polynomials_are_refused():
 def test_an_effect_that_no_loop_can_show_is_refused():
     with pytest.raises(InputError, match="gravity-imbalance"):
         fit_actuator([shaken(1.0)], (GravityImbalance,))
+
+
+def test_a_pressure_that_pushes_along_is_found_and_taken_out():
+    rng = np.random.default_rng(2)
+    plain = shaken(1.0)
+    pressure = 5.0 + 0.02 * np.sign(-plain.speed_m_per_s) + 0.01 * rng.standard_normal(len(plain.force_N))
+    force = plain.force_N + 2.0 * (pressure - 5.0)
+    loop = Loop(plain.time_s, plain.elongation_m, force, other={"pressure_bar": pressure, "force_V": force / 50.0})
+    blind = fit_actuator([prepare(loop)])
+    assert set(blind.covariate_shares) == {"pressure_bar"}
+    assert blind.covariate_shares["pressure_bar"] > 0.5
+    fit = fit_actuator([prepare(loop)], covariate="pressure_bar")
+    assert fit.estimates["N_per_unit.pressure_bar"].value == pytest.approx(2.0, abs=0.05)
+    assert fit.half_height_N == pytest.approx(0.04375, abs=2e-3)
+
+
+def test_spikes_do_not_move_a_robust_fit():
+    data = shaken(1.0, cycles=5.3)
+    rng = np.random.default_rng(8)
+    spikes = np.where(rng.random(len(data.force_N)) < 0.03, 1.0, 0.0) * rng.uniform(0.5, 2.0, len(data.force_N))
+    spiky = prepare(Loop(data.time_s, data.elongation_m, data.force_N + spikes))
+    off = {robust: abs(fit_actuator([spiky], robust=robust).estimates["b_u_N"].value - 2.89) for robust in (True, False)}
+    assert off[True] < 0.012
+    assert off[True] < off[False] / 3.0

@@ -145,3 +145,20 @@ def test_raw_files_of_a_real_seal_end_in_a_fit_and_a_verdict(name, tmp_path):
     assert status == (0 if result["verdict"] == "ok" else 1)
     assert result["pooled_nrmse_percent"] < 4.5
     assert result["reason"]
+
+
+@needs_real
+def test_the_supply_pressure_is_found_in_a_real_seals_force(tmp_path, capsys):
+    columns = [
+        word
+        for key, place, unit in (("time", 1, "ms"), ("elongation", 5, "mm"), ("force", 7, "N"))
+        for word in ("--column", f"{key}={place}", "--unit", f"{key}={unit}")
+    ]
+    files = [str(path) for path in sorted((REAL / "pneumatic-seal").glob("KDN_*.csv"))]
+    main([files[0], *columns])
+    assert '--covariate "column 6"' in capsys.readouterr().out
+    out = tmp_path / "r.json"
+    main([*files, *columns, "--covariate", "column 6", "--json", str(out), "--quiet"])
+    covariate = json.loads(out.read_text())["covariate"]
+    assert covariate["N_per_unit"] == pytest.approx(51.06, rel=0.05)
+    assert 20.0 < covariate["share_of_height_percent"] < 35.0
