@@ -14,6 +14,7 @@ from measure.errors import InputError
 from measure.tables import CHANNELS, Array, Trajectory
 
 from . import six_legs
+from .layout import ALONE, MANY
 from .model import LEGS, Model
 from .packing import geometry_of, leg_lengths, program_of, row_of
 from .rate import with_rate_as_effect
@@ -179,10 +180,10 @@ def deploy(model: Model) -> Deployment:
         The model has no geometry, or would take too many steps.
     """
     step, stride, count = grid(model)
-    samples = np.empty((count, six_legs.SAMPLE))
-    good = six_legs.deploy_kernel(row_of(model), program_of(model), step, stride, samples)
+    samples, good = np.empty((1, count, six_legs.SAMPLE)), np.empty(1, dtype=np.int64)
+    six_legs.deploy_block(row_of(model)[None], 0, program_of(model), step, stride, samples, good, ALONE)
     time_s = np.arange(count) / model.simulation.sample_rate_Hz
-    return Deployment(model, time_s, samples, step, None if good == count else float(time_s[good]))
+    return Deployment(model, time_s, samples[0], step, None if good[0] == count else float(time_s[good[0]]))
 
 
 def deploy_many(models: Sequence[Model]) -> list[Deployment]:
@@ -197,7 +198,7 @@ def deploy_many(models: Sequence[Model]) -> list[Deployment]:
     samples = np.empty((len(models), count, six_legs.SAMPLE))
     good = np.empty(len(models), dtype=np.int64)
     rows = np.array([row_of(model) for model in models])
-    six_legs.deploy_many_kernel(rows, program_of(first), step, stride, samples, good)
+    six_legs.deploy_kernel(rows, program_of(first), step, stride, samples, good, MANY)
     time_s = np.arange(count) / first.simulation.sample_rate_Hz
     return [
         Deployment(model, time_s, samples[i], step, None if good[i] == count else float(time_s[good[i]])) for i, model in enumerate(models)

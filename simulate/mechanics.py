@@ -1,222 +1,336 @@
-"""The mechanics of the six-leg platform, compiled: from a state to its rate of change.
+"""The mechanics of the six-leg platform, compiled: from states to their rates of change, for runs side by side.
 
 The legs are massless but for what effects add along them, so nothing has to be closed (r the arm of a platform joint):
 
     (M + sum m_h J'J) a = sum J' (F - m_h c) + wrench - bias,   l' = J v,   l'' = J a + c,   J = [e, r x e]
 
-State: position of the centre of mass (3), unit quaternion (4), velocity (3), angular velocity (3), world axes.
+Rows of `w` are those of `layout`; `lanes` is how many runs stand side by side.
 """
 
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
+from typing import Any
 
 from numba import njit
 
 from measure.tables import Array
 
-from .compiled import Program, call_platform_mass, call_platform_wrench, pointer
-from .crosswise import ARM, AXIS, RIGHT, ROTATION, SYSTEM, G, cross, leg_crosswise, transverse_mass
-from .law import advance, asymptotes, axial_mass, direct_force
+from . import hooks
+from .compiled import Program
+from .crosswise import leg_crosswise
+from .law import advance
+from .layout import (
+    ADDED,
+    ARM,
+    AXIS,
+    BIAS,
+    ELONGATION,
+    KINETIC,
+    LEG_BEFORE,
+    LEGS,
+    LENGTH,
+    LEVER,
+    OUT,
+    OUT_FORCE,
+    OUT_R,
+    OUT_STOP,
+    OUT_V,
+    RATE,
+    RIGHT,
+    ROTATION,
+    STATES,
+    STOP_FORCE,
+    STORED,
+    SYSTEM,
+    TRIAL,
+    TURNED,
+    H,
+    R,
+    U,
+    V,
+)
+from .layout import MASS as AXIAL
 from .packing import FULL, INERTIA, JOINT, LEG, LEG_SIZE, LINE, MASS, STOP, STOWED, WEIGHT
 
-LEGS = 6
-STATES = 13
-POWERS = 4  # behind the rate of the state: power of the legs, the stops, the weight, the effects
 
-# Places in the workspace of a run, behind those of `crosswise`. LEG_OUT: elongation, speed, hysteretic and whole force, six each.
-WRENCH, H, H0, LEG_OUT = 60, 66, 68, 70
-WORK = LEG_OUT + 4 * LEGS
+@njit(cache=True, error_model="numpy")
+def derivative(w: Array, fixed: Array, mine: Array, called: Program, t0: float, t: float, lanes: Any) -> None:
+    """Rates of the trial states and of the work done, into the rows RATE; what the legs do into OUT, energy into KINETIC.
 
-
-class Legs(NamedTuple):
-    """What the six legs carry from step to step, (6,) each: elongation, hysteretic force, elongation at the last reversal, heading."""
-
-    elongation: Array
-    stored: Array
-    turned: Array
-    heading: Array
-
-
-@njit(cache=True, error_model="numpy", fastmath={"contract"}, forceinline=True)
-def derivative(values: Array, called: Program, state: Array, legs: Legs, t0: float, t: float, w: Array, out: Array) -> None:
-    """Rate of the state and, behind it, the power of legs, stops, weight and effects (N m/s), into out.
-
-    legs : elongation and hysteretic force of each leg at the start of the step, time t0.
-    w : workspace; afterwards elongation, speed, hysteretic and whole force of each leg stand at LEG_OUT.
+    fixed : parameters of the runs as rows, read only. mine : the same run after run, for the formulas of effects.
+    t0 : time at which the legs stood as the rows ELONGATION and STORED say.
     """
-    rotate(state, w)
-    start_system(values, called, state, w)
-    out[STATES : STATES + POWERS] = 0.0
+    n = len(lanes)
+    rotate(w, n)
+    start_system(w, fixed, mine, called, n)
     for leg in range(LEGS):
-        leg_forces(values, called, leg, state, legs, t0, t, w, out)
-    platform_forces(values, called, state, t, w, out)
-    solve(w)
-    x, v = state, out
-    v[0], v[1], v[2] = x[7], x[8], x[9]
-    v[3] = -0.5 * (x[10] * x[4] + x[11] * x[5] + x[12] * x[6])
-    v[4] = 0.5 * (x[10] * x[3] + x[11] * x[6] - x[12] * x[5])
-    v[5] = 0.5 * (x[11] * x[3] + x[12] * x[4] - x[10] * x[6])
-    v[6] = 0.5 * (x[12] * x[3] + x[10] * x[5] - x[11] * x[4])
-    out[7:13] = w[RIGHT : RIGHT + 6]
+        at = LEG + leg * LEG_SIZE
+        take_leg(w, leg, n)
+        leg_kinematics(w, fixed, at, n)
+        leg_forces(w, fixed, at, mine, called, t0, t, n)
+        leg_into_system(w, called, n)
+        if called.leg_transverse.shape[0] + called.joint_resistance.shape[0] > 0:
+            leg_crosswise(w, fixed, at, mine, called, n)
+        give_leg(w, leg, n)
+    hooks.platform_wrenches(w, mine, called, t, n)
+    kinetic_energy(w, n)
+    solve(w, n)
+    state_rates(w, n)
 
 
-@njit(cache=True, error_model="numpy", fastmath={"contract"}, forceinline=True)
-def start_system(values: Array, called: Program, state: Array, w: Array) -> None:
+@njit(cache=True, error_model="numpy", forceinline=True)
+def rotate(w: Array, n: int) -> None:
+    """Rotation matrices of the trial states, platform axes to world axes, row by row."""
+    for i in range(n):
+        a, b, c, d = w[(TRIAL + 3) * n + i], w[(TRIAL + 4) * n + i], w[(TRIAL + 5) * n + i], w[(TRIAL + 6) * n + i]
+        w[ROTATION * n + i] = 1 - 2 * (c * c + d * d)
+        w[(ROTATION + 1) * n + i] = 2 * (b * c - a * d)
+        w[(ROTATION + 2) * n + i] = 2 * (b * d + a * c)
+        w[(ROTATION + 3) * n + i] = 2 * (b * c + a * d)
+        w[(ROTATION + 4) * n + i] = 1 - 2 * (b * b + d * d)
+        w[(ROTATION + 5) * n + i] = 2 * (c * d - a * b)
+        w[(ROTATION + 6) * n + i] = 2 * (b * d - a * c)
+        w[(ROTATION + 7) * n + i] = 2 * (c * d + a * b)
+        w[(ROTATION + 8) * n + i] = 1 - 2 * (b * b + c * c)
+
+
+@njit(cache=True, error_model="numpy", forceinline=True)
+def start_system(w: Array, fixed: Array, mine: Array, called: Program, n: int) -> None:
     """Mass matrix and right side of the platform: mass, turned inertia, effects on both, weight, gyroscopic moment."""
-    w[SYSTEM : SYSTEM + 42] = 0.0
-    for i in range(3):
-        w[SYSTEM + 7 * i] = values[MASS + i]
-        w[RIGHT + i] = values[WEIGHT + i]
-        for j in range(3):
-            inertia = 0.0
-            for k in range(3):
-                inertia += w[3 * i + k] * values[INERTIA + k] * w[3 * j + k]
-            w[SYSTEM + 6 * (3 + i) + 3 + j] = inertia
-    for row in range(called.platform_mass.shape[0]):
-        p = pointer(values, called.platform_mass[row, 1])
-        call_platform_mass(called.platform_mass[row, 0], (pointer(state, 0), p, pointer(w, SYSTEM)))
-    s = SYSTEM + 21
-    x, y, z = state[10], state[11], state[12]
-    spin0 = w[s] * x + w[s + 1] * y + w[s + 2] * z
-    spin1 = w[s + 6] * x + w[s + 7] * y + w[s + 8] * z
-    spin2 = w[s + 12] * x + w[s + 13] * y + w[s + 14] * z
-    w[RIGHT + 3] = -(y * spin2 - z * spin1)
-    w[RIGHT + 4] = -(z * spin0 - x * spin2)
-    w[RIGHT + 5] = -(x * spin1 - y * spin0)
+    w[SYSTEM * n : (RIGHT + 6) * n] = 0.0
+    for i in range(n):
+        p, q, s = fixed[INERTIA * n + i], fixed[(INERTIA + 1) * n + i], fixed[(INERTIA + 2) * n + i]
+        a, b, c = w[ROTATION * n + i], w[(ROTATION + 1) * n + i], w[(ROTATION + 2) * n + i]
+        d, e, f = w[(ROTATION + 3) * n + i], w[(ROTATION + 4) * n + i], w[(ROTATION + 5) * n + i]
+        g, h, k = w[(ROTATION + 6) * n + i], w[(ROTATION + 7) * n + i], w[(ROTATION + 8) * n + i]
+        w[SYSTEM * n + i] = fixed[MASS * n + i]
+        w[(SYSTEM + 2) * n + i] = fixed[(MASS + 1) * n + i]
+        w[(SYSTEM + 5) * n + i] = fixed[(MASS + 2) * n + i]
+        w[(SYSTEM + 9) * n + i] = p * a * a + q * b * b + s * c * c
+        w[(SYSTEM + 13) * n + i] = p * a * d + q * b * e + s * c * f
+        w[(SYSTEM + 14) * n + i] = p * d * d + q * e * e + s * f * f
+        w[(SYSTEM + 18) * n + i] = p * a * g + q * b * h + s * c * k
+        w[(SYSTEM + 19) * n + i] = p * d * g + q * e * h + s * f * k
+        w[(SYSTEM + 20) * n + i] = p * g * g + q * h * h + s * k * k
+    hooks.platform_masses(w, mine, called, n)
+    for i in range(n):
+        x, y, z = w[(TRIAL + 10) * n + i], w[(TRIAL + 11) * n + i], w[(TRIAL + 12) * n + i]
+        xx, xy, yy = w[(SYSTEM + 9) * n + i], w[(SYSTEM + 13) * n + i], w[(SYSTEM + 14) * n + i]
+        xz, yz, zz = w[(SYSTEM + 18) * n + i], w[(SYSTEM + 19) * n + i], w[(SYSTEM + 20) * n + i]
+        a, b, c = xx * x + xy * y + xz * z, xy * x + yy * y + yz * z, xz * x + yz * y + zz * z
+        w[RIGHT * n + i] = fixed[WEIGHT * n + i]
+        w[(RIGHT + 1) * n + i] = fixed[(WEIGHT + 1) * n + i]
+        w[(RIGHT + 2) * n + i] = fixed[(WEIGHT + 2) * n + i]
+        w[(RIGHT + 3) * n + i] = z * b - y * c
+        w[(RIGHT + 4) * n + i] = x * c - z * a
+        w[(RIGHT + 5) * n + i] = y * a - x * b
+        w[(RATE + STATES) * n + i] = 0.0
+        w[(RATE + STATES + 1) * n + i] = 0.0
+        lift = fixed[WEIGHT * n + i] * w[(TRIAL + 7) * n + i] + fixed[(WEIGHT + 1) * n + i] * w[(TRIAL + 8) * n + i]
+        w[(RATE + STATES + 2) * n + i] = lift + fixed[(WEIGHT + 2) * n + i] * w[(TRIAL + 9) * n + i]
+        w[(RATE + STATES + 3) * n + i] = 0.0
 
 
-@njit(cache=True, error_model="numpy", fastmath={"contract"}, forceinline=True)
-def leg_forces(values: Array, called: Program, leg: int, state: Array, legs: Legs, t0: float, t: float, w: Array, out: Array) -> None:
-    """One leg: its law, its stop and its effects, into the system."""
-    at = LEG + leg * LEG_SIZE
-    length = leg_axis(values, at, state, w, ROTATION, w, ARM, w, AXIS)
-    u = length - values[at + STOWED]
-    rx, ry, rz = w[ARM], w[ARM + 1], w[ARM + 2]
-    ex, ey, ez = w[AXIS], w[AXIS + 1], w[AXIS + 2]
-    ox, oy, oz = state[10], state[11], state[12]
-    swing_x, swing_y, swing_z = oy * rz - oz * ry, oz * rx - ox * rz, ox * ry - oy * rx
-    px, py, pz = state[7] + swing_x, state[8] + swing_y, state[9] + swing_z
-    v = px * ex + py * ey + pz * ez
-    stored = stored_force(values, called, at, legs.elongation[leg], legs.stored[leg], u, v, t0, t, w)
-    stop = stop_force(values, u - values[at + FULL], v)
-    added = direct_force(values, called, u, v, t, stored, u - legs.turned[leg])
-    mass = axial_mass(values, called, u)
-    # l'' = J a + c: centripetal part of the joint along the leg, and the turning of the leg itself
-    cross = ex * (oy * swing_z - oz * swing_y) + ey * (oz * swing_x - ox * swing_z) + ez * (ox * swing_y - oy * swing_x)
-    bias = cross + (px * px + py * py + pz * pz - v * v) / length
-    force = stored + stop + added
-    push = force - mass * bias
-    jacobian = (ex, ey, ez, ry * ez - rz * ey, rz * ex - rx * ez, rx * ey - ry * ex)
-    for i in range(6):
-        w[RIGHT + i] += jacobian[i] * push
-    if mass != 0.0:
-        for i in range(6):
-            for k in range(i + 1):
-                w[SYSTEM + 6 * i + k] += mass * jacobian[i] * jacobian[k]
-    if called.leg_transverse.shape[0] + called.joint_resistance.shape[0] > 0:
-        leg_crosswise(values, called, at, state, length, v, w, out)
-    out[STATES] += stored * v
-    out[STATES + 1] += stop * v
-    out[STATES + 3] += added * v
-    w[LEG_OUT + leg], w[LEG_OUT + 6 + leg], w[LEG_OUT + 12 + leg], w[LEG_OUT + 18 + leg] = u, v, stored, force
+@njit(cache=True, error_model="numpy", forceinline=True)
+def take_leg(w: Array, leg: int, n: int) -> None:
+    """Bring where a leg stood to the rows of the leg at hand, so that one copy of the code serves all legs with constant rows."""
+    for i in range(n):
+        w[LEG_BEFORE * n + i] = w[(ELONGATION + leg) * n + i]
+        w[(LEG_BEFORE + 1) * n + i] = w[(STORED + leg) * n + i]
+        w[(LEG_BEFORE + 2) * n + i] = w[(TURNED + leg) * n + i]
 
 
-@njit(cache=True, forceinline=True)
-def stored_force(
-    values: Array, called: Program, at: int, u0: float, force0: float, u: float, v: float, t0: float, t: float, w: Array
-) -> float:
-    """Hysteretic force at u, on the way from (u0, force0) without reversal."""
-    if u == u0:
-        return force0
-    asymptotes(values, at + LINE, called, u0, v, t0, w, H0)
-    asymptotes(values, at + LINE, called, u, v, t, w, H)
-    side = 0 if u > u0 else 1
-    return advance(force0, u - u0, w[H0 + side], w[H + side], values[at + LINE + 4])
-
-
-@njit(cache=True, forceinline=True)
-def stop_force(values: Array, penetration: float, v: float) -> float:
-    """Force of the stop at full length, negative: -(k p + c v) erf(p / s) for a penetration p above zero."""
-    if penetration <= 0.0:
-        return 0.0
-    return -(values[STOP] * penetration + values[STOP + 1] * v) * math.erf(penetration / values[STOP + 2])
-
-
-@njit(cache=True, error_model="numpy", fastmath={"contract"}, forceinline=True)
-def platform_forces(values: Array, called: Program, state: Array, t: float, w: Array, out: Array) -> None:
-    """Wrenches and inertia that effects add to the platform, and the power of the weight."""
-    for row in range(called.platform_wrench.shape[0]):
-        w[WRENCH : WRENCH + 6] = 0.0
-        p = pointer(values, called.platform_wrench[row, 1])
-        call_platform_wrench(called.platform_wrench[row, 0], (t, pointer(state, 0), pointer(state, 7), p, pointer(w, WRENCH)))
-        for i in range(6):
-            w[RIGHT + i] += w[WRENCH + i]
-            out[STATES + 3] += w[WRENCH + i] * state[7 + i]
-    for i in range(3):
-        out[STATES + 2] += values[WEIGHT + i] * state[7 + i]
-
-
-@njit(cache=True, error_model="numpy", fastmath={"contract"}, forceinline=True)
-def solve(w: Array) -> None:
-    """Solve the 6 x 6 system in place by Cholesky, reading its lower half; the accelerations replace the right side."""
-    for i in range(6):
-        for j in range(i + 1):
-            total = w[SYSTEM + 6 * i + j]
-            for k in range(j):
-                total -= w[SYSTEM + 6 * i + k] * w[SYSTEM + 6 * j + k]
-            if i == j:
-                w[SYSTEM + 7 * i] = 1.0 / math.sqrt(total)
-            else:
-                w[SYSTEM + 6 * i + j] = total * w[SYSTEM + 7 * j]
-    for i in range(6):
-        for k in range(i):
-            w[RIGHT + i] -= w[SYSTEM + 6 * i + k] * w[RIGHT + k]
-        w[RIGHT + i] *= w[SYSTEM + 7 * i]
-    for i in range(5, -1, -1):
-        for k in range(i + 1, 6):
-            w[RIGHT + i] -= w[SYSTEM + 6 * k + i] * w[RIGHT + k]
-        w[RIGHT + i] *= w[SYSTEM + 7 * i]
-
-
-@njit(cache=True, error_model="numpy", fastmath={"contract"}, forceinline=True)
-def kinetic_energy(values: Array, called: Program, state: Array, w: Array) -> float:
-    """Half of v' M v with everything that moves, J; expects the legs of this state in the workspace."""
-    start_system(values, called, state, w)
-    energy = 0.0
-    for i in range(6):
-        for k in range(6):
-            energy += 0.5 * w[SYSTEM + 6 * i + k] * state[7 + i] * state[7 + k]
-    for leg in range(LEGS):
-        energy += 0.5 * axial_mass(values, called, w[LEG_OUT + leg]) * w[LEG_OUT + 6 + leg] ** 2
-        if called.leg_transverse.shape[0] > 0:
-            at = LEG + leg * LEG_SIZE
-            length = leg_axis(values, at, state, w, ROTATION, w, ARM, w, AXIS)
-            transverse_mass(values, called, at, length, w)
-            swing = cross((state[10], state[11], state[12]), (w[ARM], w[ARM + 1], w[ARM + 2]))
-            squared = (state[7] + swing[0]) ** 2 + (state[8] + swing[1]) ** 2 + (state[9] + swing[2]) ** 2
-            energy += 0.5 * w[G] * (squared - w[LEG_OUT + 6 + leg] ** 2)
-    return energy
-
-
-@njit(cache=True, forceinline=True)
-def rotate(state: Array, matrix: Array) -> None:
-    """Rotation matrix of the state, platform axes to world axes, row by row into matrix[0:9]."""
-    w, x, y, z = state[3], state[4], state[5], state[6]
-    matrix[0], matrix[1], matrix[2] = 1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)
-    matrix[3], matrix[4], matrix[5] = 2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)
-    matrix[6], matrix[7], matrix[8] = 2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)
-
-
-@njit(cache=True, forceinline=True)
-def leg_axis(values: Array, at: int, state: Array, R: Array, r0: int, arm: Array, a0: int, axis: Array, e0: int) -> float:
-    """Arm of the platform joint and direction of a leg, in world axes; returns the leg's length."""
+@njit(cache=True, error_model="numpy", forceinline=True)
+def leg_kinematics(w: Array, fixed: Array, at: int, n: int) -> None:
+    """Arm, direction, length, elongation and speed of the leg at hand, and c of l'' = J a + c."""
     j = at + JOINT
-    for k in range(3):
-        arm[a0 + k] = R[r0 + 3 * k] * values[j] + R[r0 + 3 * k + 1] * values[j + 1] + R[r0 + 3 * k + 2] * values[j + 2]
-        axis[e0 + k] = state[k] + arm[a0 + k] - values[at + k]
-    length = math.sqrt(axis[e0] ** 2 + axis[e0 + 1] ** 2 + axis[e0 + 2] ** 2)
-    for k in range(3):
-        axis[e0 + k] /= length
-    return length
+    for i in range(n):
+        b0, b1, b2 = fixed[j * n + i], fixed[(j + 1) * n + i], fixed[(j + 2) * n + i]
+        rx = w[ROTATION * n + i] * b0 + w[(ROTATION + 1) * n + i] * b1 + w[(ROTATION + 2) * n + i] * b2
+        ry = w[(ROTATION + 3) * n + i] * b0 + w[(ROTATION + 4) * n + i] * b1 + w[(ROTATION + 5) * n + i] * b2
+        rz = w[(ROTATION + 6) * n + i] * b0 + w[(ROTATION + 7) * n + i] * b1 + w[(ROTATION + 8) * n + i] * b2
+        ex = w[TRIAL * n + i] + rx - fixed[at * n + i]
+        ey = w[(TRIAL + 1) * n + i] + ry - fixed[(at + 1) * n + i]
+        ez = w[(TRIAL + 2) * n + i] + rz - fixed[(at + 2) * n + i]
+        length = math.sqrt(ex * ex + ey * ey + ez * ez)
+        per = 1.0 / length
+        ex, ey, ez = ex * per, ey * per, ez * per
+        ox, oy, oz = w[(TRIAL + 10) * n + i], w[(TRIAL + 11) * n + i], w[(TRIAL + 12) * n + i]
+        sx, sy, sz = oy * rz - oz * ry, oz * rx - ox * rz, ox * ry - oy * rx
+        px, py, pz = w[(TRIAL + 7) * n + i] + sx, w[(TRIAL + 8) * n + i] + sy, w[(TRIAL + 9) * n + i] + sz
+        v = px * ex + py * ey + pz * ez
+        # centripetal part of the joint along the leg, and the turning of the leg itself
+        inward = ex * (oy * sz - oz * sy) + ey * (oz * sx - ox * sz) + ez * (ox * sy - oy * sx)
+        w[BIAS * n + i] = inward + (px * px + py * py + pz * pz - v * v) * per
+        w[LENGTH * n + i] = length
+        w[U * n + i] = length - fixed[(at + STOWED) * n + i]
+        w[V * n + i] = v
+        w[ARM * n + i], w[(ARM + 1) * n + i], w[(ARM + 2) * n + i] = rx, ry, rz
+        w[AXIS * n + i], w[(AXIS + 1) * n + i], w[(AXIS + 2) * n + i] = ex, ey, ez
+        w[LEVER * n + i], w[(LEVER + 1) * n + i], w[(LEVER + 2) * n + i] = ry * ez - rz * ey, rz * ex - rx * ez, rx * ey - ry * ex
+
+
+@njit(cache=True, error_model="numpy", forceinline=True)
+def leg_forces(w: Array, fixed: Array, at: int, mine: Array, called: Program, t0: float, t: float, n: int) -> None:
+    """Hysteretic force, stop and effects of the leg at hand."""
+    line = at + LINE
+    for i in range(n):
+        a_l, b_l, a_u, b_u = fixed[line * n + i], fixed[(line + 1) * n + i], fixed[(line + 2) * n + i], fixed[(line + 3) * n + i]
+        u0, u = w[LEG_BEFORE * n + i], w[U * n + i]
+        w[H * n + i], w[(H + 1) * n + i] = a_l * u0 + b_l, a_u * u0 + b_u
+        w[(H + 2) * n + i], w[(H + 3) * n + i] = a_l * u + b_l, a_u * u + b_u
+        w[STOP_FORCE * n + i] = w[ADDED * n + i] = w[AXIAL * n + i] = 0.0
+    hooks.leg_asymptotes(w, mine, called, t0, t, n)
+    for i in range(n):
+        travel = w[U * n + i] - w[LEG_BEFORE * n + i]
+        # read first, choose then: a read under a condition would keep the lanes out of the vector registers
+        lower0, upper0, lower, upper = w[H * n + i], w[(H + 1) * n + i], w[(H + 2) * n + i], w[(H + 3) * n + i]
+        h0, h1 = lower0 if travel > 0.0 else upper0, lower if travel > 0.0 else upper
+        w[R * n + i] = advance(w[(LEG_BEFORE + 1) * n + i], travel, h0, h1, fixed[(line + 4) * n + i])
+    near = 0
+    for i in range(n):
+        near |= 1 if w[U * n + i] > fixed[(at + FULL) * n + i] else 0
+    if near:
+        stop_forces(w, fixed, at, n)
+    hooks.leg_forces(w, mine, called, t, n)
+
+
+@njit(cache=True, error_model="numpy", forceinline=True)
+def stop_forces(w: Array, fixed: Array, at: int, n: int) -> None:
+    """Force of the stop at full length, negative: -(k p + c v) erf(p / s) for a penetration p above zero."""
+    for i in range(n):
+        p = w[U * n + i] - fixed[(at + FULL) * n + i]
+        if p > 0.0:
+            x = p / fixed[(STOP + 2) * n + i]
+            eased = math.erf(x) if x < 6.0 else 1.0
+            w[STOP_FORCE * n + i] = -(fixed[STOP * n + i] * p + fixed[(STOP + 1) * n + i] * w[V * n + i]) * eased
+
+
+@njit(cache=True, error_model="numpy", forceinline=True)
+def leg_into_system(w: Array, called: Program, n: int) -> None:
+    """Force and axial inertia of the leg at hand into right side and mass matrix, its power into the ledger."""
+    for i in range(n):
+        v = w[V * n + i]
+        push = w[R * n + i] + w[STOP_FORCE * n + i] + w[ADDED * n + i] - w[AXIAL * n + i] * w[BIAS * n + i]
+        w[RIGHT * n + i] += w[AXIS * n + i] * push
+        w[(RIGHT + 1) * n + i] += w[(AXIS + 1) * n + i] * push
+        w[(RIGHT + 2) * n + i] += w[(AXIS + 2) * n + i] * push
+        w[(RIGHT + 3) * n + i] += w[LEVER * n + i] * push
+        w[(RIGHT + 4) * n + i] += w[(LEVER + 1) * n + i] * push
+        w[(RIGHT + 5) * n + i] += w[(LEVER + 2) * n + i] * push
+        w[(RATE + STATES) * n + i] += w[R * n + i] * v
+        w[(RATE + STATES + 1) * n + i] += w[STOP_FORCE * n + i] * v
+        w[(RATE + STATES + 3) * n + i] += w[ADDED * n + i] * v
+    if called.leg_mass.shape[0] > 0:
+        for i in range(n):
+            m = w[AXIAL * n + i]
+            a, b, c = w[AXIS * n + i], w[(AXIS + 1) * n + i], w[(AXIS + 2) * n + i]
+            d, e, f = w[LEVER * n + i], w[(LEVER + 1) * n + i], w[(LEVER + 2) * n + i]
+            ma, mb, mc, md, me, mf = m * a, m * b, m * c, m * d, m * e, m * f
+            w[SYSTEM * n + i] += ma * a
+            w[(SYSTEM + 1) * n + i] += mb * a
+            w[(SYSTEM + 2) * n + i] += mb * b
+            w[(SYSTEM + 3) * n + i] += mc * a
+            w[(SYSTEM + 4) * n + i] += mc * b
+            w[(SYSTEM + 5) * n + i] += mc * c
+            w[(SYSTEM + 6) * n + i] += md * a
+            w[(SYSTEM + 7) * n + i] += md * b
+            w[(SYSTEM + 8) * n + i] += md * c
+            w[(SYSTEM + 9) * n + i] += md * d
+            w[(SYSTEM + 10) * n + i] += me * a
+            w[(SYSTEM + 11) * n + i] += me * b
+            w[(SYSTEM + 12) * n + i] += me * c
+            w[(SYSTEM + 13) * n + i] += me * d
+            w[(SYSTEM + 14) * n + i] += me * e
+            w[(SYSTEM + 15) * n + i] += mf * a
+            w[(SYSTEM + 16) * n + i] += mf * b
+            w[(SYSTEM + 17) * n + i] += mf * c
+            w[(SYSTEM + 18) * n + i] += mf * d
+            w[(SYSTEM + 19) * n + i] += mf * e
+            w[(SYSTEM + 20) * n + i] += mf * f
+
+
+@njit(cache=True, error_model="numpy", forceinline=True)
+def give_leg(w: Array, leg: int, n: int) -> None:
+    """What the leg at hand does, to the rows of its number."""
+    for i in range(n):
+        w[(OUT + leg) * n + i] = w[U * n + i]
+        w[(OUT_V + leg) * n + i] = w[V * n + i]
+        w[(OUT_R + leg) * n + i] = w[R * n + i]
+        w[(OUT_STOP + leg) * n + i] = w[STOP_FORCE * n + i]
+        w[(OUT_FORCE + leg) * n + i] = w[R * n + i] + w[STOP_FORCE * n + i] + w[ADDED * n + i]
+
+
+@njit(cache=True, error_model="numpy", forceinline=True)
+def kinetic_energy(w: Array, n: int) -> None:
+    """Half of v' M v, J: the mass matrix holds everything that moves."""
+    for i in range(n):
+        energy = 0.0
+        for row in range(6):
+            a = w[(TRIAL + 7 + row) * n + i]
+            energy += 0.5 * w[(SYSTEM + row * (row + 3) // 2) * n + i] * a * a
+            for column in range(row):
+                energy += w[(SYSTEM + row * (row + 1) // 2 + column) * n + i] * a * w[(TRIAL + 7 + column) * n + i]
+        w[KINETIC * n + i] = energy
+
+
+@njit(cache=True, error_model="numpy", forceinline=True)
+def state_rates(w: Array, n: int) -> None:
+    """Rates of position, quaternion, velocity and angular velocity, from the solved system."""
+    for i in range(n):
+        a, b, c, d = w[(TRIAL + 3) * n + i], w[(TRIAL + 4) * n + i], w[(TRIAL + 5) * n + i], w[(TRIAL + 6) * n + i]
+        x, y, z = w[(TRIAL + 10) * n + i], w[(TRIAL + 11) * n + i], w[(TRIAL + 12) * n + i]
+        w[(RATE + 3) * n + i] = -0.5 * (x * b + y * c + z * d)
+        w[(RATE + 4) * n + i] = 0.5 * (x * a + y * d - z * c)
+        w[(RATE + 5) * n + i] = 0.5 * (y * a + z * b - x * d)
+        w[(RATE + 6) * n + i] = 0.5 * (z * a + x * c - y * b)
+    for k in range(3 * n):
+        w[RATE * n + k] = w[(TRIAL + 7) * n + k]
+    for k in range(6 * n):
+        w[(RATE + 7) * n + k] = w[RIGHT * n + k]
+
+
+@njit(cache=True, error_model="numpy", forceinline=True)
+def solve(w: Array, n: int) -> None:
+    """Solve the 6 x 6 systems by Cholesky; the accelerations replace the right side. Written out, so that it stays in registers."""
+    for i in range(n):
+        l00 = 1.0 / math.sqrt(w[SYSTEM * n + i])
+        l10 = w[(SYSTEM + 1) * n + i] * l00
+        l11 = 1.0 / math.sqrt(w[(SYSTEM + 2) * n + i] - l10 * l10)
+        l20 = w[(SYSTEM + 3) * n + i] * l00
+        l21 = (w[(SYSTEM + 4) * n + i] - l20 * l10) * l11
+        l22 = 1.0 / math.sqrt(w[(SYSTEM + 5) * n + i] - l20 * l20 - l21 * l21)
+        l30 = w[(SYSTEM + 6) * n + i] * l00
+        l31 = (w[(SYSTEM + 7) * n + i] - l30 * l10) * l11
+        l32 = (w[(SYSTEM + 8) * n + i] - l30 * l20 - l31 * l21) * l22
+        l33 = 1.0 / math.sqrt(w[(SYSTEM + 9) * n + i] - l30 * l30 - l31 * l31 - l32 * l32)
+        l40 = w[(SYSTEM + 10) * n + i] * l00
+        l41 = (w[(SYSTEM + 11) * n + i] - l40 * l10) * l11
+        l42 = (w[(SYSTEM + 12) * n + i] - l40 * l20 - l41 * l21) * l22
+        l43 = (w[(SYSTEM + 13) * n + i] - l40 * l30 - l41 * l31 - l42 * l32) * l33
+        l44 = 1.0 / math.sqrt(w[(SYSTEM + 14) * n + i] - l40 * l40 - l41 * l41 - l42 * l42 - l43 * l43)
+        l50 = w[(SYSTEM + 15) * n + i] * l00
+        l51 = (w[(SYSTEM + 16) * n + i] - l50 * l10) * l11
+        l52 = (w[(SYSTEM + 17) * n + i] - l50 * l20 - l51 * l21) * l22
+        l53 = (w[(SYSTEM + 18) * n + i] - l50 * l30 - l51 * l31 - l52 * l32) * l33
+        l54 = (w[(SYSTEM + 19) * n + i] - l50 * l40 - l51 * l41 - l52 * l42 - l53 * l43) * l44
+        l55 = 1.0 / math.sqrt(w[(SYSTEM + 20) * n + i] - l50 * l50 - l51 * l51 - l52 * l52 - l53 * l53 - l54 * l54)
+        y0 = w[RIGHT * n + i] * l00
+        y1 = (w[(RIGHT + 1) * n + i] - l10 * y0) * l11
+        y2 = (w[(RIGHT + 2) * n + i] - l20 * y0 - l21 * y1) * l22
+        y3 = (w[(RIGHT + 3) * n + i] - l30 * y0 - l31 * y1 - l32 * y2) * l33
+        y4 = (w[(RIGHT + 4) * n + i] - l40 * y0 - l41 * y1 - l42 * y2 - l43 * y3) * l44
+        y5 = (w[(RIGHT + 5) * n + i] - l50 * y0 - l51 * y1 - l52 * y2 - l53 * y3 - l54 * y4) * l55
+        y5 *= l55
+        y4 = (y4 - l54 * y5) * l44
+        y3 = (y3 - l43 * y4 - l53 * y5) * l33
+        y2 = (y2 - l32 * y3 - l42 * y4 - l52 * y5) * l22
+        y1 = (y1 - l21 * y2 - l31 * y3 - l41 * y4 - l51 * y5) * l11
+        y0 = (y0 - l10 * y1 - l20 * y2 - l30 * y3 - l40 * y4 - l50 * y5) * l00
+        w[RIGHT * n + i] = y0
+        w[(RIGHT + 1) * n + i] = y1
+        w[(RIGHT + 2) * n + i] = y2
+        w[(RIGHT + 3) * n + i] = y3
+        w[(RIGHT + 4) * n + i] = y4
+        w[(RIGHT + 5) * n + i] = y5

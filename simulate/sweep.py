@@ -17,6 +17,7 @@ from . import responses, watching
 from .compiled import Program
 from .deployment import grid
 from .designs import Design, Factor
+from .layout import MANY
 from .model import Model
 from .packing import geometry_of, program_of, row_of
 
@@ -49,7 +50,7 @@ class Sweep:
         step, stride, count = self._grid
         answers = np.empty((last - first, responses.COUNT))
         full_height = geometry_of(self.model).deployed_height_m
-        watching.respond_kernel(self.rows(first, last), self._program, step, stride, count, full_height, answers)
+        watching.respond_kernel(self.rows(first, last), self._program, step, stride, count, full_height, answers, MANY)
         return answers
 
     def rows(self, first: int, last: int) -> Array:

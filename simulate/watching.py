@@ -1,8 +1,9 @@
-"""Deployments of which only the responses are kept: a sweep's kernel, with memory for one run at a time."""
+"""Deployments of which only the responses are kept: a sweep's kernel, with memory for a block of runs at a time."""
 
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 from numba import njit, prange
@@ -10,55 +11,75 @@ from numba import njit, prange
 from measure.tables import Array
 
 from .compiled import Program
-from .mechanics import LEG_OUT, LEGS, POWERS, STATES, WORK, stop_force
-from .packing import FULL, LEG, LEG_SIZE
+from .layout import LEGS, OUT_STOP, ROTATION, STATE
+from .packing import CENTRE
 from .responses import DIVERGED, FULL_HEIGHT, LATERAL, STOP_FORCE, THETA_Z, TILT
-from .six_legs import POSE, SAMPLE, close_step, record, rk4, start_legs, start_state
+from .six_legs import begin_step, bounded, end_step, rows_of_block, start, transposed
 
 
 @njit(cache=True, parallel=True, error_model="numpy")
-def respond_kernel(values: Array, called: Program, step: float, stride: int, count: int, full_height: float, answers: Array) -> None:
+def respond_kernel(
+    values: Array, called: Program, step: float, stride: int, count: int, full_height: float, answers: Array, lanes: Any
+) -> None:
     """Responses of every row of `values`, on all cores, into answers (runs, COUNT); each run by itself, whatever the cores."""
-    for run in prange(values.shape[0]):
-        respond(values[run], called, step, stride, count, full_height, answers[run])
+    n = len(lanes)
+    for block in prange((values.shape[0] + n - 1) // n):
+        respond_block(values, block * n, called, step, stride, count, full_height, answers, lanes)
 
 
 @njit(cache=True, error_model="numpy")
-def respond(values: Array, called: Program, step: float, stride: int, count: int, full_height: float, answer: Array) -> None:
-    """Responses of one deployment, sampled `count` times."""
-    state, work, sample = start_state(values), np.zeros(WORK), np.empty(SAMPLE)
-    spent, rates = np.zeros(POWERS), np.zeros((3, STATES + POWERS))
-    legs, turn = start_legs(values, state, work), np.zeros(2)
-    answer[:] = 0.0
-    answer[FULL_HEIGHT] = answer[DIVERGED] = np.nan
-    for i in range(count):
-        time = i * stride * step
-        if not record(values, called, state, legs, time, spent, work, rates[0], sample):
-            answer[:DIVERGED] = np.nan
-            answer[DIVERGED] = time
-            return
-        watch(values, sample, work, time, full_height, turn, answer)
-        if i + 1 < count:
-            for j in range(stride):
-                rk4(values, called, state, legs, time + j * step, step, spent, work, rates)
-                close_step(values, called, state, legs, time + j * step, step, work)
+def respond_block(
+    values: Array, first: int, called: Program, step: float, stride: int, count: int, full_height: float, answers: Array, lanes: Any
+) -> None:
+    """Responses of one block of deployments, sampled `count` times."""
+    n, runs = len(lanes), min(len(lanes), values.shape[0] - first)
+    mine = rows_of_block(values, first, n)
+    fixed, turn = transposed(mine, n), np.zeros((n, 2))
+    w = start(fixed, n)
+    answers[first : first + runs] = 0.0
+    answers[first : first + runs, FULL_HEIGHT] = np.nan
+    answers[first : first + runs, DIVERGED] = np.nan
+    for sample in range(count):
+        for j in range(stride):
+            time = (sample * stride + j) * step
+            begin_step(w, fixed, mine, called, time, step, lanes)
+            if j == 0:
+                for i in range(runs):
+                    watch(w, fixed, i, n, time, full_height, turn[i], answers[first + i])
+                if sample + 1 == count:
+                    return
+            end_step(w, fixed, mine, called, time, step, lanes)
 
 
 @njit(cache=True, error_model="numpy")
-def watch(values: Array, sample: Array, w: Array, time: float, full_height: float, turn: Array, answer: Array) -> None:
-    """Work one sample into the responses; turn holds theta_z so far, unwrapped, and its last raw value."""
-    qw, qx, qy, qz = sample[POSE + 3], sample[POSE + 4], sample[POSE + 5], sample[POSE + 6]
-    raw = 2.0 * math.atan2(qz, qw)
+def watch(w: Array, fixed: Array, i: int, n: int, time: float, full_height: float, turn: Array, answer: Array) -> None:
+    """Work one sample of a run into its responses; turn holds theta_z so far, unwrapped, and its last raw value."""
+    if not math.isnan(answer[DIVERGED]):
+        return
+    if not bounded(w, i, n):
+        answer[:DIVERGED] = np.nan
+        answer[DIVERGED] = time
+        return
+    a, b, c, d = w[(STATE + 3) * n + i], w[(STATE + 4) * n + i], w[(STATE + 5) * n + i], w[(STATE + 6) * n + i]
+    raw = 2.0 * math.atan2(d, a)
     gained = raw - turn[1]
     turn[0] += gained - 2.0 * math.pi * np.rint(gained / (2.0 * math.pi)) if time > 0.0 else raw
     turn[1] = raw
     if abs(turn[0]) > abs(answer[THETA_Z]):
         answer[THETA_Z] = turn[0]
-    answer[LATERAL] = max(answer[LATERAL], math.hypot(sample[POSE], sample[POSE + 1]))
-    answer[TILT] = max(answer[TILT], 2.0 * math.atan2(math.hypot(qx, qy), math.hypot(qw, qz)))
-    if math.isnan(answer[FULL_HEIGHT]) and sample[POSE + 2] >= full_height:
+    x, y, z = origin(w, fixed, 0, i, n), origin(w, fixed, 1, i, n), origin(w, fixed, 2, i, n)
+    answer[LATERAL] = max(answer[LATERAL], math.sqrt(x * x + y * y))
+    answer[TILT] = max(answer[TILT], 2.0 * math.atan2(math.sqrt(b * b + c * c), math.sqrt(a * a + d * d)))
+    if math.isnan(answer[FULL_HEIGHT]) and z >= full_height:
         answer[FULL_HEIGHT] = time
     for leg in range(LEGS):
-        at = LEG + leg * LEG_SIZE
-        stop = stop_force(values, w[LEG_OUT + leg] - values[at + FULL], w[LEG_OUT + 6 + leg])
-        answer[STOP_FORCE] = max(answer[STOP_FORCE], abs(stop))
+        answer[STOP_FORCE] = max(answer[STOP_FORCE], abs(w[(OUT_STOP + leg) * n + i]))
+
+
+@njit(cache=True, error_model="numpy")
+def origin(w: Array, fixed: Array, k: int, i: int, n: int) -> float:
+    """A coordinate of the origin of the platform frame."""
+    at = w[(STATE + k) * n + i]
+    for j in range(3):
+        at -= w[(ROTATION + 3 * k + j) * n + i] * fixed[(CENTRE + j) * n + i]
+    return at
