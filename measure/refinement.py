@@ -56,11 +56,14 @@ class Match:
         return 1.0 - self.zncc**2
 
 
-def recognise(picture: NDArray, mark: Reference, guess: NDArray[np.float64], usual_noise: float, usual_unexplained: float) -> Match | None:
+def recognise(
+    picture: NDArray, mark: Reference, guess: NDArray[np.float64], usual_noise: float, usual_unexplained: float, *, again: bool = False
+) -> Match | None:
     """The mark near a first guess, by the plainest model that explains the picture; None where it is not the mark.
 
     Tried in turn: even light; light that changes across the mark; something thin in front, whose pixels get no
     weight. usual_noise, usual_unexplained : of this mark in the frames before; what clearly exceeds them is not noise.
+    again : the mark was out of sight; half a mark behind an edge can look like a badly lit one, so it must look as it did.
     """
     enough = max(4.0 * usual_unexplained, 0.1 * _UNEXPLAINED)
     best, under = _settled(refine(picture, mark, guess)), mark
@@ -74,7 +77,8 @@ def recognise(picture: NDArray, mark: Reference, guess: NDArray[np.float64], usu
     if best is not None and best.unexplained <= enough:
         return best
     robust = _settled(refine(picture, under, near, scale=max(usual_noise, 0.02 * mark.contrast)))
-    if robust is not None and robust.zncc >= ALIKE and robust.hidden <= MOST_HIDDEN:
+    most = max(enough, _UNEXPLAINED) if again else 1.0 - ALIKE**2
+    if robust is not None and robust.unexplained <= most and robust.hidden <= MOST_HIDDEN:
         return robust
     return best if best is not None and best.unexplained <= _UNEXPLAINED else None
 

@@ -24,6 +24,7 @@ _LEAST_BLUR_PX = 0.75
 _FAINT = 0.3
 """Correlation below which nothing of the mark is left at a place."""
 
+_BLUR_STEP_PX = 0.25
 _DISTINCT = 0.93
 _OCCLUDED_FRAMES = 30
 _COAST_FRAMES = 10
@@ -99,17 +100,28 @@ class Follower:
         return np.array([peak.x, peak.y]) + self.warp[[2, 5]] - np.rint(self.warp[[2, 5]])
 
     def _fits(self, picture: Picture, guess: NDArray) -> Match | None:
-        """The mark near a guess, blurred as its speed has it."""
-        motion = (guess[[2, 5]] - self.places[-1][1]) * self.open_share if self.places and self.missed == 0 else np.zeros(2)
-        return recognise(picture, self._as_moving(motion), guess, self.noise, self.unexplained)
+        """The mark near a guess, blurred as its speed has it; once more where the place found means another speed."""
+        mark = self._as_moving(guess)
+        match = recognise(picture, mark, guess, self.noise, self.unexplained, again=self.missed > 0)
+        if match is None or self._as_moving(match.warp) is mark:
+            return match
+        closer = recognise(picture, self._as_moving(match.warp), match.warp, self.noise, self.unexplained, again=self.missed > 0)
+        return closer if closer is not None and closer.unexplained < match.unexplained else match
 
-    def _as_moving(self, motion: NDArray[np.float64]) -> Reference:
-        """The reference blurred by a motion during the exposure, in quarter pixels; kept while it serves."""
-        steps = np.rint(4.0 * motion)
-        if np.hypot(*steps) < 4.0 * _LEAST_BLUR_PX:
+    def _speed(self, warp: NDArray) -> NDArray[np.float64]:
+        """Motion per frame at the instant of the picture: that since the last frame, and half of its change."""
+        if self.missed or len(self.places) < 2:
+            return np.zeros(2)
+        ahead, before = warp[[2, 5]] - self.places[-1][1], self.places[-1][1] - self.places[-2][1]
+        return 1.5 * ahead - 0.5 * before
+
+    def _as_moving(self, warp: NDArray) -> Reference:
+        """The reference blurred by the motion to `warp` during the exposure, in small steps; kept while it serves."""
+        steps = np.rint(self._speed(warp) * self.open_share / _BLUR_STEP_PX)
+        if np.hypot(*steps) * _BLUR_STEP_PX < _LEAST_BLUR_PX:
             return self.mark
         if self.moving is None or not np.array_equal(self.moving[0], steps):
-            self.moving = (steps, blurred(self.mark, steps / 4.0))
+            self.moving = (steps, blurred(self.mark, steps * _BLUR_STEP_PX))
         return self.moving[1]
 
     def _accepted(self, picture: Picture, frame: int, match: Match) -> Sighting:

@@ -7,7 +7,7 @@ import pytest
 
 from measure.errors import InputError
 from measure.reference import AFFINE, EUCLIDEAN, TRANSLATION, reference
-from measure.refinement import Match, refine
+from measure.refinement import Match, recognise, refine
 
 CENTRE, SUBSET = 36, 41
 
@@ -44,6 +44,16 @@ def test_light_that_changes_by_a_third_changes_nothing(speckled):
     bright = speckled((0.4, 0.2), noise_seed=1).astype(float)
     places = [mark.point(_refined(np.rint(g * bright + o).clip(0, 255).astype(np.uint8), mark).warp) for g, o in ((1, 0), (0.7, 20))]
     assert np.abs(places[0] - places[1]).max() < 0.01
+
+
+def test_light_that_changes_across_the_mark_is_told_from_motion(speckled):
+    mark = reference(speckled(), CENTRE, CENTRE, SUBSET)
+    x = np.arange(72) - CENTRE
+    current = np.rint(speckled((0.4, 0.2), noise_seed=1) * (1.0 + 0.3 * x / SUBSET)).clip(0, 255).astype(np.uint8)
+    found = recognise(current, mark, mark.start, 0.7, 0.001)
+    assert found is not None
+    assert np.abs(mark.point(found.warp) - CENTRE - [0.4, 0.2]).max() < 0.02
+    assert np.abs(mark.point(_refined(current, mark).warp) - CENTRE - [0.4, 0.2]).max() > 0.03
 
 
 def test_a_turned_mark_needs_a_warp_that_turns(speckled):

@@ -55,6 +55,28 @@ def test_a_covered_mark_has_no_position_and_comes_back(speckled):
     assert np.abs(marks.x_px[9:, 0] - 70.0 - 0.5 * np.arange(9, 14)).max() < 0.05
 
 
+def test_half_a_mark_behind_an_edge_is_not_taken_for_a_badly_lit_one(speckled):
+    film = _film(speckled, [(0.3, 0.2)] * 16)
+    for n, picture in enumerate(film):
+        picture[:, 92 - 2 * n :] = 120
+    marks = follow(from_array(film), [(70.0, 70.0)], 250.0, subset=41)
+    assert not marks.seen[-1, 0]
+    assert np.nanmax(np.abs(marks.x_px - 70.0)) < 0.05
+
+
+def test_a_fast_mark_is_found_through_its_blur_when_the_exposure_is_known(speckled):
+    """Shutter open half of the time, 12 px per frame: the picture is the mean over 6 px."""
+    film = []
+    for n in range(6):
+        parts = [speckled((12.0 * n - 25.0 + part, 0.0), seed=3, size=140, noise=0.0).astype(float) for part in np.linspace(-2.9, 2.9, 30)]
+        noise = np.random.default_rng(n).normal(0.0, 1.5, (140, 140))
+        film.append(np.rint(np.mean(parts, axis=0) + noise).clip(0, 255).astype(np.uint8))
+    film[0] = speckled((-25.0, 0.0), seed=3, size=140)
+    marks = follow(from_array(np.array(film)), [(50.0, 70.0)], 250.0, subset=41, exposure_s=0.5 / 250.0)
+    assert marks.seen.all()
+    assert np.abs(marks.x_px[3:, 0] - 50.0 - 12.0 * np.arange(3, 6)).max() < 0.04
+
+
 def test_a_mark_that_jumps_while_hidden_is_found_over_the_whole_picture(speckled):
     film = _film(speckled, [(0.0, 0.0)] * 4 + [(45.0, -30.0)] * 8)
     film[4:7, 50:90, 50:90] = 128
