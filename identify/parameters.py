@@ -22,7 +22,7 @@ Abscissa = Literal["none", "frequency_Hz", "speed_m_per_s"]
 
 LINE_NAMES = ("a_l_N_per_m", "b_l_N", "a_u_N_per_m", "b_u_N")
 BETA_NAME = "beta_per_m"
-_DISTINCT = 0.02  # frequencies closer than this, relatively, are one frequency
+DISTINCT = 0.02  # frequencies closer than this, relatively, are one frequency
 
 
 @dataclass(frozen=True)
@@ -53,6 +53,10 @@ class Layout:
     def lines(self, theta: Array, loop: int) -> Array:
         """a_l, b_l, a_u, b_u, beta of one loop."""
         return self._lines_at(theta, float(self.z[loop]))
+
+    def lines_at(self, theta: Array, x: float) -> Array:
+        """a_l, b_l, a_u, b_u, beta at a value of the abscissa."""
+        return self._lines_at(theta, (x - self.middle) / self.half)
 
     def middle_lines(self, theta: Array) -> Array:
         """a_l, b_l, a_u, b_u, beta in the middle of the abscissa."""
@@ -123,8 +127,8 @@ def layout(
     reference = _reference(loops, covariate)
     if abscissa == "none":
         return Layout(kinds, centre, "none", 0, 0.0, 1.0, np.zeros(len(loops)), covariate, reference)
+    require_abscissa(loops, abscissa, order)
     x = abscissa_of(loops, abscissa)
-    _require_frequencies(x, abscissa, order)
     middle, half = float((x.min() + x.max()) / 2.0), float(np.ptp(x) / 2.0) or 1.0
     return Layout(kinds, centre, abscissa, order, middle, half, (x - middle) / half, covariate, reference)
 
@@ -146,7 +150,7 @@ def abscissa_of(loops: Sequence[LoopData], abscissa: Abscissa) -> Array:
 def distinct(values: Array) -> int:
     """How many values there are, where values within two per cent count as one."""
     ordered = np.sort(values)
-    return 1 + int(np.sum(np.diff(ordered) > _DISTINCT * np.abs(ordered[1:])))
+    return 1 + int(np.sum(np.diff(ordered) > DISTINCT * np.abs(ordered[1:])))
 
 
 def visible(kind: type[Effect]) -> bool:
@@ -160,9 +164,18 @@ def _require_visible(kind: type[Effect]) -> None:
         raise InputError(f'effect "{kind.name}" does not act on a single actuator, so no loop shows it; fit it to deployments.')
 
 
-def _require_frequencies(x: Array, abscissa: Abscissa, order: int) -> None:
-    if not np.all(np.isfinite(x)):
-        raise InputError(f"loop {int(np.argmax(~np.isfinite(x))) + 1} has no full cycle, so no {abscissa}; fit without --rate.")
+def require_abscissa(loops: Sequence[LoopData], abscissa: Abscissa, order: int) -> None:
+    """Refuse polynomials that these loops cannot carry.
+
+    Raises
+    ------
+    InputError
+        A loop without a frequency; fewer frequencies than a polynomial of this order needs.
+    """
+    x = abscissa_of(loops, abscissa)
+    for data, value in zip(loops, x, strict=True):
+        if not np.isfinite(value):
+            raise InputError(f"{data.name}: no full cycle, so no {abscissa}; leave the loop out or fit without --rate.")
     if distinct(x) < order + 1:
         raise InputError(
             f"{distinct(x)} different values of {abscissa} in these loops; a polynomial of order {order} needs {order + 1}. "

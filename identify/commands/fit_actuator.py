@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from argparse import Namespace
 from collections.abc import Sequence
 from pathlib import Path
@@ -13,6 +14,9 @@ if TYPE_CHECKING:
     from measure.foreign import Understood
     from measure.mapping import ColumnMapping
     from measure.tables import Loop
+
+    from ..loops import LoopData
+    from ..rate_order import RateOrder
 
 NAME = "fit-actuator"
 FIGURES = (".png", ".pdf", ".svg")
@@ -44,7 +48,7 @@ def _parser() -> Any:
     fit = made.add_argument_group("fitting")
     fit.add_argument("--effect", action="append", default=[], metavar="NAME", help="fit this effect of the catalogue jointly; repeatable")
     fit.add_argument("--rate", choices=("none", "frequency", "speed"), default="none", help="what the asymptotes follow")
-    fit.add_argument("--rate-order", type=int, choices=(0, 1, 2), default=2, help="order of their polynomials")
+    fit.add_argument("--rate-order", choices=("auto", "0", "1", "2"), default="auto", help="order of their polynomials")
     fit.add_argument("--tare", choices=("auto", "common", "each"), default="auto", help="one force level for all loops or one for each")
     fit.add_argument("--covariate", default="", metavar="COLUMN", help="a further column to which part of the force is proportional")
     fit.add_argument("--robust", action="store_true", help="samples far off the model count less")
@@ -147,13 +151,35 @@ def _fitted(given: Namespace, loops: Sequence[Loop], notes: list[str]) -> tuple[
 
     kinds = tuple(type(effect_from(CATALOGUE, name, {})) for name in dict.fromkeys(given.effect))
     data, said = ([prepare(loop) for loop in loops], []) if given.as_given else oriented(loops)
-    abscissa = {"none": "none", "frequency": "frequency_Hz", "speed": "speed_m_per_s"}[given.rate]
-    fit = fit_actuator(data, kinds, abscissa, given.rate_order, given.tare, given.covariate, given.robust)  # type: ignore[arg-type]
+    abscissa: Any = {"none": "none", "frequency": "frequency_Hz", "speed": "speed_m_per_s"}[given.rate]
+    order, chosen = _order(given, data, kinds, abscissa)
+    fit = fit_actuator(data, kinds, abscissa, order, given.tare, given.covariate, given.robust)
     said = [*said, "the force at a deployment's start is seen in no steady loop; initial_force_N was set to b_l_N"]
     if any(fit.tares_N):
         said = [*said, f"the force level differs from loop to loop by up to {_spread(fit.tares_N):.3g} N; each loop was given its own"]
     said = [*said, *filter(None, [hint(fit.covariate_shares)])]
-    return fit, data, result_of(fit, data, depends_on(data, fit.residuals), [*notes, *said])
+    said += [chosen.sentence] if chosen else []
+    result = result_of(fit, data, depends_on(data, fit.residuals), [*notes, *said])
+    if chosen:
+        result["rate"] |= {"order": order, "left_out_nrmse_percent": {str(k): 100.0 * error for k, error in chosen.left_out.items()}}
+    return fit, data, result
+
+
+def _order(given: Namespace, data: Sequence[LoopData], kinds: Any, abscissa: Any) -> tuple[int, RateOrder | None]:
+    """The order of the polynomials, and what it was chosen by."""
+    if abscissa == "none":
+        return 0, None
+    if given.rate_order != "auto":
+        return int(given.rate_order), None
+    from tqdm import tqdm
+
+    from ..parameters import require_abscissa
+    from ..rate_order import choose_order
+
+    require_abscissa(data, abscissa, 0)
+    with tqdm(desc="frequencies left out", disable=given.quiet or not sys.stderr.isatty(), leave=False) as bar:
+        chosen = choose_order(data, kinds, abscissa, lambda made: bar.update(1))
+    return chosen.chosen, chosen
 
 
 def _spread(values: Sequence[float]) -> float:

@@ -5,6 +5,7 @@ import pytest
 
 from identify.actuator import fit_actuator
 from identify.loops import prepare
+from identify.rate_order import choose_order
 from measure import InputError, Loop
 from simulate.effects import GravityImbalance, HubInertia, ViscousFriction
 from simulate.law import loop_force
@@ -81,6 +82,17 @@ def test_a_polynomial_in_frequency_gives_each_loop_its_asymptotes():
     polynomials = fit.layout.polynomials(fit.theta)
     assert polynomials["b_l"] == pytest.approx((2.79, 0.02), abs=3e-3)
     assert polynomials["b_u"] == pytest.approx((2.89, 0.03), abs=3e-3)
+
+
+def test_frequencies_left_out_choose_the_order_that_the_loops_have():
+    frequencies = (0.5, 1.0, 1.6, 2.3, 3.0)
+    flat = [shaken(f, seed=i) for i, f in enumerate(frequencies)]
+    assert choose_order(flat, (), "frequency_Hz").chosen == 0
+    bent = [shaken(f, seed=i, lines=LINES + np.array([0, 0.02 * f, 0, 0.02 * f, 0])) for i, f in enumerate(frequencies)]
+    choice = choose_order(bent, (), "frequency_Hz")
+    assert choice.chosen == 1
+    assert set(choice.left_out) == {0, 1, 2}
+    assert choice.left_out[0] > 2.0 * choice.left_out[1]
 
 
 def test_a_tare_that_differs_from_loop_to_loop_is_noticed_and_taken_out():
