@@ -16,14 +16,14 @@ Triple = tuple[float, float, float]
 
 
 @njit(cache=True, error_model="numpy", forceinline=True)
-def leg_crosswise(w: Array, fixed: Array, at: int, mine: Array, called: Program, n: int) -> None:
+def leg_crosswise(w: Array, mine: Array, called: Program, n: int) -> None:
     """Inertia across the leg at hand and friction in its joints, into the system.
 
     M_t = g (1 - n n'),   bias = g (1 - n n') c + g' l' v_t - n |v_t|^2 (g / l + g' / 2),   c = w x (w x r)
 
     added as G' M_t G, G = [1, -[r]x]. The leg turns with w_l = n x v_t / l, and its joints resist w_l and w - w_l.
     """
-    hooks.transverse_masses(w, fixed, at, mine, called, n)
+    hooks.transverse_masses(w, mine, called, n)
     for i in range(n):
         g, slope, v, length = w[G * n + i], w[SLOPE * n + i], w[V * n + i], w[LENGTH * n + i]
         r, e, spin = triple(w, ARM, n, i), triple(w, AXIS, n, i), triple(w, TRIAL + 10, n, i)

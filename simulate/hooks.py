@@ -17,7 +17,7 @@ from .compiled import (
     call_platform_wrench,
     pointer,
 )
-from .layout import ADDED, LEG_BEFORE, LENGTH, MASS, RATE, RIGHT, ROWS, SLOPE, STATES, SYSTEM, TRIAL, G, H, R, U, V
+from .layout import ADDED, LEG_BEFORE, LEG_VALUE, LENGTH, MASS, RATE, RIGHT, ROWS, SLOPE, STATES, SYSTEM, TRIAL, G, H, R, U, V
 from .packing import FULL, STOWED
 
 # Behind the rows: room for what a formula wants to see as plain vectors.
@@ -59,12 +59,12 @@ def leg_forces(w: Array, mine: Array, called: Program, t: float, n: int) -> None
 
 
 @njit(cache=True, error_model="numpy", forceinline=True)
-def transverse_masses(w: Array, fixed: Array, at: int, mine: Array, called: Program, n: int) -> None:
+def transverse_masses(w: Array, mine: Array, called: Program, n: int) -> None:
     """Inertia across the leg at hand at its platform joint, and its slope over the length."""
     room, size = ROWS * n + PAIR, len(mine) // n
     for i in range(n):
         w[room], w[room + 1] = 0.0, 0.0
-        full = fixed[(at + STOWED) * n + i] + fixed[(at + FULL) * n + i]
+        full = w[(LEG_VALUE + STOWED) * n + i] + w[(LEG_VALUE + FULL) * n + i]
         for row in range(called.leg_transverse.shape[0]):
             p = pointer(mine, i * size + called.leg_transverse[row, 1])
             call_leg_transverse(called.leg_transverse[row, 0], (w[LENGTH * n + i], full, p, pointer(w, room)))

@@ -7,6 +7,8 @@ stands in an array of its own, laid out alike.
 
 from __future__ import annotations
 
+from .packing import LEG_SIZE
+
 LEGS = 6
 STATES = 13  # position of the centre of mass (3), unit quaternion (4), velocity (3), angular velocity (3), world axes
 POWERS = 4  # work done so far, or its rate, by legs, stops, weight, effects
@@ -25,8 +27,9 @@ ROTATION = HEADING + LEGS
 SYSTEM = ROTATION + 9  # lower half, row by row
 RIGHT = SYSTEM + 21
 KINETIC = RIGHT + 6
-# The leg at hand: where it stood at the last step, and what it does now.
-LEG_BEFORE = KINETIC + 1  # elongation, hysteretic force, elongation at the last reversal
+# The leg at hand: its parameters, where it stood at the last step, and what it does now.
+LEG_VALUE = KINETIC + 1
+LEG_BEFORE = LEG_VALUE + LEG_SIZE  # elongation, hysteretic force, elongation at the last reversal
 LENGTH = LEG_BEFORE + 3
 U, V, BIAS, ARM, AXIS, LEVER = LENGTH + 1, LENGTH + 2, LENGTH + 3, LENGTH + 4, LENGTH + 7, LENGTH + 10
 H = LENGTH + 13  # lower and upper asymptote before, lower and upper now

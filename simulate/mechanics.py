@@ -28,6 +28,7 @@ from .layout import (
     ELONGATION,
     KINETIC,
     LEG_BEFORE,
+    LEG_VALUE,
     LEGS,
     LENGTH,
     LEVER,
@@ -65,13 +66,12 @@ def derivative(w: Array, fixed: Array, mine: Array, called: Program, t0: float, 
     rotate(w, n)
     start_system(w, fixed, mine, called, n)
     for leg in range(LEGS):
-        at = LEG + leg * LEG_SIZE
-        take_leg(w, leg, n)
-        leg_kinematics(w, fixed, at, n)
-        leg_forces(w, fixed, at, mine, called, t0, t, n)
+        take_leg(w, fixed, leg, n)
+        leg_kinematics(w, n)
+        leg_forces(w, fixed, mine, called, t0, t, n)
         leg_into_system(w, called, n)
         if called.leg_transverse.shape[0] + called.joint_resistance.shape[0] > 0:
-            leg_crosswise(w, fixed, at, mine, called, n)
+            leg_crosswise(w, mine, called, n)
         give_leg(w, leg, n)
     hooks.platform_wrenches(w, mine, called, t, n)
     kinetic_energy(w, n)
@@ -133,8 +133,11 @@ def start_system(w: Array, fixed: Array, mine: Array, called: Program, n: int) -
 
 
 @njit(cache=True, error_model="numpy", forceinline=True)
-def take_leg(w: Array, leg: int, n: int) -> None:
-    """Bring where a leg stood to the rows of the leg at hand, so that one copy of the code serves all legs with constant rows."""
+def take_leg(w: Array, fixed: Array, leg: int, n: int) -> None:
+    """Bring a leg to the rows of the leg at hand, so that one copy of the code serves all legs with constant rows."""
+    start = (LEG + leg * LEG_SIZE) * n
+    for k in range((LINE + 5) * n):
+        w[LEG_VALUE * n + k] = fixed[start + k]
     for i in range(n):
         w[LEG_BEFORE * n + i] = w[(ELONGATION + leg) * n + i]
         w[(LEG_BEFORE + 1) * n + i] = w[(STORED + leg) * n + i]
@@ -142,17 +145,17 @@ def take_leg(w: Array, leg: int, n: int) -> None:
 
 
 @njit(cache=True, error_model="numpy", forceinline=True)
-def leg_kinematics(w: Array, fixed: Array, at: int, n: int) -> None:
+def leg_kinematics(w: Array, n: int) -> None:
     """Arm, direction, length, elongation and speed of the leg at hand, and c of l'' = J a + c."""
-    j = at + JOINT
+    j = LEG_VALUE + JOINT
     for i in range(n):
-        b0, b1, b2 = fixed[j * n + i], fixed[(j + 1) * n + i], fixed[(j + 2) * n + i]
+        b0, b1, b2 = w[j * n + i], w[(j + 1) * n + i], w[(j + 2) * n + i]
         rx = w[ROTATION * n + i] * b0 + w[(ROTATION + 1) * n + i] * b1 + w[(ROTATION + 2) * n + i] * b2
         ry = w[(ROTATION + 3) * n + i] * b0 + w[(ROTATION + 4) * n + i] * b1 + w[(ROTATION + 5) * n + i] * b2
         rz = w[(ROTATION + 6) * n + i] * b0 + w[(ROTATION + 7) * n + i] * b1 + w[(ROTATION + 8) * n + i] * b2
-        ex = w[TRIAL * n + i] + rx - fixed[at * n + i]
-        ey = w[(TRIAL + 1) * n + i] + ry - fixed[(at + 1) * n + i]
-        ez = w[(TRIAL + 2) * n + i] + rz - fixed[(at + 2) * n + i]
+        ex = w[TRIAL * n + i] + rx - w[LEG_VALUE * n + i]
+        ey = w[(TRIAL + 1) * n + i] + ry - w[(LEG_VALUE + 1) * n + i]
+        ez = w[(TRIAL + 2) * n + i] + rz - w[(LEG_VALUE + 2) * n + i]
         length = math.sqrt(ex * ex + ey * ey + ez * ez)
         per = 1.0 / length
         ex, ey, ez = ex * per, ey * per, ez * per
@@ -164,7 +167,7 @@ def leg_kinematics(w: Array, fixed: Array, at: int, n: int) -> None:
         inward = ex * (oy * sz - oz * sy) + ey * (oz * sx - ox * sz) + ez * (ox * sy - oy * sx)
         w[BIAS * n + i] = inward + (px * px + py * py + pz * pz - v * v) * per
         w[LENGTH * n + i] = length
-        w[U * n + i] = length - fixed[(at + STOWED) * n + i]
+        w[U * n + i] = length - w[(LEG_VALUE + STOWED) * n + i]
         w[V * n + i] = v
         w[ARM * n + i], w[(ARM + 1) * n + i], w[(ARM + 2) * n + i] = rx, ry, rz
         w[AXIS * n + i], w[(AXIS + 1) * n + i], w[(AXIS + 2) * n + i] = ex, ey, ez
@@ -172,11 +175,11 @@ def leg_kinematics(w: Array, fixed: Array, at: int, n: int) -> None:
 
 
 @njit(cache=True, error_model="numpy", forceinline=True)
-def leg_forces(w: Array, fixed: Array, at: int, mine: Array, called: Program, t0: float, t: float, n: int) -> None:
+def leg_forces(w: Array, fixed: Array, mine: Array, called: Program, t0: float, t: float, n: int) -> None:
     """Hysteretic force, stop and effects of the leg at hand."""
-    line = at + LINE
+    line = LEG_VALUE + LINE
     for i in range(n):
-        a_l, b_l, a_u, b_u = fixed[line * n + i], fixed[(line + 1) * n + i], fixed[(line + 2) * n + i], fixed[(line + 3) * n + i]
+        a_l, b_l, a_u, b_u = w[line * n + i], w[(line + 1) * n + i], w[(line + 2) * n + i], w[(line + 3) * n + i]
         u0, u = w[LEG_BEFORE * n + i], w[U * n + i]
         w[H * n + i], w[(H + 1) * n + i] = a_l * u0 + b_l, a_u * u0 + b_u
         w[(H + 2) * n + i], w[(H + 3) * n + i] = a_l * u + b_l, a_u * u + b_u
@@ -187,20 +190,20 @@ def leg_forces(w: Array, fixed: Array, at: int, mine: Array, called: Program, t0
         # read first, choose then: a read under a condition would keep the lanes out of the vector registers
         lower0, upper0, lower, upper = w[H * n + i], w[(H + 1) * n + i], w[(H + 2) * n + i], w[(H + 3) * n + i]
         h0, h1 = lower0 if travel > 0.0 else upper0, lower if travel > 0.0 else upper
-        w[R * n + i] = advance(w[(LEG_BEFORE + 1) * n + i], travel, h0, h1, fixed[(line + 4) * n + i])
+        w[R * n + i] = advance(w[(LEG_BEFORE + 1) * n + i], travel, h0, h1, w[(line + 4) * n + i])
     near = 0
     for i in range(n):
-        near |= 1 if w[U * n + i] > fixed[(at + FULL) * n + i] else 0
+        near |= 1 if w[U * n + i] > w[(LEG_VALUE + FULL) * n + i] else 0
     if near:
-        stop_forces(w, fixed, at, n)
+        stop_forces(w, fixed, n)
     hooks.leg_forces(w, mine, called, t, n)
 
 
 @njit(cache=True, error_model="numpy", forceinline=True)
-def stop_forces(w: Array, fixed: Array, at: int, n: int) -> None:
+def stop_forces(w: Array, fixed: Array, n: int) -> None:
     """Force of the stop at full length, negative: -(k p + c v) erf(p / s) for a penetration p above zero."""
     for i in range(n):
-        p = w[U * n + i] - fixed[(at + FULL) * n + i]
+        p = w[U * n + i] - w[(LEG_VALUE + FULL) * n + i]
         if p > 0.0:
             x = p / fixed[(STOP + 2) * n + i]
             eased = math.erf(x) if x < 6.0 else 1.0

@@ -47,13 +47,17 @@ def respond_block(
                 for i in range(runs):
                     watch(w, fixed, i, n, time, full_height, turn[i], answers[first + i])
                 if sample + 1 == count:
+                    conclude(answers[first : first + runs])
                     return
             end_step(w, fixed, mine, called, time, step, lanes)
 
 
 @njit(cache=True, error_model="numpy")
 def watch(w: Array, fixed: Array, i: int, n: int, time: float, full_height: float, turn: Array, answer: Array) -> None:
-    """Work one sample of a run into its responses; turn holds theta_z so far, unwrapped, and its last raw value."""
+    """Work one sample of a run into its responses; turn holds theta_z so far, unwrapped, and its last raw value.
+
+    Lateral way and tilt stand there squared, the tilt as the squared sine of its half, until the run has ended.
+    """
     if not math.isnan(answer[DIVERGED]):
         return
     if not bounded(w, i, n):
@@ -68,12 +72,20 @@ def watch(w: Array, fixed: Array, i: int, n: int, time: float, full_height: floa
     if abs(turn[0]) > abs(answer[THETA_Z]):
         answer[THETA_Z] = turn[0]
     x, y, z = origin(w, fixed, 0, i, n), origin(w, fixed, 1, i, n), origin(w, fixed, 2, i, n)
-    answer[LATERAL] = max(answer[LATERAL], math.sqrt(x * x + y * y))
-    answer[TILT] = max(answer[TILT], 2.0 * math.atan2(math.sqrt(b * b + c * c), math.sqrt(a * a + d * d)))
+    answer[LATERAL] = max(answer[LATERAL], x * x + y * y)
+    answer[TILT] = max(answer[TILT], b * b + c * c)
     if math.isnan(answer[FULL_HEIGHT]) and z >= full_height:
         answer[FULL_HEIGHT] = time
     for leg in range(LEGS):
         answer[STOP_FORCE] = max(answer[STOP_FORCE], abs(w[(OUT_STOP + leg) * n + i]))
+
+
+@njit(cache=True, error_model="numpy")
+def conclude(answers: Array) -> None:
+    """Turn the squares of ended runs into lateral way and tilt."""
+    for i in range(answers.shape[0]):
+        answers[i, LATERAL] = math.sqrt(answers[i, LATERAL])
+        answers[i, TILT] = 2.0 * math.asin(math.sqrt(min(answers[i, TILT], 1.0)))
 
 
 @njit(cache=True, error_model="numpy")
