@@ -28,7 +28,7 @@ class ActuatorFit:
 
     lines : (5,) a_l, b_l, a_u, b_u, beta, in the middle of the abscissa where they depend on one.
     estimates : by the names of a model file. covariance : of `names`, in this order.
-    theta : the vector of the fit, see `Layout`. residuals : measured minus modelled of each loop's samples that count, N.
+    theta, theta_covariance : the vector of the fit, see `Layout`. residuals : measured minus modelled of each loop's samples that count, N.
     effective_samples : independent samples that each loop's residual is worth. tares_N : what was taken off the force of
     each loop because its level differed, zeros where nothing was. covariate_shares : of the residual, that each further
     column would explain.
@@ -36,6 +36,7 @@ class ActuatorFit:
 
     layout: Layout
     theta: Array
+    theta_covariance: Array
     estimates: dict[str, Estimate]
     names: list[str]
     covariance: Array
@@ -127,6 +128,7 @@ def _judged(problem: LoopProblem, theta: Array, converged: bool) -> ActuatorFit:
     return ActuatorFit(
         layout=shape,
         theta=theta,
+        theta_covariance=of_theta,
         estimates=estimates,
         names=shape.names(),
         covariance=slopes @ of_theta @ slopes.T,

@@ -169,10 +169,21 @@ def cycles(time_s: Array, elongation_m: Array, band_m: float) -> Cycles:
     spans = tuple((turns[k], turns[k + 2] + 1) for k in range(0, len(turns) - 2, 2))
     if not spans:
         return Cycles(turns, (), float("nan"), float("nan"))
-    periods = [time_s[turns[k + 2]] - time_s[turns[k]] for k in range(len(turns) - 2)]
+    at = [_vertex_time(time_s, elongation_m, k) for k in turns]
+    periods = [at[k + 2] - at[k] for k in range(len(turns) - 2)]
     strokes = [abs(elongation_m[b] - elongation_m[a]) for a, b in pairwise(turns)]
     both = [(up + down) / 2.0 for up, down in pairwise(strokes)]
     return Cycles(turns, spans, float(1.0 / np.median(periods)), float(np.median(both) / 2.0))
+
+
+def _vertex_time(time_s: Array, elongation_m: Array, k: int) -> float:
+    """Time of the extreme of the parabola through a sample and its neighbours, within half a step of the sample."""
+    if not 0 < k < len(time_s) - 1:
+        return float(time_s[k])
+    before, here, after = elongation_m[k - 1 : k + 2]
+    bend = before - 2.0 * here + after
+    shift = 0.5 * (before - after) / bend if bend else 0.0
+    return float(time_s[k] + np.clip(shift, -0.5, 0.5) * (time_s[k + 1] - time_s[k - 1]) / 2.0)
 
 
 def moving(elongation_m: Array, band_m: float) -> slice:

@@ -4,12 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
+from textwrap import wrap
 from typing import Any
 
 import numpy as np
 
 from .actuator import ActuatorFit
 from .loops import LoopData
+from .resampling import Profile
+from .stiffness import stiffness_of_cycles
 
 
 def loop_and_model(axes: Any, fit: ActuatorFit, loops: Sequence[LoopData], which: int = 0) -> Any:
@@ -42,21 +45,91 @@ def residual_against(axes: Any, fit: ActuatorFit, loops: Sequence[LoopData], qua
     return axes
 
 
-def page(fit: ActuatorFit, loops: Sequence[LoopData], title: str) -> Any:
-    """One page: the slowest and the fastest loop with the model, and the residual of all."""
+def all_loops(axes: Any, fit: ActuatorFit, loops: Sequence[LoopData]) -> Any:
+    """The last full cycle of every loop as measured, by frequency (Aridon 2009, Figs. 7, 8, 11)."""
+    for k, data in enumerate(loops):
+        a, b = data.cycles.spans[-1] if data.cycles.spans else (0, len(data.time_s))
+        label = f"{data.frequency_Hz:.3g} Hz, {1e3 * data.amplitude_m:.3g} mm"
+        shade, style = str(0.75 * k / max(len(loops), 2)), ("-", "--", "-.", ":")[k % 4]
+        axes.plot(1e3 * data.elongation_m[a:b], data.force_N[a:b] - fit.tares_N[k], style, color=shade, linewidth=0.8, label=label)
+    axes.set(xlabel="elongation (mm)", ylabel="force (N)", title="last full cycles, measured")
+    if len(loops) <= 10:
+        axes.legend(fontsize="xx-small")
+    return axes
+
+
+def stiffness_against_frequency(axes: Any, fit: ActuatorFit, loops: Sequence[LoopData]) -> Any:
+    """Effective stiffness with the inertia force subtracted (Aridon 2009, eq. (5), Fig. 13); amplitude in mm beside each mark."""
+    for data in loops:
+        values = stiffness_of_cycles(data, fit.effects)
+        if len(values):
+            axes.errorbar(data.frequency_Hz, np.median(values), yerr=np.std(values), fmt="ko", markersize=3, capsize=2)
+            axes.annotate(f" {1e3 * data.amplitude_m:.3g}", (data.frequency_Hz, np.median(values)), fontsize="xx-small")
+    axes.set(xlabel="frequency (Hz)", ylabel="effective stiffness (N/m)", title="amplitude in mm beside the marks", ylim=(0.0, None))
+    return axes
+
+
+def levels_against_rate(axes: Any, fit: ActuatorFit) -> Any:
+    """Level of both asymptotes in the middle of the elongations against the abscissa, with 95 % band (Aridon 2009, Fig. 12)."""
+    shape = fit.layout
+    z = np.linspace(-1.0, 1.0, 60)
+    powers = z[:, None] ** np.arange(shape.order + 1)
+    for row, style, label in ((1, "k--", "lower asymptote"), (3, "k:", "upper asymptote")):
+        part = slice(row * (shape.order + 1), (row + 1) * (shape.order + 1))
+        level = powers @ fit.theta[part]
+        band = 1.96 * np.sqrt(np.einsum("ij,jk,ik->i", powers, fit.theta_covariance[part, part], powers))
+        x = shape.middle + shape.half * z
+        axes.plot(x, level, style, label=label)
+        axes.fill_between(x, level - band, level + band, color="0.8")
+    label = "frequency (Hz)" if shape.abscissa == "frequency_Hz" else "mid-stroke speed (m/s)"
+    axes.set(xlabel=label, ylabel="level in the middle (N)", title=f"polynomials of order {shape.order}")
+    axes.legend(fontsize="small")
+    return axes
+
+
+def parameters_as_text(axes: Any, fit: ActuatorFit) -> Any:
+    """The fitted numbers with their intervals, where no rate is fitted."""
+    axes.axis("off")
+    rows = [f"{name}\n    {e.value:.5g}   ({e.ci95[0]:.5g} to {e.ci95[1]:.5g})  {e.verdict}" for name, e in fit.estimates.items()]
+    axes.text(0.0, 1.0, "\n".join(rows), va="top", fontsize="small", family="monospace", transform=axes.transAxes)
+    axes.set_title("parameters, 95 % intervals")
+    return axes
+
+
+def profile_of_beta(axes: Any, fit: ActuatorFit, profile: Profile | None) -> Any:
+    """Rise of the misfit along beta; where it stays below 3.84 beta is in the 95 % interval."""
+    if profile is None:
+        axes.axis("off")
+        return axes
+    axes.plot(profile.beta_per_m, profile.rise, "k.-", label="profile")
+    axes.set_xscale("log" if profile.beta_per_m[-1] > 5.0 * profile.beta_per_m[0] else "linear")
+    low, high = fit.estimates["beta_per_m"].ci95
+    axes.axvspan(low, high, color="0.85", label="95 %, covariance")
+    axes.axhline(3.84, color="black", linewidth=0.6, linestyle="--")
+    axes.set(xlabel="beta (1/m)", ylabel="rise of the misfit", ylim=(0.0, 16.0))
+    axes.legend(fontsize="small")
+    return axes
+
+
+def page(fit: ActuatorFit, loops: Sequence[LoopData], title: str, profile: Profile | None = None) -> Any:
+    """One page: loops and model, what is left, and what follows the rate."""
     from matplotlib.figure import Figure
 
-    figure = Figure(figsize=(10, 7), layout="constrained")
-    axes = figure.subplots(2, 2)
+    figure = Figure(figsize=(13, 10), layout="constrained")
+    axes = figure.subplots(3, 3)
     order = np.argsort([np.nan_to_num(d.frequency_Hz) for d in loops])
     loop_and_model(axes[0, 0], fit, loops, int(order[0]))
-    if len(loops) > 1:
-        loop_and_model(axes[0, 1], fit, loops, int(order[-1]))
+    loop_and_model(axes[0, 1], fit, loops, int(order[-1]))
+    all_loops(axes[0, 2], fit, loops)
+    for column, quantity in enumerate(("elongation", "speed", "time")):
+        residual_against(axes[1, column], fit, loops, quantity)
+    stiffness_against_frequency(axes[2, 0], fit, loops)
+    if fit.layout.abscissa == "none":
+        parameters_as_text(axes[2, 1], fit)
     else:
-        residual_against(axes[0, 1], fit, loops, "time")
-    residual_against(axes[1, 0], fit, loops, "elongation")
-    residual_against(axes[1, 1], fit, loops, "speed")
-    figure.suptitle(title, fontsize="medium")
+        levels_against_rate(axes[2, 1], fit)
+    profile_of_beta(axes[2, 2], fit, profile)
+    figure.suptitle("\n".join(wrap(title, 130)), fontsize="medium")
     return figure
 
 

@@ -9,15 +9,13 @@ from typing import Any
 import numpy as np
 
 from measure.tables import Array
-from simulate.compiled import flat_parameters, program
-from simulate.effect import Effect
-from simulate.law import axial_mass
 from simulate.model import Actuator, Covariance, Model, Rate
 
 from .actuator import ActuatorFit
 from .loops import LoopData, area, gap
 from .parameters import BETA_NAME, LINE_NAMES
 from .residuals import Dependence
+from .stiffness import effective_stiffness, friction_of
 from .verdicts import errors, pooled_error
 
 
@@ -36,6 +34,7 @@ def result_of(fit: ActuatorFit, loops: Sequence[LoopData], left: Dependence, not
         "paper_recipe": _recipe(fit, loops),
         "loops": [_loop(fit, k, data, error) for k, (data, error) in enumerate(zip(loops, errors(loops, fit.residuals), strict=True))],
         "pooled_nrmse_percent": 100.0 * pooled_error(loops, fit.residuals),
+        "friction": friction_of(loops, fit.effects).sentence,
         "frequency_amplitude_correlation": frequency_amplitude_correlation(loops),
         "effects": [{"name": effect.name, **dict(zip(effect.flat_names(), effect.flat(), strict=True))} for effect in fit.effects],
         "residual_depends_on": left.sentence,
@@ -94,25 +93,6 @@ def _loop(fit: ActuatorFit, k: int, data: LoopData, error: float) -> dict[str, A
         "tare_N": fit.tares_N[k],
         "force_noise_N": data.force_sigma_N,
     }
-
-
-def effective_stiffness(data: LoopData, effects: tuple[Effect, ...] = ()) -> float:
-    """Force range over elongation range, N/m, the inertia of these effects taken out; median over the full cycles.
-
-        K_eff = (F_max - F_min) / (X_max - X_min)
-
-    Independent of frequency it means dry friction, growing with it viscous friction. Source: Aridon 2009, eq. (5).
-    """
-    force = data.force_N + inertia(data, effects)
-    ratios = [np.ptp(force[a:b]) / np.ptp(data.elongation_m[a:b]) for a, b in data.cycles.spans]
-    return float(np.median(ratios)) if ratios else float("nan")
-
-
-def inertia(data: LoopData, effects: tuple[Effect, ...]) -> Array:
-    """Mass times acceleration of the effects with inertia along the leg, N, at every sample."""
-    values, called = flat_parameters(effects), program(effects, 0)
-    mass = np.array([axial_mass(values, called, float(u)) for u in data.elongation_m]) if len(called.leg_mass) else 0.0
-    return mass * data.acceleration_m_per_s2
 
 
 def frequency_amplitude_correlation(loops: Sequence[LoopData]) -> float:
@@ -176,6 +156,7 @@ def _remarks(result: Mapping[str, Any]) -> list[str]:
     lines = [f"note     {note}" for note in result["notes"]]
     lines.append(f"error    pooled {result['pooled_nrmse_percent']:.2f} % of the range of all forces")
     lines.append(f"residual depends on {result['residual_depends_on']}")
+    lines.append(f"friction {result['friction']}")
     recipe = result["paper_recipe"]
     lines.append(f"paper's recipe: {recipe['statement'] if recipe else 'no straight parts on both branches'}")
     covariate = result["covariate"]

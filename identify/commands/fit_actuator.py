@@ -52,6 +52,9 @@ def _parser() -> Any:
     fit.add_argument("--tare", choices=("auto", "common", "each"), default="auto", help="one force level for all loops or one for each")
     fit.add_argument("--covariate", default="", metavar="COLUMN", help="a further column to which part of the force is proportional")
     fit.add_argument("--robust", action="store_true", help="samples far off the model count less")
+    fit.add_argument("--profile", action="store_true", help="fit all the rest for betas around the best one")
+    fit.add_argument("--bootstrap", type=int, default=0, metavar="N", help="intervals from N fits to cycles drawn with replacement")
+    fit.add_argument("--seed", type=int, default=0, help="of the bootstrap")
     made.add_argument("--model", type=Path, metavar="MODEL", help="put the actuator into this model instead of a bare one")
     made.add_argument("--figure", type=Path, metavar="FILE", help="loops, model and residual on one page (png, pdf, svg)")
     return made
@@ -67,7 +70,8 @@ def _work(arguments: Sequence[str]) -> int:
     if given.preview:
         return DONE
     fit, data, result = _fitted(given, loops, notes)
-    _write(given, mapping, fit, data, result)
+    profile = _resampled(given, fit, data, result)
+    _write(given, mapping, fit, data, result, profile)
     if not given.quiet:
         from ..loop_report import summary
 
@@ -81,6 +85,8 @@ def _check_before(given: Namespace) -> None:
 
     if given.figure and given.figure.suffix not in FIGURES:
         raise InputError(f"{given.figure}: figures are {', '.join(FIGURES)}. Change the ending of the name.")
+    if given.bootstrap < 0 or given.bootstrap == 1:
+        raise InputError(f"--bootstrap {given.bootstrap}: give at least two repeats; 200 make an interval.")
     if given.model and not given.output:
         raise InputError(f"--model {given.model}: the actuator is put into a copy of it; name the copy with --output.")
     for path in (given.output, given.json, given.figure, given.save_mapping):
@@ -182,16 +188,35 @@ def _order(given: Namespace, data: Sequence[LoopData], kinds: Any, abscissa: Any
     return chosen.chosen, chosen
 
 
+def _resampled(given: Namespace, fit: Any, data: Any, result: dict[str, Any]) -> Any:
+    """The profile of beta and the bootstrap, where they were asked for, into the result."""
+    from measure.command import progress
+
+    from ..resampling import bootstrap, profile_of_beta
+
+    profile = profile_of_beta(fit, data) if given.profile else None
+    if profile:
+        table = {"beta_per_m": profile.beta_per_m, "rise": profile.rise, "ci95": list(profile.interval)}
+        result["beta_profile"] = table
+        result["notes"].append("profile of beta: 95 % from {:.5g} to {:.5g} 1/m".format(*profile.interval))
+    if given.bootstrap:
+        steps = progress(range(given.bootstrap), what="bootstrap", total=given.bootstrap, quiet=given.quiet)
+        intervals = bootstrap(fit, data, given.bootstrap, given.seed, lambda _: next(steps, None))
+        result["bootstrap"] = {"repeats": given.bootstrap, "seed": given.seed, "ci95": intervals}
+        result["notes"] += [f"bootstrap by cycles: {name} 95 % from {a:.6g} to {b:.6g}" for name, (a, b) in intervals.items()]
+    return profile
+
+
 def _spread(values: Sequence[float]) -> float:
     return max(values) - min(values)
 
 
-def _write(given: Namespace, mapping: ColumnMapping, fit: Any, data: Any, result: dict[str, Any]) -> None:
+def _write(given: Namespace, mapping: ColumnMapping, fit: Any, data: Any, result: dict[str, Any], profile: Any) -> None:
     """Every file that was asked for; what can fail is made before the first is written."""
     from measure.mapping import write_mapping
     from measure.output import provenance, write_json
 
-    note = provenance(given.loops)
+    note = provenance(given.loops, given.seed if given.bootstrap else None)
     if given.save_mapping:
         write_mapping(mapping, given.save_mapping)
     if given.output:
@@ -208,4 +233,4 @@ def _write(given: Namespace, mapping: ColumnMapping, fit: Any, data: Any, result
     if given.figure:
         from ..loop_plots import page, save
 
-        save(page(fit, data, f"{result['verdict']}: {result['reason']}"), given.figure)
+        save(page(fit, data, f"{result['verdict']}: {result['reason']}", profile), given.figure)

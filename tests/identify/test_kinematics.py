@@ -69,6 +69,12 @@ def test_frequency_and_amplitude_come_from_the_signal():
     assert len(found.spans) == 7
 
 
+def test_frequency_is_finer_than_the_sample_step():
+    t = np.arange(220) / 200.0  # 66.7 samples a cycle
+    found = cycles(t, 0.05 * np.sin(2 * np.pi * 3.0 * t), 1e-4)
+    assert found.frequency_Hz == pytest.approx(3.0, rel=1e-4)
+
+
 def test_a_single_stroke_has_no_full_cycle():
     t = np.linspace(0.0, 1.0, 300)
     found = cycles(t, 0.1 * t, 1e-3)
