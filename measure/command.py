@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import os
 import sys
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from pathlib import Path
@@ -49,7 +50,7 @@ def parser(name: str, does: str, *, output: str, output_default: str | None = No
 def run(name: str, work: Callable[[Sequence[str]], int], arguments: Sequence[str] | None = None) -> int:
     """Call a command's work; unusable input becomes one message on standard error and status 2."""
     try:
-        return work(sys.argv[1:] if arguments is None else arguments)
+        return _flushed(work(sys.argv[1:] if arguments is None else arguments))
     except InputError as error:
         print(f"{name}: error: {error}", file=sys.stderr)
         return UNUSABLE
@@ -57,8 +58,32 @@ def run(name: str, work: Callable[[Sequence[str]], int], arguments: Sequence[str
         print(f"{name}: stopped; nothing was written", file=sys.stderr)
         return 130
     except BrokenPipeError:
-        sys.stderr.close()
-        return DONE
+        return _unheard(DONE)
+    except OSError as error:
+        print(f"{name}: error: {_refusal(error)}", file=sys.stderr)
+        return UNUSABLE
+
+
+def _flushed(status: int) -> int:
+    """The status, once everything said has gone out; a reader who has left, as `head` does, changes nothing of it."""
+    try:
+        sys.stdout.flush()
+    except BrokenPipeError:
+        return _unheard(status)
+    return status
+
+
+def _unheard(status: int) -> int:
+    """The status; what would still be printed goes nowhere, so that Python does not complain of the closed pipe at its end."""
+    os.dup2(os.open(os.devnull, os.O_WRONLY), sys.__stdout__.fileno())  # type: ignore[union-attr]
+    return status
+
+
+def _refusal(error: OSError) -> str:
+    """What the system refused, as a sentence: no permission, a full disk, a folder where a file was expected."""
+    if error.filename is None:
+        return f"{error.strerror or error}."
+    return f"{error.filename}: {error.strerror}. Check that it is there and that you may use it."
 
 
 def progress(items: Iterable[T], *, what: str, total: int | None = None, quiet: bool = False) -> Iterator[T]:

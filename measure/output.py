@@ -24,14 +24,15 @@ _REPORTED_PACKAGES = ("unspool", "numpy", "scipy", "numba", "lmfit", "opencv-pyt
 def replacing(path: Path) -> Iterator[Path]:
     """Give a temporary file beside `path`; it takes the name of `path` once the block has ended well.
 
-    Whatever happens in the block, `path` holds its old content or the whole new one, never half.
+    Whatever happens in the block, `path` holds its old content or the whole new one, never half. A link stays a link,
+    and the file behind it is replaced.
 
     Raises
     ------
     InputError
-        The folder does not exist or cannot be written.
+        The folder does not exist or cannot be written, or `path` is a folder, a device or a pipe.
     """
-    path = Path(path)
+    path = _regular(Path(path))
     try:
         handle, name = tempfile.mkstemp(prefix=f".{path.stem}-", suffix=path.suffix, dir=path.parent)
     except OSError as error:
@@ -46,6 +47,19 @@ def replacing(path: Path) -> Iterator[Path]:
         os.replace(temporary, path)
     finally:
         temporary.unlink(missing_ok=True)
+
+
+def _regular(path: Path) -> Path:
+    """Where `path` leads, if a file can be put there; renaming onto a device would remove the device."""
+    real = path.resolve()
+    if real.is_dir():
+        raise InputError(f"{path}: is a folder, and a file is to be written. Name a file in it.")
+    open_file_of_a_process = str(path.parent.resolve()).startswith("/proc/") or (
+        path.is_symlink() and str(path.readlink()).startswith("/proc/")
+    )
+    if open_file_of_a_process or (real.exists() and not real.is_file()):
+        raise InputError(f"{path}: is a device or a pipe, and cannot be replaced as a whole. Name a file.")
+    return real
 
 
 def _umask() -> int:
