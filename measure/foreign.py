@@ -6,6 +6,7 @@ understood can be shown and saved, one mapping file per rig.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -16,8 +17,12 @@ from .command import existing_file
 from .dialect import TextTable, read_text_table
 from .errors import InputError, nearest
 from .mapping import QUANTITIES, ColumnMapping
+from .matlab import is_matlab, read_matlab
 from .tables import Array, Loop
 from .units import FACTORS, SI, Unit, quantity_of, split_unit, unit_of
+
+_FREQUENCY_NOTE = re.compile(r"^\s*(?:f|freq|frequency)(?:uency)?[ _]*(?:\(?Hz\)?)?\s*[=:;,\t ]\s*(\d+(?:\.\d+)?)\b", re.IGNORECASE)
+_FREQUENCY_NAME = re.compile(r"(?<![\d.])(\d+(?:\.\d+)?)\s*_?Hz", re.IGNORECASE)
 
 
 @dataclass(frozen=True)
@@ -34,7 +39,8 @@ class Understood:
         """For people: the dialect, the columns, and the first rows as numbers in SI."""
         table = self.table
         header = "no header" if not table.header else f"header in line {table.first_line - 1 - bool(table.units)}"
-        lines = [f"{self.file}: {table.encoding}, delimiter {table.delimiter}, decimal {table.decimal}, {header}, {len(table.rows)} rows"]
+        written = f"{table.encoding}, delimiter {table.delimiter}, decimal {table.decimal}, {header}"
+        lines = [f"{self.file}: {written if table.delimiter != 'none' else table.encoding}, {len(table.rows)} rows"]
         for quantity, place in self.columns.items():
             unit = self.units[quantity]
             lines.append(f"  {quantity:<10} column {place + 1} {_quoted(table, place)}, unit {unit.text} = {unit.factor:g} {SI[quantity]}")
@@ -44,6 +50,12 @@ class Understood:
             shown = (f"{float(row[place]) * self.units[q].factor:.6g} {SI[q]}" for q, place in self.columns.items())
             lines.append("    " + "  ".join(shown))
         return lines
+
+    def claimed_frequencies_Hz(self) -> list[tuple[str, float]]:
+        """Frequencies that the file's notes or its name speak of, with where; they are compared with the signal, never used."""
+        claims = [("a note in it", float(found[1])) for line in self.table.preamble if (found := _FREQUENCY_NOTE.search(line))]
+        named = _FREQUENCY_NAME.search(Path(self.file).stem)
+        return claims + ([("its name", float(named[1]))] if named else [])
 
 
 def _quoted(table: TextTable, place: int) -> str:
@@ -60,7 +72,7 @@ def read_foreign(path: Path, mapping: ColumnMapping | None = None) -> tuple[Loop
     """
     path, wanted = Path(path), mapping or ColumnMapping()
     existing_file(path, what="a table of force and elongation")
-    table = read_text_table(path, wanted.delimiter, wanted.decimal, wanted.encoding, wanted.header)
+    table = _table(path, wanted)
     columns = {q: place for q in QUANTITIES if (place := _place(path, table, wanted, q)) is not None}
     units = {q: _unit(path, table, place, wanted, q) for q, place in columns.items()}
     values = {q: _numbers(path, table, place, q) * units[q].factor for q, place in columns.items()}
@@ -69,6 +81,12 @@ def read_foreign(path: Path, mapping: ColumnMapping | None = None) -> tuple[Loop
     _require_increasing(path, table, values["time"])
     loop = Loop(values["time"], values["elongation"], values["force"], name=str(path), other=_other(table, set(columns.values())))
     return loop, Understood(str(path), table, columns, units, wanted.sample_period_s)
+
+
+def _table(path: Path, wanted: ColumnMapping) -> TextTable:
+    if is_matlab(path):
+        return read_matlab(path)
+    return read_text_table(path, wanted.delimiter, wanted.decimal, wanted.encoding, wanted.header)
 
 
 def _place(path: Path, table: TextTable, wanted: ColumnMapping, quantity: str) -> int | None:
@@ -111,7 +129,9 @@ def _missing(path: Path, table: TextTable, quantity: str, found: int) -> str:
     likely = [name for place, name in enumerate(table.header) if quantity_of(_written_unit(table, place)) == quantity]
     name, unit = (likely[0], _written_unit(table, table.header.index(likely[0]))) if likely else ("NAME", "UNIT")
     advice = f'Add --column {quantity}="{name}" --unit {quantity}={unit}{period}, or rename it to {own}.'
-    return f"{path}, line {line}: {what}; found {listed}.\n{advice}"
+    place = f", line {line}" if table.delimiter != "none" else ""
+    notes = f"\nIt also holds {', '.join(table.preamble[:12])}." if place == "" and table.preamble else ""
+    return f"{path}{place}: {what}; found {listed}.\n{advice}{notes}"
 
 
 def _written_unit(table: TextTable, place: int) -> str:

@@ -70,6 +70,7 @@ def _work(arguments: Sequence[str]) -> int:
     if given.preview:
         return DONE
     fit, data, result = _fitted(given, loops, notes)
+    result["notes"] += _contradictions(understood, data)
     profile = _resampled(given, fit, data, result)
     _write(given, mapping, fit, data, result, profile)
     if not given.quiet:
@@ -169,6 +170,16 @@ def _fitted(given: Namespace, loops: Sequence[Loop], notes: list[str]) -> tuple[
     if chosen:
         result["rate"] |= {"order": order, "left_out_nrmse_percent": {str(k): 100.0 * error for k, error in chosen.left_out.items()}}
     return fit, data, result
+
+
+def _contradictions(understood: Sequence[Understood], data: Sequence[LoopData]) -> list[str]:
+    """Frequencies that files claim and their signals deny."""
+    return [
+        f"{loop.name}: {where} says {claimed:g} Hz, the signal {loop.frequency_Hz:.4g} Hz; the signal counts"
+        for how, loop in zip(understood, data, strict=True)
+        for where, claimed in how.claimed_frequencies_Hz()
+        if abs(claimed - loop.frequency_Hz) > 0.03 * loop.frequency_Hz
+    ]
 
 
 def _order(given: Namespace, data: Sequence[LoopData], kinds: Any, abscissa: Any) -> tuple[int, RateOrder | None]:

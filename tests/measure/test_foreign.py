@@ -1,11 +1,15 @@
 """Files as laboratories write them end either in the right numbers or in one sentence that says what to do."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
+from scipy.io import savemat
 
 from measure import InputError
 from measure.foreign import read_foreign
 from measure.mapping import ColumnMapping, pairs, read_mapping, write_mapping
+from measure.mat5 import read_mat5
 
 T = np.arange(40) * 0.5
 U = np.round(12.0 * np.sin(0.3 * T), 3)
@@ -156,3 +160,60 @@ def test_an_option_for_an_unknown_quantity_names_the_nearest():
         ColumnMapping({"forse": "x"})
     with pytest.raises(InputError, match="given twice"):
         pairs("--column", ["force=a", "force=b"])
+
+
+def test_a_matlab_file_is_read_by_the_names_of_its_variables(tmp_path):
+    savemat(tmp_path / "run.mat", {"dist": U[:, None], "rig": {"forc": F}, "Ts": 0.5, "f": 1.5, "note": "x"})
+    mapping = ColumnMapping({"elongation": "dist", "force": "rig.forc"}, {"elongation": "mm", "force": "N"}, sample_period_s=0.5)
+    loop, understood = read_foreign(tmp_path / "run.mat", mapping)
+    check(loop)
+    assert understood.claimed_frequencies_Hz() == [("a note in it", 1.5)]
+
+
+def test_a_matlab_file_without_options_names_its_variables(tmp_path):
+    savemat(tmp_path / "run.mat", {"dist": U, "forc": F, "Ts": 0.5})
+    with pytest.raises(InputError, match=r'found "dist", "forc"(.|\n)*Ts = 0.5'):
+        read_foreign(tmp_path / "run.mat")
+
+
+def test_a_matlab_file_that_is_cut_or_new_is_refused_with_what_to_do(tmp_path):
+    savemat(tmp_path / "run.mat", {"dist": U, "forc": F})
+    raw = (tmp_path / "run.mat").read_bytes()
+    (tmp_path / "cut.mat").write_bytes(raw[:300])
+    (tmp_path / "new.mat").write_bytes(b"MATLAB 7.3 MAT-file, Platform: GLNXA64".ljust(124) + b"\x00\x02IM" + bytes(600))
+    for name in ("cut.mat", "new.mat"):
+        with pytest.raises(InputError, match="-v7"):
+            read_foreign(tmp_path / name)
+
+
+def test_a_frequency_in_the_name_is_a_claim(tmp_path):
+    _, understood = read_foreign(written(tmp_path, ["time_s,elongation_mm,force_N", *rows(T, U, F)], name="A_0.25Hz_12mm.csv"))
+    assert understood.claimed_frequencies_Hz() == [("its name", 0.25)]
+
+
+@pytest.mark.parametrize("packed", [False, True])
+def test_matlab_numbers_of_every_type_are_those_that_were_saved(tmp_path, packed):
+    saved = {kind: np.arange(24).reshape(4, 6).astype(kind) for kind in ("f8", "f4", "i1", "u1", "i2", "u2", "i4", "u4", "i8", "u8")}
+    saved |= {
+        "deep": {"a": {"b": np.linspace(0, 1, 7)}},
+        "text": "hello",
+        "complex": np.array([1j, 2.0]),
+        "cell": np.array([1, "x"], dtype=object),
+    }
+    savemat(tmp_path / "all.mat", saved, do_compression=packed)
+    found = read_mat5((tmp_path / "all.mat").read_bytes())
+    assert set(found) == {*saved, "deep.a.b"}
+    for name, values in found.items():
+        assert np.array_equal(values, np.linspace(0, 1, 7)[None] if name == "deep.a.b" else saved[name])
+
+
+REAL = Path("../shared/real/loops/mr-damper-0V")
+
+
+@pytest.mark.skipif(not REAL.is_dir(), reason="../shared/real is absent")
+def test_a_real_matlab_file_holds_what_its_table_holds():
+    mapping = ColumnMapping({"elongation": "dist", "force": "forc"}, {"elongation": "mm", "force": "N"}, sample_period_s=0.01)
+    loop, _ = read_foreign(REAL / "ensaio1.1.mat", mapping)
+    table, _ = read_foreign(REAL / "f0.840Hz_A12.19mm.csv")
+    assert loop.elongation_m == pytest.approx(table.elongation_m, abs=1e-9)
+    assert loop.force_N == pytest.approx(table.force_N, abs=1e-3)

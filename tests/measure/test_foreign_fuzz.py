@@ -1,0 +1,103 @@
+"""Whatever bytes a file holds, the reader gives a loop or one sentence."""
+
+import random
+import time
+
+import numpy as np
+import pytest
+from scipy.io import savemat
+
+from measure import InputError, Loop
+from measure.foreign import read_foreign
+from measure.mapping import ColumnMapping
+
+_T = np.arange(30) * 0.1
+_TABLE = np.stack([_T, 12.0 * np.sin(_T), 2.8 + 0.1 * np.cos(_T)], axis=1)
+_PIECES = [
+    b",",
+    b";",
+    b"\t",
+    b"\n",
+    b"\r",
+    b'"',
+    b"'",
+    b"nan",
+    b"inf",
+    b"1e999",
+    b"-",
+    b".",
+    b",,",
+    b"\xff",
+    b"\x00",
+    b"\xef\xbb\xbf",
+    b"kN",
+    b"=1+1",
+    b"\n\n",
+    b"#",
+    b"1,000",
+]
+_MAPPINGS = [
+    ColumnMapping(),
+    ColumnMapping({"time": "1", "elongation": "2", "force": "3"}, {"time": "s", "elongation": "mm", "force": "N"}),
+]
+
+
+def seeds(folder):
+    header = "time_s,elongation_mm,force_N\n"
+    body = "\n".join(",".join(f"{value:.4f}" for value in row) for row in _TABLE) + "\n"
+    savemat(folder / "seed.mat", {"time_s": _T, "elongation_mm": _TABLE[:, 1], "force_N": _TABLE[:, 2]})
+    texts = [header + body, body, (header + body).replace(",", ";").replace(".", ","), (header + "s,mm,N\n" + body).replace(",", "\t")]
+    return [text.encode() for text in texts] + [texts[0].encode("utf-16"), (folder / "seed.mat").read_bytes()]
+
+
+def mutated(raw, rng):
+    data = bytearray(raw)
+    for _ in range(rng.randint(1, 6)):
+        place = rng.randrange(len(data) + 1)
+        kind = rng.randrange(5)
+        if kind == 0:
+            data[place:place] = rng.choice(_PIECES)
+        elif kind == 1:
+            del data[place : place + rng.randint(1, 40)]
+        elif kind == 2 and place < len(data):
+            data[place] = rng.randrange(256)
+        elif kind == 3:
+            data = data[:place] or data
+        else:
+            data[place:place] = data[place : place + rng.randint(1, 60)]
+    return bytes(data)
+
+
+def fuzz(folder, rounds, seconds, seed):
+    rng, end = random.Random(seed), time.monotonic() + seconds
+    sources = seeds(folder)
+    for _ in range(rounds):
+        path = folder / "fuzzed.csv"
+        path.write_bytes(mutated(rng.choice(sources), rng))
+        try:
+            loop, understood = read_foreign(path, rng.choice(_MAPPINGS))
+        except InputError:
+            continue
+        assert isinstance(loop, Loop)
+        assert understood.sentences()
+        if time.monotonic() > end:
+            break
+
+
+def test_damaged_files_end_in_a_loop_or_one_sentence(tmp_path):
+    fuzz(tmp_path, 1500, 20.0, seed=1)
+
+
+@pytest.mark.slow
+def test_damaged_files_of_another_seed_do_too(tmp_path):
+    fuzz(tmp_path, 30_000, 20.0, seed=2)
+
+
+if __name__ == "__main__":  # python tests/measure/test_foreign_fuzz.py SECONDS
+    import sys
+    import tempfile
+    from pathlib import Path
+
+    with tempfile.TemporaryDirectory() as here:
+        fuzz(Path(here), 10**9, float(sys.argv[1]), seed=int(sys.argv[1]))
+    print("nothing but loops and sentences")
