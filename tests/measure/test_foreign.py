@@ -194,13 +194,13 @@ def test_a_frequency_in_the_name_is_a_claim(tmp_path):
 @pytest.mark.parametrize("packed", [False, True])
 def test_matlab_numbers_of_every_type_are_those_that_were_saved(tmp_path, packed):
     saved = {kind: np.arange(24).reshape(4, 6).astype(kind) for kind in ("f8", "f4", "i1", "u1", "i2", "u2", "i4", "u4", "i8", "u8")}
-    saved |= {
+    others = {
         "deep": {"a": {"b": np.linspace(0, 1, 7)}},
         "text": "hello",
         "complex": np.array([1j, 2.0]),
-        "cell": np.array([1, "x"], dtype=object),
+        "cell": np.array([1, "x"], object),
     }
-    savemat(tmp_path / "all.mat", saved, do_compression=packed)
+    savemat(tmp_path / "all.mat", {**saved, **others}, do_compression=packed)
     found = read_mat5((tmp_path / "all.mat").read_bytes())
     assert set(found) == {*saved, "deep.a.b"}
     for name, values in found.items():
