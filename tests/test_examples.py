@@ -1,0 +1,102 @@
+"""Every example in README, CONTRIBUTING and docs runs as it stands, and shows what it says.
+
+The convention is in CONTRIBUTING.md: `console` and `python` blocks of one document run from top to bottom in one empty
+folder with the datasets in it. What a console block shows must be printed, numbers aside; a line of three dots stands for
+anything.
+"""
+
+from __future__ import annotations
+
+import os
+import re
+import shutil
+import subprocess
+import sys
+import tomllib
+from collections.abc import Iterator
+from functools import cache
+from pathlib import Path
+from types import ModuleType
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[1]
+COMMANDS = tuple(tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]["scripts"])
+DOCUMENTS = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").glob("*.md"))]
+BESIDE_PYTHON = Path(sys.executable).parent
+
+every_document = pytest.mark.parametrize("document", DOCUMENTS, ids=lambda path: path.stem)
+
+
+def blocks(document: Path) -> list[tuple[str, str]]:
+    """Language and content of each fenced block."""
+    return re.findall(r"^```(\w+)\n(.*?)^```$", document.read_text(encoding="utf-8"), re.M | re.S)
+
+
+def typed(block: str) -> Iterator[tuple[str, int, list[str]]]:
+    """What is typed behind each `$`, the exit status it ends with, and the lines it shows."""
+    for part in re.split(r"^\$ ", block, flags=re.M)[1:]:
+        line, *shown = part.replace("\\\n", " ").splitlines()
+        status = re.search(r"# exit status (\d)$", line)
+        yield line, int(status[1]) if status else 0, [text for text in shown if text.strip() not in ("", "...")]
+
+
+def numberless(text: str) -> str:
+    """The words of a line; digits and blanks differ from machine to machine."""
+    return " ".join(re.sub(r"[-+]?\d[\d.]*(e[-+]?\d+)?", "#", text).split())
+
+
+def run_console(block: str, folder: Path) -> None:
+    """Type a console block in a folder, and look for each of its lines, in their order, in what is printed."""
+    path = os.pathsep.join((str(BESIDE_PYTHON), os.environ["PATH"]))
+    for line, status, shown in typed(block):
+        ran = subprocess.run(line, shell=True, cwd=folder, env={**os.environ, "PATH": path}, capture_output=True, text=True, check=False)
+        said = ran.stdout + ran.stderr
+        assert ran.returncode == status, f"{line}\nends with status {ran.returncode} and not {status}:\n{said}"
+        printed = iter([numberless(text) for text in said.splitlines()])
+        for text in shown:
+            assert numberless(text) in printed, f"{line}\ndoes not print, or not in this order:\n{text}\nbut:\n{said}"
+
+
+def run_python(block: str, file: Path, module: ModuleType) -> None:
+    """Run a Python block as a file of its own, because compiled formulas are kept beside their source."""
+    file.write_text(block, encoding="utf-8")
+    exec(compile(block, file, "exec", dont_inherit=True), vars(module))
+
+
+@cache
+def options(command: str) -> frozenset[str]:
+    """The options in a command's help."""
+    ran = subprocess.run([BESIDE_PYTHON / command, "--help"], capture_output=True, text=True, check=True)
+    return frozenset(re.findall(r"(?<![\w-])--?[a-z][a-z-]*", ran.stdout))
+
+
+@pytest.mark.slow
+@every_document
+def test_examples_run_and_show_what_they_say(document, tmp_path, monkeypatch):
+    shutil.copytree(ROOT / "datasets", tmp_path / "datasets")
+    monkeypatch.chdir(tmp_path)
+    module = ModuleType("example")
+    monkeypatch.setitem(sys.modules, "example", module)
+    for number, (language, block) in enumerate(blocks(document)):
+        if language == "console":
+            run_console(block, tmp_path)
+        elif language == "python":
+            run_python(block, tmp_path / f"example_{number}.py", module)
+
+
+@every_document
+def test_options_shown_with_a_command_exist(document):
+    lines = document.read_text(encoding="utf-8").replace("\\\n", " ").splitlines()
+    shown = [line.strip(" $`") for line in lines]
+    for line in shown:
+        command = line.split(" ", 1)[0]
+        if command in COMMANDS:
+            used = set(re.findall(r"(?<=\s)--?[a-z][a-z-]*", line.split("#")[0]))
+            assert used <= options(command), f"{document.name}: {line}"
+
+
+def test_links_between_documents_lead_somewhere():
+    for document in DOCUMENTS:
+        for target in re.findall(r"\]\((?!https?:|#)([^)#]+)", document.read_text(encoding="utf-8")):
+            assert (document.parent / target).exists(), f"{document.name}: {target}"

@@ -1,0 +1,272 @@
+"""The house keeps its order: who imports whom, what is installed, what starts at once, what no file says."""
+
+from __future__ import annotations
+
+import ast
+import re
+import subprocess
+import sys
+import tomllib
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import cache
+from importlib import metadata, util
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[1]
+PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
+COMMANDS = PROJECT["project"]["scripts"]
+MAY_IMPORT = {"measure": {"measure"}, "simulate": {"measure", "simulate"}, "identify": {"measure", "simulate", "identify"}}
+ROOMS = tuple(MAY_IMPORT)
+HEAVY = {"cv2", "jinja2", "lmfit", "matplotlib", "numba", "numpy", "pandas", "pydantic", "scipy"}
+
+
+@dataclass(frozen=True)
+class Import:
+    """One name imported somewhere: by which file, from which module, and whether only when a function runs."""
+
+    file: Path
+    module: str
+    lazy: bool
+
+    @property
+    def top(self) -> str:
+        return self.module.partition(".")[0]
+
+    def __str__(self) -> str:
+        return f"{self.file} imports {self.module}"
+
+
+def _sources(*folders: str) -> list[Path]:
+    return [path.relative_to(ROOT) for folder in folders for path in sorted((ROOT / folder).rglob("*.py"))]
+
+
+def _absolute(file: Path, node: ast.ImportFrom) -> str:
+    if not node.level:
+        return node.module or ""
+    return ".".join((*file.parts[: -node.level], *([node.module] if node.module else [])))
+
+
+def _walk(file: Path, node: ast.AST, lazy: bool) -> Iterator[Import]:
+    for child in ast.iter_child_nodes(node):
+        if isinstance(child, ast.Import):
+            yield from (Import(file, alias.name, lazy) for alias in child.names)
+        elif isinstance(child, ast.ImportFrom):
+            module = _absolute(file, child)
+            yield from (Import(file, f"{module}.{alias.name}", lazy) for alias in child.names)
+        else:
+            later = isinstance(child, ast.FunctionDef) or (isinstance(child, ast.If) and "TYPE_CHECKING" in ast.unparse(child.test))
+            yield from _walk(file, child, lazy or later)
+
+
+@cache
+def _imports(*folders: str) -> tuple[Import, ...]:
+    return tuple(
+        found for file in _sources(*folders) for found in _walk(file, ast.parse((ROOT / file).read_text(encoding="utf-8")), lazy=False)
+    )
+
+
+def _of(library: str) -> list[Import]:
+    return [found for found in _imports(*ROOMS) if found.top == library]
+
+
+def _is_command(file: Path) -> bool:
+    return file.parent.name == "commands"
+
+
+def _draws(file: Path) -> bool:
+    return file.stem.endswith("plots")
+
+
+def _reports(file: Path) -> bool:
+    return file.stem.endswith("report")
+
+
+def _said(wrong: list[Import]) -> str:
+    return "; ".join(map(str, wrong))
+
+
+def test_imports_run_one_way_from_identify_to_measure():
+    wrong = [found for found in _imports(*ROOMS) if found.top in ROOMS and found.top not in MAY_IMPORT[found.file.parts[0]]]
+    assert not wrong, _said(wrong)
+
+
+def test_nothing_installed_imports_tests_or_datasets():
+    wrong = [found for found in _imports(*ROOMS) if found.top in ("tests", "datasets")]
+    assert not wrong, _said(wrong)
+
+
+def test_pictures_are_decoded_in_measure_only():
+    wrong = [found for found in _of("cv2") if found.file.parts[0] != "measure"]
+    assert not wrong, _said(wrong)
+
+
+def test_lmfit_stays_in_fitting_modules_and_is_loaded_only_when_a_fit_is_asked_for():
+    apart = [f for f in _of("lmfit") if f.file.parts[0] != "identify" or _is_command(f.file) or _draws(f.file) or _reports(f.file)]
+    assert not apart, _said(apart)
+    early = [found for found in _of("lmfit") if not found.lazy]
+    assert not early, _said(early)
+
+
+def test_kernels_are_not_compiled_in_commands_figures_or_package_files():
+    wrong = [f for f in _of("numba") if _is_command(f.file) or _draws(f.file) or _reports(f.file) or f.file.stem == "__init__"]
+    assert not wrong, _said(wrong)
+
+
+def test_figures_are_drawn_in_plots_modules_on_axes_that_those_or_commands_make():
+    wrong = [found for found in _of("matplotlib") if not (_draws(found.file) or _is_command(found.file)) or not found.lazy]
+    assert not wrong, _said(wrong)
+
+
+def test_plots_modules_serve_commands_and_reports_only():
+    by_others = [f for f in _imports(*ROOMS) if not (_is_command(f.file) or _reports(f.file) or _draws(f.file))]
+    wrong = [f for f in by_others if any(part.endswith("plots") for part in f.module.split(".")) and f.top in ROOMS]
+    assert not wrong, _said(wrong)
+
+
+def test_no_module_is_called_cli():
+    assert not [path for path in _sources(*ROOMS, "tests", "datasets") if "cli" in (path.stem, *path.parts)]
+
+
+def test_no_folder_of_tests_is_a_package():
+    packages = [path for path in _sources("tests", "datasets") if path.name == "__init__.py"]
+    assert not packages, f"{packages}: take it away; tests/identify as a package would hide the package identify"
+
+
+def test_only_the_named_things_stand_at_the_root():
+    files = {path.name for path in ROOT.iterdir() if path.is_file() and not path.name.startswith(".")}
+    known = {"CHANGELOG.md", "CONTRIBUTING.md", "LICENSE", "Makefile", "README.md", "constraints.txt", "pyproject.toml"}
+    assert files == known
+    folders = {path.name for path in ROOT.iterdir() if (path / "__init__.py").exists()}
+    assert folders == set(ROOMS)
+
+
+def _distribution(name: str) -> str:
+    return re.sub(r"[-_.]+", "-", re.split(r"[ \[<>=!~;]", name)[0]).lower()
+
+
+def _declared(*, with_groups: bool) -> set[str]:
+    listed = [*PROJECT["project"]["dependencies"], *(e for extra in PROJECT["project"]["optional-dependencies"].values() for e in extra)]
+    if with_groups:
+        listed += [entry for group in PROJECT["dependency-groups"].values() for entry in group if isinstance(entry, str)]
+    return {_distribution(entry) for entry in listed}
+
+
+def _undeclared(folders: tuple[str, ...], declared: set[str]) -> list[str]:
+    provided_by = metadata.packages_distributions()
+    foreign = [found for found in _imports(*folders) if found.top not in (*ROOMS, *sys.stdlib_module_names)]
+    neighbours = {path.stem for path in _sources(*folders)}
+    return [
+        str(found)
+        for found in foreign
+        if found.top not in neighbours and declared.isdisjoint(map(_distribution, provided_by.get(found.top, [found.top])))
+    ]
+
+
+def test_every_library_imported_by_the_packages_is_a_declared_dependency():
+    assert not _undeclared(ROOMS, _declared(with_groups=False))
+
+
+def test_every_library_imported_by_tests_or_datasets_is_declared_too():
+    mirrored = (*(f"tests/{room}" for room in ROOMS), "datasets")  # benchmarks compare with what others have written
+    assert not _undeclared(mirrored, _declared(with_groups=True))
+
+
+def test_every_declared_dependency_is_imported_somewhere():
+    provided_by = metadata.packages_distributions()
+    used = {_distribution(name) for found in _imports(*ROOMS) for name in provided_by.get(found.top, [found.top])}
+    needed = {_distribution(entry) for entry in PROJECT["project"]["dependencies"]}
+    assert needed <= used, f"declared and imported by nobody: {needed - used}"
+
+
+def test_every_dependency_is_pinned():
+    lines = (ROOT / "constraints.txt").read_text(encoding="utf-8").split()
+    pinned = {_distribution(line) for line in lines}
+    assert all(re.fullmatch(r"[\w.-]+==[\w.+!-]+", line) for line in lines)
+    assert _declared(with_groups=True) | {"pip", "hatchling", "editables"} <= pinned
+
+
+WHERE = "import {name}, os; print(os.path.realpath({name}.__file__))"
+
+
+def _foreign(name: str, where: str, root: Path) -> str:
+    """The sentence for a package of somebody else under our name; empty if it is ours."""
+    if Path(where).is_relative_to(root):
+        return ""
+    return (
+        f'the package "{name}" is imported from {where} and not from {root}: another distribution owns that name here '
+        '("identify" is also a library inside pre-commit). Give the project an environment of its own: make test.'
+    )
+
+
+@pytest.mark.parametrize("name", ROOMS)
+def test_the_package_imported_under_our_name_is_ours(name):
+    spec = util.find_spec(name)
+    assert spec is not None, f'"{name}" is not installed; make test installs it'
+    assert spec.origin is not None
+    sentence = _foreign(name, str(Path(spec.origin).resolve()), ROOT)
+    assert not sentence, sentence
+
+
+def test_a_foreign_identify_is_answered_with_a_sentence(tmp_path):
+    (tmp_path / "identify").mkdir()
+    (tmp_path / "identify" / "__init__.py").write_text("")
+    ran = subprocess.run([sys.executable, "-c", WHERE.format(name="identify")], cwd=tmp_path, capture_output=True, text=True, check=True)
+    assert "an environment of its own" in _foreign("identify", ran.stdout.strip(), ROOT)
+
+
+HELP = """
+import sys
+from {module} import {function} as main
+try:
+    main(["--help"])
+except SystemExit as end:
+    assert not end.code
+print("LOADED", *sorted(set(sys.modules) & {heavy}))
+"""
+
+
+@pytest.mark.parametrize("name", COMMANDS)
+def test_help_answers_without_loading_a_heavy_library(name):
+    module, function = COMMANDS[name].split(":")
+    code = HELP.format(module=module, function=function, heavy=HEAVY)
+    ran = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
+    assert ran.returncode == 0, ran.stderr
+    assert ran.stdout.startswith(f"usage: {name} ")
+    assert ran.stdout.splitlines()[-1].split() == ["LOADED"]
+
+
+@pytest.mark.parametrize("name", COMMANDS)
+def test_every_command_knows_the_common_options_and_answers_a_wrong_one_with_the_nearest(name, capfd):
+    module, function = COMMANDS[name].split(":")
+    main = getattr(__import__(module, fromlist=[function]), function)
+    with pytest.raises(SystemExit):
+        main(["--help"])
+    usage = capfd.readouterr().out
+    assert all(option in usage for option in ("--output", "--json", "--quiet", "--help"))
+    assert main(["no-such-file", "no-such-file", "--qiet"]) == 2
+    assert capfd.readouterr().err.startswith(f"{name}: error: ")
+
+
+def _texts() -> list[Path]:
+    kept = {".csv", ".j2", ".json", ".md", ".py", ".toml", ".txt"}
+    folders = (*ROOMS, "tests", "docs", "datasets", ".ci")
+    inside = [path for folder in folders for path in (ROOT / folder).rglob("*") if path.is_file()]
+    return [path for path in (*ROOT.iterdir(), *inside) if path.is_file() and (path.suffix in kept or path.name in ("run", "Makefile"))]
+
+
+def test_no_text_names_a_package_index_or_a_place_on_somebodys_machine():
+    index = "|".join(("py" + r"pi\.", "python" + "hosted", r"index" + "-url", r"find" + "-links"))
+    place = r"(?<![\w.$)}/])/" + "(?:" + "|".join(("home", "root", "Users", "work", "opt", "mnt")) + r")/\w"
+    pattern = re.compile(f"{index}|{place}|[A-Z]:" + r"\\Users")
+    found = [f"{path.relative_to(ROOT)}: {hit.group()}" for path in _texts() for hit in pattern.finditer(path.read_text(encoding="utf-8"))]
+    assert not found, found
+
+
+def test_ci_calls_the_make_targets_that_exist():
+    targets = set(re.findall(r"^([a-z-]+):", (ROOT / "Makefile").read_text(encoding="utf-8"), re.M))
+    called = set(re.findall(r"^make ([a-z]+)", (ROOT / ".ci" / "run").read_text(encoding="utf-8"), re.M))
+    assert called == {"test", "lint"}
+    assert called | {"demo", "datasets", "fast", "clean"} <= targets
