@@ -42,8 +42,11 @@ clean:
 	find measure simulate identify tests datasets -name __pycache__ -prune -exec rm -rf {} +
 
 # What is installed depends on the two files in NEEDS; while they stand as they are, nothing is installed again.
+# pip 25.1 and later know dependency groups; the one that comes with Python may be older, so its version is pinned too.
 $(VENV)/installed: $(NEEDS) $(BIN)/python
 	@echo "installing the project into $(VENV) (once; a few minutes on a slow line)"
+	@$(PIP) --version >/dev/null 2>&1 || $(BIN)/python -m ensurepip >/dev/null
+	@$(PIP) install --quiet --quiet --upgrade --constraint constraints.txt pip
 	@$(INSTALL) --upgrade --editable .
 	@touch $@
 
@@ -52,7 +55,6 @@ $(VENV)/installed-%: $(VENV)/installed
 	@$(INSTALL) --group $*
 	@touch $@
 
-# pip 25.1 and later know dependency groups; the one that comes with Python may be older, and its version is pinned too.
 $(BIN)/python:
 	@command -v $(PYTHON) >/dev/null || { echo "make: there is no $(PYTHON). Install Python 3.11 or later, or name it: make PYTHON=python3.12" >&2; exit 1; }
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || \
@@ -61,7 +63,6 @@ $(BIN)/python:
 		{ echo "make: $$($(PYTHON) --version) cannot make environments. Install its venv module (Debian, Ubuntu: python3-venv)." >&2; exit 1; }
 	@echo "making the environment $(VENV) with $$($(PYTHON) --version)"
 	@$(PYTHON) -m venv --clear $(VENV)
-	@$(PIP) install --quiet --quiet --upgrade --constraint constraints.txt pip
 
 # Newest versions of everything, written down: constraints.txt is made by this and names no index.
 pins:
