@@ -72,6 +72,13 @@ def _variance(window: NDArray, size: int) -> NDArray[np.float64]:
     return inside(squares) - inside(sums) ** 2
 
 
+def is_unique(picture: NDArray, patch: NDArray, x: float, y: float, distinct: float) -> bool:
+    """Whether nothing else in the picture looks like the patch at (x, y), judged at half the resolution."""
+    half = [cv2.resize(image, None, fx=0.5, fy=0.5, interpolation=cv2.INTER_AREA) for image in (picture, patch)]
+    peak = search(half[0], np.ascontiguousarray(half[1]), x / 2, y / 2, None)
+    return peak is not None and peak.second < distinct
+
+
 def find_marks(picture: NDArray, subset: int, most: int = 12) -> list[tuple[float, float]]:
     """Places whose texture can be followed best: where the weaker of the two directions still has strong slopes.
 

@@ -16,6 +16,8 @@ discard_stale(Path(__file__).parent)
 _TUKEY = 4.685
 _SETTLED_PX = 2e-3
 _STEPS = 20
+_SPREAD_STEPS = 2
+"""Robust steps that may still change what counts as far off."""
 
 
 @njit(cache=True, nogil=True)
@@ -126,22 +128,25 @@ def solve_robust(
     """Iterate with Tukey weights. Returns warp, gain, residual variance, share explained, hidden share,
     trace of the inverse Hessian of the two shifts, settled."""
     warp, k, m, n = guess.copy(), len(descent), len(light), len(values)
-    g, r, w = np.empty(n, np.float32), np.empty(n), np.empty(n)
+    images = np.empty((k + m, n), np.float32)
+    images[:k], images[k:] = descent, light
+    g, r, w = np.empty(n, np.float32), np.empty(n, np.float32), np.empty(n, np.float32)
     even = values.copy()
     _level(even)
     strength = _dot(even, even)
-    shares, ready = np.empty(m), False
-    for _ in range(3 * _STEPS):
+    shares, spread = np.empty(m), scale
+    for step_number in range(3 * _STEPS):
         if not sample(c, left, top, half, warp, g):
             break
-        if not ready:
+        if step_number == 0:
             _first_light(g, values, light, shares)
-            ready = True
         _residual(g, light, shares, r)
-        hidden = _tukey(r, max(scale, 1.4826 * np.median(np.abs(r))), 2 * half + 1, w)
-        normal, right = _weighted(descent, light, w, r)
+        if step_number < _SPREAD_STEPS:
+            spread = max(scale, 1.4826 * np.median(np.abs(r)))
+        hidden = _tukey(r, spread, 2 * half + 1, w)
         if w.sum() < 4 * (k + m):
             break
+        normal, right = _weighted(images, w, r)
         solution = np.linalg.solve(normal, right)
         shares += solution[k:]
         gain = 0.0
@@ -152,32 +157,34 @@ def solve_robust(
         warp = _compose(warp, dp)
         if not (step < 4.0 and gain > 0.0):
             break
-        if step < _SETTLED_PX:
+        if step < _SETTLED_PX and step_number >= _SPREAD_STEPS:
             square, share = _explained(g, r, w)
             inverse = np.linalg.inv(normal)
             return warp, gain, square, share, hidden, inverse[0, 0] + inverse[1, 1], True
     return warp, np.nan, np.nan, np.nan, 1.0, 1.0, False
 
 
-@njit(cache=True, nogil=True)
-def _residual(g: NDArray[np.float32], light: NDArray[np.float32], shares: NDArray[np.float64], r: NDArray[np.float64]) -> None:
-    for i in range(len(g)):
-        r[i] = g[i]
+@njit(cache=True, fastmath=True, nogil=True)
+def _residual(g: NDArray[np.float32], light: NDArray[np.float32], shares: NDArray[np.float64], r: NDArray[np.float32]) -> None:
+    r[:] = g
     for j in range(len(light)):
+        share = np.float32(shares[j])
         for i in range(len(g)):
-            r[i] -= shares[j] * light[j, i]
+            r[i] -= share * light[j, i]
 
 
 @njit(cache=True, nogil=True)
-def _tukey(r: NDArray[np.float64], spread: float, size: int, w: NDArray[np.float64]) -> float:
-    """Weights (1 - (r / c spread)^2)^2, none beyond c spreads and none beside such a pixel: an edge in front covers its neighbour by half.
+def _tukey(r: NDArray[np.float32], spread: float, size: int, w: NDArray[np.float32]) -> float:
+    """Weights (1 - (r / c spread)^2)^2, none beyond c spreads and none beside such a pixel, which an edge in front half covers.
 
     Returns the share of pixels beyond.
     """
     hidden = 0
+    narrow = np.float32(1.0 / (_TUKEY * spread))
     for i in range(len(r)):
-        ratio = r[i] / (_TUKEY * spread)
-        w[i] = (1.0 - ratio * ratio) ** 2 if abs(ratio) < 1.0 else -1.0
+        ratio = r[i] * narrow
+        kept = np.float32(1.0) - ratio * ratio
+        w[i] = kept * kept if kept > 0.0 else np.float32(-1.0)
     for i in range(len(r)):
         if w[i] == -1.0:
             hidden += 1
@@ -187,38 +194,30 @@ def _tukey(r: NDArray[np.float64], spread: float, size: int, w: NDArray[np.float
                     if w[y * size + x] > 0.0:
                         w[y * size + x] = 0.0
     for i in range(len(r)):
-        w[i] = max(w[i], 0.0)
+        w[i] = max(w[i], np.float32(0.0))
     return hidden / len(r)
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, fastmath=True, nogil=True)
 def _weighted(
-    descent: NDArray[np.float32], light: NDArray[np.float32], w: NDArray[np.float64], r: NDArray[np.float64]
+    images: NDArray[np.float32], w: NDArray[np.float32], r: NDArray[np.float32]
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Normal equations of the slopes and the light together, a trace of the diagonal added so that they can be solved."""
-    k, m = len(descent), len(light)
-    normal, right, row = np.zeros((k + m, k + m)), np.zeros(k + m), np.empty(k + m)
-    for i in range(len(r)):
-        if w[i] == 0.0:
-            continue
-        for j in range(k):
-            row[j] = descent[j, i]
-        for j in range(m):
-            row[k + j] = light[j, i]
-        for p in range(k + m):
-            share = w[i] * row[p]
-            right[p] += share * r[i]
-            for q in range(p + 1):
-                normal[p, q] += share * row[q]
-    for p in range(k + m):
-        for q in range(p):
+    """Normal equations of the slopes and the light together; a trace of the diagonal is added so that they can be solved."""
+    size, n = images.shape
+    normal, right, part = np.zeros((size, size)), np.zeros(size), np.empty(n, np.float32)
+    for p in range(size):
+        for i in range(n):
+            part[i] = w[i] * images[p, i]
+        right[p] = _dot(part, r)
+        for q in range(p + 1):
+            normal[p, q] = _dot(part, images[q])
             normal[q, p] = normal[p, q]
         normal[p, p] += 1e-9 * normal[p, p] + 1e-12
     return normal, right
 
 
 @njit(cache=True, nogil=True)
-def _explained(g: NDArray[np.float32], r: NDArray[np.float64], w: NDArray[np.float64]) -> tuple[float, float]:
+def _explained(g: NDArray[np.float32], r: NDArray[np.float32], w: NDArray[np.float32]) -> tuple[float, float]:
     """Weighted mean square of the residual, and the share of the weighted variance that is explained."""
     total, first, second, square = 0.0, 0.0, 0.0, 0.0
     for i in range(len(g)):

@@ -23,7 +23,7 @@ _SLOPE_STEP_PX = 0.02
 _NOISE_SLOPE = 1.0 / (8.0 * math.pi * BLUR_PX**4)
 """Variance of a slope of blurred white noise of variance one."""
 
-_TEXTURE_OVER_NOISE = 5.0
+_TEXTURE_OVER_NOISE = 2.0
 
 Place = tuple[int, int, int, NDArray[np.float64], NDArray[np.float32]]
 """The first five fields of a reference."""
@@ -146,7 +146,11 @@ def _under(place: Place, f: NDArray, light: NDArray, descent: NDArray) -> Refere
 
 
 def _orthonormal(rows: list[NDArray]) -> NDArray:
-    return np.linalg.qr(np.stack(rows).T)[0].T
+    """Gram and Schmidt, by the Cholesky factor of the products; twice, so that rounding does not show."""
+    made = np.stack([row / np.sqrt(row @ row) for row in rows])
+    for _ in range(2):
+        made = np.linalg.solve(np.linalg.cholesky(made @ made.T), made)
+    return made
 
 
 def _descent(fx: NDArray, fy: NDArray, x: NDArray, y: NDArray, warp: int) -> NDArray:

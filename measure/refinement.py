@@ -12,6 +12,7 @@ and Matthews, Int. J. Computer Vision 56 (2004) 221; Pan, Li, Tong, Experimental
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -56,54 +57,81 @@ class Match:
         return 1.0 - self.zncc**2
 
 
-def recognise(
-    picture: NDArray, mark: Reference, guess: NDArray[np.float64], usual_noise: float, usual_unexplained: float, *, again: bool = False
-) -> Match | None:
+@dataclass(frozen=True)
+class Usual:
+    """What a mark was like in the frames before; what clearly exceeds it is not noise.
+
+    noise : left over, grey levels. unexplained : share of the variance. hidden : share that was covered a frame ago.
+    out_of_sight : whether it was lost a frame ago; half a mark behind an edge can look like a badly lit one, so
+    it must look as it did to be taken for found.
+    """
+
+    noise: float = 0.0
+    unexplained: float = 0.0
+    hidden: float = 0.0
+    out_of_sight: bool = False
+
+
+def recognise(picture: NDArray, mark: Reference, guess: NDArray[np.float64], usual: Usual) -> Match | None:
     """The mark near a first guess, by the plainest model that explains the picture; None where it is not the mark.
 
     Tried in turn: even light; light that changes across the mark; something thin in front, whose pixels get no
-    weight. usual_noise, usual_unexplained : of this mark in the frames before; what clearly exceeds them is not noise.
-    again : the mark was out of sight; half a mark behind an edge can look like a badly lit one, so it must look as it did.
+    weight. Where something was in front a frame ago, it is expected there still. How much may be covered before the mark
+    counts as occluded (`MOST_HIDDEN`) is the caller's to judge.
     """
-    enough = max(4.0 * usual_unexplained, 0.1 * _UNEXPLAINED)
-    best, under = _settled(refine(picture, mark, guess)), mark
+    window = surface_near(picture, mark.half, guess)
+    if window is None:
+        return None
+    enough = max(4.0 * usual.unexplained, 0.1 * _UNEXPLAINED)
+    scale = max(usual.noise, 0.02 * mark.contrast)
+    if usual.hidden > 0.0:
+        robust = _settled(refine(window, mark, guess, scale))
+        if robust is not None and robust.unexplained <= enough:
+            return robust
+    best, under = _settled(refine(window, mark, guess)), mark
     if best is not None and best.unexplained <= enough:
         return best
     near = best.warp if best is not None and best.zncc >= ALIKE else guess
     if mark.shaded is not None:
-        shaded = _settled(refine(picture, mark.shaded, near))
+        shaded = _settled(refine(window, mark.shaded, near))
         if shaded is not None and (best is None or shaded.unexplained < 0.6 * best.unexplained):
             best, under = shaded, mark.shaded
     if best is not None and best.unexplained <= enough:
         return best
-    robust = _settled(refine(picture, under, near, scale=max(usual_noise, 0.02 * mark.contrast)))
-    most = max(enough, _UNEXPLAINED) if again else 1.0 - ALIKE**2
-    if robust is not None and robust.unexplained <= most and robust.hidden <= MOST_HIDDEN:
-        return robust
-    return best if best is not None and best.unexplained <= _UNEXPLAINED else None
+    robust = _settled(refine(window, under, near, scale))
+    if robust is None:
+        return best if best is not None and best.unexplained <= _UNEXPLAINED else None
+    most = max(enough, _UNEXPLAINED) if usual.out_of_sight else 1.0 - ALIKE**2
+    return robust if robust.unexplained <= most else None
 
 
 def _settled(match: Match | None) -> Match | None:
     return match if match is not None and match.settled else None
 
 
-def refine(picture: NDArray, mark: Reference, guess: NDArray[np.float64], scale: float | None = None) -> Match | None:
+@dataclass(frozen=True)
+class Window:
+    """The current image near a guess: spline coefficients, the first of them at (left, top)."""
+
+    surface: NDArray[np.float32]
+    left: int
+    top: int
+
+
+def refine(near: Window, mark: Reference, guess: NDArray[np.float64], scale: float | None = None) -> Match | None:
     """Refine a mark in the current image from a first guess of its warp.
 
-    picture : (rows, columns). guess : (6,), within a speckle or so of the truth. scale : None compares all pixels
+    near : from `surface_near`. guess : (6,), within a speckle or so of the truth. scale : None compares all pixels
     alike; a noise level (grey levels, blurred) gives pixels that differ by much more no weight (Tukey), for thin things
     in front of the mark.
 
-    Returns None where the subset leaves the picture or no solution is found.
+    Returns None where no solution is found.
     """
-    box = _window(picture, mark.half, guess)
-    if box is None:
-        return None
-    c = coefficients(picture, *box, FILTER)
+    place = (near.surface, near.left, near.top, mark.half, guess)
     if scale is None:
-        found = solve(c, box[0], box[1], mark.half, guess, mark.free, mark.light, mark.values, mark.inverse_hessian)
+        found = solve(*place, mark.free, mark.light, mark.values, mark.inverse_hessian)
     else:
-        found = solve_robust(c, box[0], box[1], mark.half, guess, mark.descent, mark.light, mark.values, scale)
+        found = solve_robust(*place, mark.descent, mark.light, mark.values, scale)
     warp, gain, residual, explained, hidden, trace, settled = found
     if not (np.isfinite(warp).all() and residual > 0 and gain > 0):
         return None
@@ -113,7 +141,7 @@ def refine(picture: NDArray, mark: Reference, guess: NDArray[np.float64], scale:
     residual = max(residual, 2.0 * NOISE_LEFT / 12.0)  # both images are rounded to whole grey levels
     jacobian = _point_slopes(mark)
     covariance = jacobian @ mark.noise @ jacobian.T * (residual / NOISE_LEFT / gain**2) * widening
-    return Match(warp, covariance, float(np.sqrt(max(explained, 0.0))), gain, float(np.sqrt(residual)), hidden, settled)
+    return Match(warp, covariance, math.sqrt(max(explained, 0.0)), gain, math.sqrt(residual), hidden, settled)
 
 
 def _point_slopes(mark: Reference) -> NDArray:
@@ -127,12 +155,13 @@ def _point_slopes(mark: Reference) -> NDArray:
     return np.array(slopes[mark.warp], float)
 
 
-def _window(picture: NDArray, half: int, warp: NDArray[np.float64]) -> tuple[int, int, int, int] | None:
-    """Left, top, width, height of the pixels that refinement may need, or None where the subset leaves the picture."""
+def surface_near(picture: NDArray, half: int, warp: NDArray[np.float64]) -> Window | None:
+    """The part of the picture that refinement from `warp` may need, or None where the subset leaves the picture."""
     rows, columns = picture.shape
     reach_x, reach_y = half * (abs(warp[0]) + abs(warp[1])), half * (abs(warp[3]) + abs(warp[4]))
     left, right, top, bottom = warp[2] - reach_x, warp[2] + reach_x, warp[5] - reach_y, warp[5] + reach_y
     if not (left > -1 and top > -1 and right < columns and bottom < rows):
         return None
-    x, y = int(np.floor(left)) - _SPARE_PX, int(np.floor(top)) - _SPARE_PX
-    return x, y, int(np.ceil(right)) + _SPARE_PX + 1 - x, int(np.ceil(bottom)) + _SPARE_PX + 1 - y
+    x, y = math.floor(left) - _SPARE_PX, math.floor(top) - _SPARE_PX
+    width, height = math.ceil(right) + _SPARE_PX + 1 - x, math.ceil(bottom) + _SPARE_PX + 1 - y
+    return Window(coefficients(picture, x, y, width, height, FILTER), x, y)

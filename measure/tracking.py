@@ -8,12 +8,12 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from .correlation import Peak, search
+from .correlation import Peak, is_unique, search
 from .errors import InputError
 from .footage import Footage, Picture
 from .marks import AMBIGUOUS, LOST, MISSING, OCCLUDED, OK, OUT, Marks, Sighting, gather, unseen
 from .reference import AFFINE, Reference, blurred, reference
-from .refinement import ALIKE, Match, recognise
+from .refinement import ALIKE, MOST_HIDDEN, Match, Usual, recognise
 
 _SEARCH_PX = (8, 32, None)
 """Radii of the search around the predicted place, tried in turn; None is the whole picture."""
@@ -46,6 +46,7 @@ class Follower:
     places: list[tuple[int, NDArray[np.float64]]] = field(default_factory=list)
     noise: float = 0.0
     unexplained: float = 0.0
+    hidden: float = 0.0
     missed: int = 0
     last: str = OK
     moving: tuple[NDArray, Reference] | None = None
@@ -73,6 +74,8 @@ class Follower:
             match, status = self._searched(picture, guess, radius, status)
             if match is not None:
                 break
+        if match is not None and match.hidden > MOST_HIDDEN:
+            match, status = None, OCCLUDED
         if match is None:
             self.missed += 1
             self.last = OUT if self.last == OUT else self._left(picture, guess, status)
@@ -101,11 +104,12 @@ class Follower:
 
     def _fits(self, picture: Picture, guess: NDArray) -> Match | None:
         """The mark near a guess, blurred as its speed has it; once more where the place found means another speed."""
+        usual = Usual(self.noise, self.unexplained, self.hidden, self.missed > 0)
         mark = self._as_moving(guess)
-        match = recognise(picture, mark, guess, self.noise, self.unexplained, again=self.missed > 0)
+        match = recognise(picture, mark, guess, usual)
         if match is None or self._as_moving(match.warp) is mark:
             return match
-        closer = recognise(picture, self._as_moving(match.warp), match.warp, self.noise, self.unexplained, again=self.missed > 0)
+        closer = recognise(picture, self._as_moving(match.warp), match.warp, usual)
         return closer if closer is not None and closer.unexplained < match.unexplained else match
 
     def _speed(self, warp: NDArray) -> NDArray[np.float64]:
@@ -125,7 +129,7 @@ class Follower:
         return self.moving[1]
 
     def _accepted(self, picture: Picture, frame: int, match: Match) -> Sighting:
-        self.missed, self.last = 0, OK
+        self.missed, self.last, self.hidden = 0, OK, match.hidden
         self.warp = match.warp
         point = self.mark.point(match.warp)
         self.places = [*self.places[-2:], (frame, match.warp[[2, 5]])]
@@ -158,9 +162,7 @@ def follower(picture: Picture, x: float, y: float, subset: int, warp: int = AFFI
     mark = reference(picture, x, y, subset, warp)
     patch = _cut(picture, mark.start, mark.half)
     assert patch is not None
-    peak = search(picture, patch, x, y, None)
-    unique = peak is not None and peak.second < _DISTINCT
-    return Follower(mark, patch, mark.start, unique, open_share)
+    return Follower(mark, patch, mark.start, is_unique(picture, patch, x, y, _DISTINCT), open_share)
 
 
 def check_subset(subset: int) -> None:

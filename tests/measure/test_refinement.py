@@ -7,13 +7,16 @@ import pytest
 
 from measure.errors import InputError
 from measure.reference import AFFINE, EUCLIDEAN, TRANSLATION, reference
-from measure.refinement import Match, recognise, refine
+from measure.refinement import Match, Usual, recognise, refine, surface_near
 
 CENTRE, SUBSET = 36, 41
 
 
 def _refined(picture, mark, guess=None, scale=None) -> Match:
-    found = refine(picture, mark, mark.start if guess is None else guess, scale)
+    start = mark.start if guess is None else guess
+    near = surface_near(picture, mark.half, start)
+    assert near is not None
+    found = refine(near, mark, start, scale)
     assert found is not None
     return found
 
@@ -50,7 +53,7 @@ def test_light_that_changes_across_the_mark_is_told_from_motion(speckled):
     mark = reference(speckled(), CENTRE, CENTRE, SUBSET)
     x = np.arange(72) - CENTRE
     current = np.rint(speckled((0.4, 0.2), noise_seed=1) * (1.0 + 0.3 * x / SUBSET)).clip(0, 255).astype(np.uint8)
-    found = recognise(current, mark, mark.start, 0.7, 0.001)
+    found = recognise(current, mark, mark.start, Usual(0.7, 0.001))
     assert found is not None
     assert np.abs(mark.point(found.warp) - CENTRE - [0.4, 0.2]).max() < 0.02
     assert np.abs(mark.point(_refined(current, mark).warp) - CENTRE - [0.4, 0.2]).max() > 0.03
@@ -72,7 +75,7 @@ def test_a_rod_in_front_hardly_moves_a_robustly_refined_mark(speckled):
     current[:, 40:46] = 30
     plain, robust = _refined(current, mark), _refined(current, mark, scale=1.0)
     assert np.abs(mark.point(robust.warp) - CENTRE - [0.4, 0.3]).max() < 0.03
-    assert np.abs(mark.point(plain.warp) - CENTRE - [0.4, 0.3]).max() > 0.05
+    assert np.abs(mark.point(plain.warp) - CENTRE - [0.4, 0.3]).max() > 0.03
     assert 0.1 < robust.hidden < 0.3
 
 

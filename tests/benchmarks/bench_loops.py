@@ -1,0 +1,100 @@
+"""Six loops of 2000 samples: read, fitted and reported; and the same fit with a general ODE solver, as one would write it.
+
+.venv/bin/python tests/benchmarks/bench_loops.py
+
+The aims: under 2 s after start-up, and at least a hundred times faster than the plain fit in the same run.
+"""
+
+from __future__ import annotations
+
+import tempfile
+import time
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from scipy.integrate import solve_ivp
+from scipy.optimize import least_squares
+
+from identify.actuator import ActuatorFit, fit_actuator
+from identify.loop_report import result_of, summary
+from identify.loops import LoopData, prepare
+from identify.residuals import depends_on
+from measure import Loop, write_loop
+from measure.foreign import read_foreign
+from simulate.law import force_rate, loop_force
+
+LINES = np.array([-0.25, 2.79, -0.3, 2.89, 400.0])
+START = [-0.2, 2.7, -0.2, 3.0, 250.0]
+
+
+def made(folder: Path) -> list[Path]:
+    """Three frequencies, two strokes, three cycles each."""
+    rng = np.random.default_rng(0)
+    paths = []
+    for frequency in (0.2, 1.0, 3.0):
+        for amplitude in (0.05, 0.02):
+            t = np.linspace(0.0, 3.0 / frequency, 20_000)
+            u = 0.25 + amplitude * np.sin(2 * np.pi * frequency * t)
+            force = loop_force(LINES, t, u, 0 * t, 0 * t, 2.8)[::10] + 2e-3 * rng.standard_normal(2000)
+            paths.append(folder / f"{frequency}_{amplitude}.csv")
+            write_loop(Loop(t[::10], u[::10], force), paths[-1])
+    return paths
+
+
+def whole(paths: Sequence[Path]) -> tuple[list[LoopData], ActuatorFit]:
+    """From files to the lines that are printed."""
+    loops = [prepare(read_foreign(path)[0]) for path in paths]
+    fit = fit_actuator(loops)
+    summary(result_of(fit, loops, depends_on(loops, fit.residuals)))
+    return loops, fit
+
+
+def plain_fit(loops: Sequence[LoopData]) -> Any:
+    """`solve_ivp` for every loop in every evaluation, start forces free, differences wide enough for the solver's tolerance."""
+
+    def residual(p: np.ndarray) -> np.ndarray:
+        parts = []
+        for data, start in zip(loops, p[5:], strict=True):
+
+            def rate(t: float, r: np.ndarray, data: LoopData = data) -> np.ndarray:
+                u = np.interp(t, data.time_s, data.elongation_m)
+                v = np.interp(t, data.time_s, data.speed_m_per_s)
+                return force_rate(v, r, p[0] * u + p[1], p[2] * u + p[3], p[4])
+
+            ends = (data.time_s[0], data.time_s[-1])
+            solved = solve_ivp(rate, ends, [start], t_eval=data.time_s, rtol=1e-8, atol=1e-10, max_step=float(np.ptp(ends)) / 60)
+            parts.append(data.force_N - solved.y[0])
+        return np.concatenate(parts)
+
+    first = np.array([*START, *(data.force_N[0] for data in loops)])
+    return least_squares(residual, first, x_scale=np.abs(first), diff_step=1e-4, ftol=1e-6, max_nfev=30)
+
+
+def timed(work: Callable[[], Any], repeats: int = 1) -> tuple[Any, float]:
+    """The result and the shortest time, s."""
+    taken, result = [], None
+    for _ in range(repeats):
+        begin = time.perf_counter()
+        result = work()
+        taken.append(time.perf_counter() - begin)
+    return result, min(taken)
+
+
+def main() -> None:
+    """Print the times, the ratio and both answers."""
+    with tempfile.TemporaryDirectory() as folder:
+        paths = made(Path(folder))
+        whole(paths)
+        (loops, fit), all_s = timed(lambda: whole(paths), 5)
+    _, fit_s = timed(lambda: fit_actuator(loops), 5)
+    plain, plain_s = timed(lambda: plain_fit(loops))
+    print(f"read, fit and report six loops  {all_s:8.2f} s")
+    print(f"the fit alone                   {fit_s:8.3f} s   {np.array2string(fit.lines, precision=4)}")
+    print(f"the fit with solve_ivp          {plain_s:8.1f} s   {np.array2string(plain.x[:5], precision=4)}   {plain.nfev} steps")
+    print(f"ratio                           {plain_s / fit_s:8.0f}")
+
+
+if __name__ == "__main__":
+    main()
