@@ -1,6 +1,6 @@
 """Six loops of 2000 samples: read, fitted and reported; and the same fit with a general ODE solver, as one would write it.
 
-.venv/bin/python tests/benchmarks/bench_loops.py
+OPENBLAS_NUM_THREADS=1 .venv/bin/python tests/benchmarks/bench_loops.py
 
 The aims: under 2 s after start-up, and at least a hundred times faster than the plain fit in the same run.
 """
