@@ -13,9 +13,10 @@ PIP := $(BIN)/python -m pip --disable-pip-version-check
 PINNED := --constraint constraints.txt --build-constraint constraints.txt
 INSTALL := $(PIP) install --quiet --quiet $(PINNED)
 NEEDS := pyproject.toml constraints.txt
-# A test process does its share of the work by itself; waiting threads of the kernels sleep instead of spinning.
+# A test process does its share of the work by itself: waiting threads of the kernels sleep instead of spinning, and a process
+# that has nothing left takes tests from the other (whole files would leave one process waiting for the slowest).
 CALM := OMP_WAIT_POLICY=passive OPENBLAS_NUM_THREADS=1
-PYTEST := $(CALM) $(BIN)/pytest --numprocesses $(WORKERS) --dist loadfile $(PYTEST_ARGS)
+PYTEST := $(CALM) $(BIN)/pytest --numprocesses $(WORKERS) --dist worksteal $(PYTEST_ARGS)
 
 .PHONY: demo test fast lint datasets clean pins
 .DELETE_ON_ERROR:
