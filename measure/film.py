@@ -12,11 +12,13 @@ import numpy as np
 from .camera import Camera
 from .correlation import find_marks
 from .errors import InputError
+from .film_health import Health
 from .footage import Footage
 from .marks import MISSING, OK, Marks
 from .platform import CYLINDER, ONE_MARK, PERSPECTIVE, PLANE, Fit, body_points, fit_platform, trajectory
 from .project import MarkList, Project
 from .reference import AFFINE, WARP_NAMES
+from .smoothing import instants, smooth
 from .tables import CHANNELS, Trajectory
 from .tracking import check_subset, follow
 
@@ -49,7 +51,8 @@ def track_platform(footage: Footage, project: Project, watch: Callable[[Iterator
     """
     fps = _rate(footage, project)
     check_subset(project.marks.subset_px)
-    marks = _follow(footage, project, fps, watch)
+    health = Health()
+    marks = _follow(footage, project, fps, lambda frames: watch(health.watch(frames)))
     origin = project.platform.origin_px or (float(marks.reference_px[:, 0].mean()), float(marks.reference_px[:, 1].mean()))
     project = _completed(project, footage, marks, fps, origin)
     fit, table = None, None
@@ -57,7 +60,7 @@ def track_platform(footage: Footage, project: Project, watch: Callable[[Iterator
         view = project.view(origin, (footage.width, footage.height))
         fit = _fit(marks, view, project)
         table = trajectory(marks, fit, project.platform.start_height_m, footage.name)
-    return Tracked(table, marks, fit, project, summarise(footage, project, marks, fit, table))
+    return Tracked(table, marks, fit, project, summarise(footage, project, marks, fit, table, health))
 
 
 def _rate(footage: Footage, project: Project) -> float:
@@ -124,7 +127,9 @@ def free_channels(count: int, project: Project) -> Sequence[str]:
     return CYLINDER if project.camera.distance_m is None or count < 4 else PERSPECTIVE
 
 
-def summarise(footage: Footage, project: Project, marks: Marks, fit: Fit | None, table: Trajectory | None) -> dict[str, Any]:
+def summarise(
+    footage: Footage, project: Project, marks: Marks, fit: Fit | None, table: Trajectory | None, health: Health
+) -> dict[str, Any]:
     """The result in numbers and a verdict; what `--json` writes."""
     read = int((marks.status != MISSING).any(axis=1).sum())
     sigma_px = float(np.nanmedian(marks.sigma_px)) if marks.seen.any() else None
@@ -132,7 +137,7 @@ def summarise(footage: Footage, project: Project, marks: Marks, fit: Fit | None,
         "verdict": _verdict(footage, marks, fit, read),
         "film": {
             "file": footage.name, "frames": footage.frames, "frames_read": read, "fps": project.film.fps, "width_px": footage.width,
-            "height_px": footage.height, "bits": footage.bits, "remarks": list(footage.remarks),
+            "height_px": footage.height, "bits": footage.bits, "remarks": [*footage.remarks, *health.remarks],
         },
         "marks": [_mark_summary(marks, fit, i) for i in range(len(marks.names))],
         "subset_px": project.marks.subset_px,
@@ -179,8 +184,16 @@ def _platform_summary(fit: Fit, table: Trajectory) -> dict[str, Any]:
         "frames_with_pose": int(fit.seen.sum()),
         "widened": fit.widened,
         "range": {c: _range(table.channels[c]) for c in CHANNELS if c in table.channels},
+        "instants": _instants(table),
         "median_sigma": {c: float(np.nanmedian(s)) if np.isfinite(s).any() else None for c, s in table.sigma.items()},
     }
+
+
+def _instants(table: Trajectory) -> dict[str, float | None]:
+    z, sigma = table.channels["z_m"], table.sigma["z_m"]
+    if np.isfinite(z).sum() < 8:
+        return {}
+    return dataclasses.asdict(instants(smooth(table.time_s, z, sigma)))
 
 
 def _range(values: np.ndarray) -> float | None:
