@@ -6,22 +6,22 @@ never recompiles a kernel, and an effect from outside the project runs like ours
 
 from __future__ import annotations
 
+import hashlib
 from collections.abc import Sequence
 from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
-from llvmlite import ir
 from numba import cfunc, types
-from numba.core import cgutils
-from numba.extending import intrinsic
+from numba.extending import register_jitable
 from numpy.typing import NDArray
 
 from measure.kernel_cache import discard_stale
 from measure.tables import Array
 
 from .effect import Effect
+from .intrinsics import caller, shifted
 
 if TYPE_CHECKING:
     from .model import Model
@@ -42,8 +42,16 @@ SIGNATURES = {
 }
 
 
+# The two hooks that every leg asks for at every stage have a second form, for runs side by side: a call a block, not a call
+# a run. Numbers become rows, and the parameters of a run stand `size` apart.
+LANE_SIGNATURES = {
+    "leg_force": types.void(_NUMBERS, _NUMBERS, _NUMBER, _NUMBERS, _NUMBERS, _NUMBERS, types.int64, _NUMBERS, types.int64),
+    "leg_mass": types.void(_NUMBERS, _NUMBERS, types.int64, _NUMBERS, types.int64),
+}
+
+
 class Program(NamedTuple):
-    """Which formulas a kernel calls, by hook: rows of (address, place of the first parameter)."""
+    """Which formulas a kernel calls, by hook: rows of (address, place of the first parameter, address of the form for lanes)."""
 
     leg_force: NDArray[np.int64]
     leg_mass: NDArray[np.int64]
@@ -56,15 +64,16 @@ class Program(NamedTuple):
 
 def program(effects: Sequence[Effect], first_parameter: int) -> Program:
     """The formulas of these effects; parameters stand one after the other from `first_parameter` on."""
-    rows: dict[str, list[tuple[int, int]]] = {hook: [] for hook in SIGNATURES}
+    rows: dict[str, list[tuple[int, int, int]]] = {hook: [] for hook in SIGNATURES}
     place = first_parameter
     for effect in effects:
         for hook, found in rows.items():
             formula = getattr(type(effect), hook)
             if formula is not None:
-                found.append((address(formula, hook), place))
+                lanes = _lanes(formula, hook).address if hook in LANE_SIGNATURES else 0
+                found.append((address(formula, hook), place, lanes))
         place += len(effect.flat()) + effect.constants
-    return Program(**{hook: np.array(found, dtype=np.int64).reshape(-1, 2) for hook, found in rows.items()})
+    return Program(**{hook: np.array(found, dtype=np.int64).reshape(-1, 3) for hook, found in rows.items()})
 
 
 def flat_parameters(effects: Sequence[Effect], model: Model | None = None) -> Array:
@@ -89,49 +98,43 @@ def _compiled(formula: Any, hook: str) -> Any:
         return cfunc(SIGNATURES[hook])(formula)  # defined at a prompt: there is no file to keep it beside
 
 
-def _caller(hook: str) -> Any:
-    """A function for kernels that calls a formula of this hook: call(address, numbers or pointers ...)."""
-    signature = SIGNATURES[hook]
-
-    def typed(typingctx: Any, place: Any, arguments: Any) -> Any:
-        del typingctx
-
-        def generate(context: Any, builder: Any, outer: Any, given: Any) -> Any:
-            values = cgutils.unpack_tuple(builder, given[1])
-            wanted = [context.get_value_type(kind) for kind in signature.args]
-            passed = [
-                builder.inttoptr(value, kind) if isinstance(source, types.Integer) else value
-                for value, kind, source in zip(values, wanted, outer.args[1].types, strict=True)
-            ]
-            returned = ir.VoidType() if signature.return_type == types.void else context.get_value_type(signature.return_type)
-            function = builder.inttoptr(given[0], ir.FunctionType(returned, wanted).as_pointer())
-            result = builder.call(function, passed)
-            return context.get_dummy_value() if signature.return_type == types.void else result
-
-        return signature.return_type(types.int64, arguments), generate
-
-    return intrinsic(typed)
+@cache
+def _lanes(formula: Any, hook: str) -> Any:
+    """The form for lanes. Compiled code is kept by the formula's name and by what stands in its file."""
+    register_jitable(formula)
+    source = Path(formula.__code__.co_filename)
+    try:
+        return cfunc(LANE_SIGNATURES[hook], cache=True)(_LANES[hook](formula, hashlib.sha256(source.read_bytes()).digest()))
+    except (OSError, RuntimeError):
+        return cfunc(LANE_SIGNATURES[hook])(_LANES[hook](formula, b""))
 
 
-call_leg_force = _caller("leg_force")
-call_leg_mass = _caller("leg_mass")
-call_leg_asymptotes = _caller("leg_asymptotes")
-call_leg_transverse = _caller("leg_transverse")
-call_joint_resistance = _caller("joint_resistance")
-call_platform_wrench = _caller("platform_wrench")
-call_platform_mass = _caller("platform_mass")
+# The forms use `source` only to have it in their closure, by which numba tells kept code apart.
+def _leg_force_lanes(formula: Any, source: bytes) -> Any:
+    def lanes(u: Any, v: Any, t: float, R: Any, turned: Any, p: Any, size: int, out: Any, n: int) -> None:
+        for i in range(n if len(source) >= 0 else 0):
+            out[i] += formula(u[i], v[i], t, R[i], u[i] - turned[i], shifted(p, i * size))
+
+    return lanes
 
 
-@intrinsic
-def _pointer(typingctx: Any, array: Any, place: Any) -> Any:
-    """Address of an entry of a contiguous array, as a whole number."""
-    del typingctx
+def _leg_mass_lanes(formula: Any, source: bytes) -> Any:
+    def lanes(u: Any, p: Any, size: int, out: Any, n: int) -> None:
+        for i in range(n if len(source) >= 0 else 0):
+            out[i] += formula(u[i], shifted(p, i * size))
 
-    def generate(context: Any, builder: Any, signature: Any, given: Any) -> Any:
-        data = context.make_array(signature.args[0])(context, builder, given[0]).data
-        return builder.ptrtoint(builder.gep(data, [given[1]]), context.get_value_type(types.int64))
-
-    return types.int64(array, types.int64), generate
+    return lanes
 
 
-pointer: Any = _pointer
+_LANES = {"leg_force": _leg_force_lanes, "leg_mass": _leg_mass_lanes}
+
+
+call_leg_force = caller(SIGNATURES["leg_force"])
+call_leg_force_lanes = caller(LANE_SIGNATURES["leg_force"])
+call_leg_mass_lanes = caller(LANE_SIGNATURES["leg_mass"])
+call_leg_mass = caller(SIGNATURES["leg_mass"])
+call_leg_asymptotes = caller(SIGNATURES["leg_asymptotes"])
+call_leg_transverse = caller(SIGNATURES["leg_transverse"])
+call_joint_resistance = caller(SIGNATURES["joint_resistance"])
+call_platform_wrench = caller(SIGNATURES["platform_wrench"])
+call_platform_mass = caller(SIGNATURES["platform_mass"])

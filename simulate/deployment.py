@@ -10,18 +10,18 @@ from typing import Any
 
 import numpy as np
 
-from measure.errors import InputError
 from measure.tables import CHANNELS, Array, Trajectory
 
 from . import six_legs
 from .layout import ALONE, MANY
 from .model import LEGS, Model
-from .packing import geometry_of, leg_lengths, program_of, row_of
+from .packing import geometry_of, leg_lengths, program_of, row_of, without_idle
 from .rate import with_rate_as_effect
+from .steps import grid, step_of
 
-LONGEST_STEP_S = 5.0e-4
-_STEPS_A_RADIAN = 5.0
-_MOST_STEPS = 50_000_000
+FEW = 12  # runs that are faster one after the other than side by side
+
+__all__ = ["Deployment", "channels_of", "deploy", "deploy_many", "grid", "step_of"]
 
 
 @dataclass(frozen=True)
@@ -128,49 +128,6 @@ def channels_of(samples: Array) -> dict[str, Array]:
     return dict(zip(CHANNELS, (place[..., 0], place[..., 1], place[..., 2], factor * swing_x, factor * swing_y, theta_z), strict=True))
 
 
-def step_of(model: Model) -> float:
-    """The step for a model: a fraction of its stiffest time constant, at most half a millisecond.
-
-    The sampling rate is not the step: a step of 1 ms loses most runs of the paper's design at the stops. Stiff are the
-    stops, as a spring, w = sqrt(6 k / m), and as a damper, 6 c / m, on the platform's mass and on its smallest inertia seen
-    at the joints; the hysteresis is exact in the elongation and asks for nothing.
-    """
-    if model.simulation.step_s is not None:
-        return model.simulation.step_s
-    at = model.adjusted()
-    mass = at.gravity.mass_factor * _lightest_mass(at)
-    fastest = max(math.sqrt(LEGS * at.end_stop.stiffness_N_per_m / mass), LEGS * at.end_stop.damping_N_s_per_m / mass, 1e-9)
-    return min(LONGEST_STEP_S, 1.0 / (_STEPS_A_RADIAN * fastest))
-
-
-def _lightest_mass(model: Model) -> float:
-    """The platform's mass, or its inertia over the squared arm of a joint where that is less, kg."""
-    geometry = model.geometry
-    arm = 0.0 if geometry is None else float(np.max(np.linalg.norm(np.asarray(geometry.platform_joints_m), axis=1)))
-    inertia = min(model.platform.inertia_kg_m2)
-    return min(model.platform.mass_kg, inertia / arm**2 if arm > 0 else math.inf)
-
-
-def grid(model: Model) -> tuple[float, int, int]:
-    """Step in s, steps between two samples, number of samples.
-
-    Raises
-    ------
-    InputError
-        The run would take more steps than anybody waits for.
-    """
-    simulation = model.simulation
-    between = 1.0 / simulation.sample_rate_Hz
-    stride = max(1, math.ceil(between / step_of(model) - 1e-9))
-    count = math.floor(simulation.duration_s * simulation.sample_rate_Hz + 1e-9) + 1
-    if stride * count > _MOST_STEPS:
-        raise InputError(
-            f'model "{model.name}": {stride * count:.3g} steps of {between / stride:.3g} s; at most {_MOST_STEPS:.0e} are run. '
-            "Shorten duration_s, or soften the stops, or give a longer step_s."
-        )
-    return between / stride, stride, count
-
-
 def deploy(model: Model) -> Deployment:
     """Simulate one deployment.
 
@@ -181,7 +138,8 @@ def deploy(model: Model) -> Deployment:
     """
     step, stride, count = grid(model)
     samples, good = np.empty((1, count, six_legs.SAMPLE)), np.empty(1, dtype=np.int64)
-    six_legs.deploy_block(row_of(model)[None], 0, program_of(model), step, stride, samples, good, ALONE)
+    acting = without_idle([model])[0]
+    six_legs.deploy_block(row_of(acting)[None], 0, program_of(acting), step, stride, samples, good, ALONE)
     time_s = np.arange(count) / model.simulation.sample_rate_Hz
     return Deployment(model, time_s, samples[0], step, None if good[0] == count else float(time_s[good[0]]))
 
@@ -197,8 +155,14 @@ def deploy_many(models: Sequence[Model]) -> list[Deployment]:
     step, stride, count = min((grid(model) for model in models), key=lambda g: g[0])
     samples = np.empty((len(models), count, six_legs.SAMPLE))
     good = np.empty(len(models), dtype=np.int64)
-    rows = np.array([row_of(model) for model in models])
-    six_legs.deploy_kernel(rows, program_of(first), step, stride, samples, good, MANY)
+    acting = without_idle(models)
+    rows = np.array([row_of(model) for model in acting])
+    called = program_of(acting[0])
+    if len(models) < FEW:
+        for i in range(len(models)):
+            six_legs.deploy_block(rows[i : i + 1], 0, called, step, stride, samples[i : i + 1], good[i : i + 1], ALONE)
+    else:
+        six_legs.deploy_kernel(rows, called, step, stride, samples, good, MANY)
     time_s = np.arange(count) / first.simulation.sample_rate_Hz
     return [
         Deployment(model, time_s, samples[i], step, None if good[i] == count else float(time_s[good[i]])) for i, model in enumerate(models)

@@ -74,6 +74,7 @@ class Effect(Formulas):
 
         adjust(model) -> model                       changes the base model (a stop, a release, a leg's stored force)
         constants_of(model) -> numbers               as many as `constants` says, for the formulas of a deployment
+        stiffness(model) -> (N/m, N s/m)             what the formulas do not show at rest, a contact; the step follows it
         observe(time_s, channels) -> channels        what a camera makes of the motion
         true_time(shown_s) -> s                      the rig's time at which the camera's clock showed this
         observe_force(time_s, elongation, force)     what a load cell makes of the force
@@ -109,6 +110,11 @@ class Effect(Formulas):
         """What the formulas need to know of the base model; most effects need nothing."""
         del model
         return ()
+
+    def stiffness(self, model: Model) -> tuple[float, float]:
+        """Spring and damper that the formulas do not show at rest, N/m and N s/m; the step is chosen by them."""
+        del model
+        return 0.0, 0.0
 
     def observe(self, time_s: Array, channels: Mapping[str, Array]) -> Mapping[str, Array]:
         """The channels of a trajectory as they are seen; most effects do not stand between rig and camera."""

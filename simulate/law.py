@@ -21,8 +21,9 @@ from numba import njit
 
 from measure.tables import Array
 
-from .compiled import Program, call_leg_asymptotes, call_leg_force, call_leg_mass, flat_parameters, pointer, program
+from .compiled import Program, call_leg_asymptotes, call_leg_force, call_leg_mass, flat_parameters, program
 from .effect import Effect
+from .intrinsics import bits_of, number_of, pointer
 
 A_L, B_L, A_U, B_U, BETA, LINE_VALUES = 0, 1, 2, 3, 4, 5
 NEVER = -1e9  # elongation at the last reversal where there was none
@@ -44,22 +45,24 @@ def advance(start_force: float, travel: float, start_asymptote: float, end_asymp
 
 @njit(cache=True, error_model="numpy", forceinline=True)
 def fading(x: float) -> float:
-    """exp(-x) - 1 for x >= 0 to the last digits: a Taylor polynomial of x / 256, doubled eight times, e(2y) = e(y) (e(y) + 2).
+    """exp(-x) - 1 for x >= 0 to the last digits: 2^k (exp(r) - 1) + (2^k - 1) with -x = k ln 2 + r, |r| <= ln 2 / 2.
 
-    The library's function is a call a number; this one is arithmetic, without a loop. Beyond 40 nothing is left of the exponential.
+    The library's function is a call a number; this one is arithmetic without a branch. Adding 1.5 * 2^52 leaves k, rounded, in
+    the lowest bits of the sum, from where it goes into the exponent. exp(r) - 1 is its Taylor polynomial of degree 13, summed
+    in pairs so that no long chain of operations has to wait for itself.
     """
-    y = (-x if x < 40.0 else -40.0) * (1.0 / 256.0)
-    e = 1.0 / 5040.0 + y * (1.0 / 40320.0 + y * (1.0 / 362880.0 + y * (1.0 / 3628800.0)))
-    e = 1.0 / 6.0 + y * (1.0 / 24.0 + y * (1.0 / 120.0 + y * (1.0 / 720.0 + y * e)))
-    e = y * (1.0 + y * (0.5 + y * e))
-    e *= e + 2.0
-    e *= e + 2.0
-    e *= e + 2.0
-    e *= e + 2.0
-    e *= e + 2.0
-    e *= e + 2.0
-    e *= e + 2.0
-    return e * (e + 2.0)
+    y = -x if x < 700.0 else -700.0
+    rounded = y * 1.4426950408889634 + 6755399441055744.0
+    k = rounded - 6755399441055744.0
+    power = number_of((bits_of(rounded) << 52) + 4607182418800017408)
+    r = (y - k * 0.6931471803691238) - k * 1.9082149292705877e-10
+    r2 = r * r
+    r4 = r2 * r2
+    low = (1.0 / 2.0 + r * (1.0 / 6.0)) + r2 * (1.0 / 24.0 + r * (1.0 / 120.0))
+    middle = (1.0 / 720.0 + r * (1.0 / 5040.0)) + r2 * (1.0 / 40320.0 + r * (1.0 / 362880.0))
+    high = (1.0 / 3628800.0 + r * (1.0 / 39916800.0)) + r2 * (1.0 / 479001600.0 + r * (1.0 / 6227020800.0))
+    grown = r + r2 * (low + r4 * (middle + r4 * high))
+    return power * grown + (power - 1.0)
 
 
 def restoring_force(

@@ -17,7 +17,7 @@ from numba import njit
 from measure.tables import Array
 
 from . import hooks
-from .compiled import Program
+from .calls import Calls
 from .crosswise import leg_crosswise
 from .law import advance
 from .layout import (
@@ -26,7 +26,6 @@ from .layout import (
     AXIS,
     BIAS,
     ELONGATION,
-    KINETIC,
     LEG_BEFORE,
     LEG_VALUE,
     LEGS,
@@ -53,10 +52,11 @@ from .layout import (
 )
 from .layout import MASS as AXIAL
 from .packing import FULL, INERTIA, JOINT, LEG, LEG_SIZE, LINE, MASS, STOP, STOWED, WEIGHT
+from .solving import kinetic_energy, solve
 
 
 @njit(cache=True, error_model="numpy")
-def derivative(w: Array, fixed: Array, mine: Array, called: Program, t0: float, t: float, lanes: Any) -> None:
+def derivative(w: Array, fixed: Array, mine: Array, calls: Calls, t0: float, t: float, lanes: Any) -> None:
     """Rates of the trial states and of the work done, into the rows RATE; what the legs do into OUT, energy into KINETIC.
 
     fixed : parameters of the runs as rows, read only. mine : the same run after run, for the formulas of effects.
@@ -64,16 +64,16 @@ def derivative(w: Array, fixed: Array, mine: Array, called: Program, t0: float, 
     """
     n = len(lanes)
     rotate(w, n)
-    start_system(w, fixed, mine, called, n)
+    start_system(w, fixed, mine, calls, n)
     for leg in range(LEGS):
         take_leg(w, fixed, leg, n)
         leg_kinematics(w, n)
-        leg_forces(w, fixed, mine, called, t0, t, n)
-        leg_into_system(w, called, n)
-        if called.leg_transverse.shape[0] + called.joint_resistance.shape[0] > 0:
-            leg_crosswise(w, mine, called, n)
+        leg_forces(w, fixed, mine, calls, t0, t, n)
+        leg_into_system(w, calls, n)
+        if calls.leg_transverse[1] + calls.joint_resistance[1] > 0:
+            leg_crosswise(w, mine, calls, n)
         give_leg(w, leg, n)
-    hooks.platform_wrenches(w, mine, called, t, n)
+    hooks.platform_wrenches(w, mine, calls, t, n)
     kinetic_energy(w, n)
     solve(w, n)
     state_rates(w, n)
@@ -96,7 +96,7 @@ def rotate(w: Array, n: int) -> None:
 
 
 @njit(cache=True, error_model="numpy", forceinline=True)
-def start_system(w: Array, fixed: Array, mine: Array, called: Program, n: int) -> None:
+def start_system(w: Array, fixed: Array, mine: Array, calls: Calls, n: int) -> None:
     """Mass matrix and right side of the platform: mass, turned inertia, effects on both, weight, gyroscopic moment."""
     w[SYSTEM * n : (RIGHT + 6) * n] = 0.0
     for i in range(n):
@@ -113,7 +113,7 @@ def start_system(w: Array, fixed: Array, mine: Array, called: Program, n: int) -
         w[(SYSTEM + 18) * n + i] = p * a * g + q * b * h + s * c * k
         w[(SYSTEM + 19) * n + i] = p * d * g + q * e * h + s * f * k
         w[(SYSTEM + 20) * n + i] = p * g * g + q * h * h + s * k * k
-    hooks.platform_masses(w, mine, called, n)
+    hooks.platform_masses(w, mine, calls, n)
     for i in range(n):
         x, y, z = w[(TRIAL + 10) * n + i], w[(TRIAL + 11) * n + i], w[(TRIAL + 12) * n + i]
         xx, xy, yy = w[(SYSTEM + 9) * n + i], w[(SYSTEM + 13) * n + i], w[(SYSTEM + 14) * n + i]
@@ -175,7 +175,7 @@ def leg_kinematics(w: Array, n: int) -> None:
 
 
 @njit(cache=True, error_model="numpy", forceinline=True)
-def leg_forces(w: Array, fixed: Array, mine: Array, called: Program, t0: float, t: float, n: int) -> None:
+def leg_forces(w: Array, fixed: Array, mine: Array, calls: Calls, t0: float, t: float, n: int) -> None:
     """Hysteretic force, stop and effects of the leg at hand."""
     line = LEG_VALUE + LINE
     for i in range(n):
@@ -184,7 +184,7 @@ def leg_forces(w: Array, fixed: Array, mine: Array, called: Program, t0: float, 
         w[H * n + i], w[(H + 1) * n + i] = a_l * u0 + b_l, a_u * u0 + b_u
         w[(H + 2) * n + i], w[(H + 3) * n + i] = a_l * u + b_l, a_u * u + b_u
         w[STOP_FORCE * n + i] = w[ADDED * n + i] = w[AXIAL * n + i] = 0.0
-    hooks.leg_asymptotes(w, mine, called, t0, t, n)
+    hooks.leg_asymptotes(w, mine, calls, t0, t, n)
     for i in range(n):
         travel = w[U * n + i] - w[LEG_BEFORE * n + i]
         # read first, choose then: a read under a condition would keep the lanes out of the vector registers
@@ -196,7 +196,7 @@ def leg_forces(w: Array, fixed: Array, mine: Array, called: Program, t0: float, 
         near |= 1 if w[U * n + i] > w[(LEG_VALUE + FULL) * n + i] else 0
     if near:
         stop_forces(w, fixed, n)
-    hooks.leg_forces(w, mine, called, t, n)
+    hooks.leg_forces(w, mine, calls, t, n)
 
 
 @njit(cache=True, error_model="numpy", forceinline=True)
@@ -211,7 +211,7 @@ def stop_forces(w: Array, fixed: Array, n: int) -> None:
 
 
 @njit(cache=True, error_model="numpy", forceinline=True)
-def leg_into_system(w: Array, called: Program, n: int) -> None:
+def leg_into_system(w: Array, calls: Calls, n: int) -> None:
     """Force and axial inertia of the leg at hand into right side and mass matrix, its power into the ledger."""
     for i in range(n):
         v = w[V * n + i]
@@ -225,7 +225,7 @@ def leg_into_system(w: Array, called: Program, n: int) -> None:
         w[(RATE + STATES) * n + i] += w[R * n + i] * v
         w[(RATE + STATES + 1) * n + i] += w[STOP_FORCE * n + i] * v
         w[(RATE + STATES + 3) * n + i] += w[ADDED * n + i] * v
-    if called.leg_mass.shape[0] > 0:
+    if calls.leg_mass[1] > 0:
         for i in range(n):
             m = w[AXIAL * n + i]
             a, b, c = w[AXIS * n + i], w[(AXIS + 1) * n + i], w[(AXIS + 2) * n + i]
@@ -266,19 +266,6 @@ def give_leg(w: Array, leg: int, n: int) -> None:
 
 
 @njit(cache=True, error_model="numpy", forceinline=True)
-def kinetic_energy(w: Array, n: int) -> None:
-    """Half of v' M v, J: the mass matrix holds everything that moves."""
-    for i in range(n):
-        energy = 0.0
-        for row in range(6):
-            a = w[(TRIAL + 7 + row) * n + i]
-            energy += 0.5 * w[(SYSTEM + row * (row + 3) // 2) * n + i] * a * a
-            for column in range(row):
-                energy += w[(SYSTEM + row * (row + 1) // 2 + column) * n + i] * a * w[(TRIAL + 7 + column) * n + i]
-        w[KINETIC * n + i] = energy
-
-
-@njit(cache=True, error_model="numpy", forceinline=True)
 def state_rates(w: Array, n: int) -> None:
     """Rates of position, quaternion, velocity and angular velocity, from the solved system."""
     for i in range(n):
@@ -292,48 +279,3 @@ def state_rates(w: Array, n: int) -> None:
         w[RATE * n + k] = w[(TRIAL + 7) * n + k]
     for k in range(6 * n):
         w[(RATE + 7) * n + k] = w[RIGHT * n + k]
-
-
-@njit(cache=True, error_model="numpy", forceinline=True)
-def solve(w: Array, n: int) -> None:
-    """Solve the 6 x 6 systems by Cholesky; the accelerations replace the right side. Written out, so that it stays in registers."""
-    for i in range(n):
-        l00 = 1.0 / math.sqrt(w[SYSTEM * n + i])
-        l10 = w[(SYSTEM + 1) * n + i] * l00
-        l11 = 1.0 / math.sqrt(w[(SYSTEM + 2) * n + i] - l10 * l10)
-        l20 = w[(SYSTEM + 3) * n + i] * l00
-        l21 = (w[(SYSTEM + 4) * n + i] - l20 * l10) * l11
-        l22 = 1.0 / math.sqrt(w[(SYSTEM + 5) * n + i] - l20 * l20 - l21 * l21)
-        l30 = w[(SYSTEM + 6) * n + i] * l00
-        l31 = (w[(SYSTEM + 7) * n + i] - l30 * l10) * l11
-        l32 = (w[(SYSTEM + 8) * n + i] - l30 * l20 - l31 * l21) * l22
-        l33 = 1.0 / math.sqrt(w[(SYSTEM + 9) * n + i] - l30 * l30 - l31 * l31 - l32 * l32)
-        l40 = w[(SYSTEM + 10) * n + i] * l00
-        l41 = (w[(SYSTEM + 11) * n + i] - l40 * l10) * l11
-        l42 = (w[(SYSTEM + 12) * n + i] - l40 * l20 - l41 * l21) * l22
-        l43 = (w[(SYSTEM + 13) * n + i] - l40 * l30 - l41 * l31 - l42 * l32) * l33
-        l44 = 1.0 / math.sqrt(w[(SYSTEM + 14) * n + i] - l40 * l40 - l41 * l41 - l42 * l42 - l43 * l43)
-        l50 = w[(SYSTEM + 15) * n + i] * l00
-        l51 = (w[(SYSTEM + 16) * n + i] - l50 * l10) * l11
-        l52 = (w[(SYSTEM + 17) * n + i] - l50 * l20 - l51 * l21) * l22
-        l53 = (w[(SYSTEM + 18) * n + i] - l50 * l30 - l51 * l31 - l52 * l32) * l33
-        l54 = (w[(SYSTEM + 19) * n + i] - l50 * l40 - l51 * l41 - l52 * l42 - l53 * l43) * l44
-        l55 = 1.0 / math.sqrt(w[(SYSTEM + 20) * n + i] - l50 * l50 - l51 * l51 - l52 * l52 - l53 * l53 - l54 * l54)
-        y0 = w[RIGHT * n + i] * l00
-        y1 = (w[(RIGHT + 1) * n + i] - l10 * y0) * l11
-        y2 = (w[(RIGHT + 2) * n + i] - l20 * y0 - l21 * y1) * l22
-        y3 = (w[(RIGHT + 3) * n + i] - l30 * y0 - l31 * y1 - l32 * y2) * l33
-        y4 = (w[(RIGHT + 4) * n + i] - l40 * y0 - l41 * y1 - l42 * y2 - l43 * y3) * l44
-        y5 = (w[(RIGHT + 5) * n + i] - l50 * y0 - l51 * y1 - l52 * y2 - l53 * y3 - l54 * y4) * l55
-        y5 *= l55
-        y4 = (y4 - l54 * y5) * l44
-        y3 = (y3 - l43 * y4 - l53 * y5) * l33
-        y2 = (y2 - l32 * y3 - l42 * y4 - l52 * y5) * l22
-        y1 = (y1 - l21 * y2 - l31 * y3 - l41 * y4 - l51 * y5) * l11
-        y0 = (y0 - l10 * y1 - l20 * y2 - l30 * y3 - l40 * y4 - l50 * y5) * l00
-        w[RIGHT * n + i] = y0
-        w[(RIGHT + 1) * n + i] = y1
-        w[(RIGHT + 2) * n + i] = y2
-        w[(RIGHT + 3) * n + i] = y3
-        w[(RIGHT + 4) * n + i] = y4
-        w[(RIGHT + 5) * n + i] = y5

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -45,6 +47,16 @@ def row_of(model: Model) -> Array:
     row[STOP : STOP + 3] = at.end_stop.stiffness_N_per_m, at.end_stop.damping_N_s_per_m, at.end_stop.smoothing_m
     row[LEG:PARAMETERS] = _legs(at, geometry, centre).ravel()
     return np.concatenate([row, flat_parameters(model.effects, at)])
+
+
+def without_idle(models: Sequence[Model]) -> list[Model]:
+    """The models without the effects that are switched off in all of them, so that these cost nothing."""
+    idle = {effect.name for effect in models[0].effects}
+    for model in models:
+        idle -= {effect.name for effect in model.effects if effect != type(effect)()}
+    if not idle:
+        return list(models)
+    return [replace(model, effects=tuple(effect for effect in model.effects if effect.name not in idle)) for model in models]
 
 
 def geometry_of(model: Model) -> Geometry:

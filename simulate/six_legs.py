@@ -12,11 +12,14 @@ from typing import Any
 
 import numpy as np
 from numba import njit, prange
+from numpy.typing import NDArray
 
 from measure.tables import Array
 
+from .calls import Calls, calls_of
 from .compiled import Program
 from .hooks import SCRATCH
+from .intrinsics import uncounted
 from .law import NEVER
 from .layout import (
     ELONGATION as AT_ELONGATION,
@@ -47,11 +50,12 @@ from .packing import CENTRE, JOINT, LEG, LEG_SIZE, PARAMETERS, POSITION, START_F
 POSE, TWIST, ELONGATION, STORED, FORCE, ENERGY = 0, 7, 13, 19, 25, 31
 BY_LEGS, BY_STOPS, BY_WEIGHT, BY_EFFECTS = 1, 2, 3, 4
 SAMPLE = ENERGY + 5
+Views = tuple[Array, Array, Array]  # memory of a block, its parameters as rows, and run after run
 BEYOND = 1e6  # a state outside of this has diverged
 
 
 @njit(cache=True, parallel=True, error_model="numpy")
-def deploy_kernel(values: Array, called: Program, step: float, stride: int, samples: Array, good: Array, lanes: Any) -> None:
+def deploy_kernel(values: Array, called: Program, step: float, stride: int, samples: Array, good: NDArray[np.int64], lanes: Any) -> None:
     """Integrate every row of `values`, block by block on all cores.
 
     samples : (runs, n, SAMPLE), filled with one sample every `stride` steps, NaN from the one on that is not finite.
@@ -63,25 +67,38 @@ def deploy_kernel(values: Array, called: Program, step: float, stride: int, samp
 
 
 @njit(cache=True, error_model="numpy")
-def deploy_block(values: Array, first: int, called: Program, step: float, stride: int, samples: Array, good: Array, lanes: Any) -> None:
+def deploy_block(
+    values: Array, first: int, called: Program, step: float, stride: int, samples: Array, good: NDArray[np.int64], lanes: Any
+) -> None:
     """One block of deployments, from run `first` on."""
-    n, count, runs = len(lanes), samples.shape[1], min(len(lanes), values.shape[0] - first)
+    n = len(lanes)
+    runs = min(n, values.shape[0] - first)
     mine = rows_of_block(values, first, n)
     fixed = transposed(mine, n)
     w = start(fixed, n)
-    good[first : first + runs] = count
+    views = uncounted(w), uncounted(fixed), uncounted(mine)
+    deploy_runs(views, calls_of(called), step, stride, samples[first : first + runs], good[first : first + runs], lanes)
+    w[0], fixed[0], mine[0] = 0.0, 0.0, 0.0  # kept alive until here
+
+
+@njit(cache=True, error_model="numpy")
+def deploy_runs(views: Views, calls: Calls, step: float, stride: int, samples: Array, good: NDArray[np.int64], lanes: Any) -> None:
+    """The deployments of one block, from the release on."""
+    w, fixed, mine = views
+    n, count, runs = len(lanes), samples.shape[1], samples.shape[0]
+    good[:] = count
     for sample in range(count):
         for j in range(stride):
             time = (sample * stride + j) * step
-            begin_step(w, fixed, mine, called, time, step, lanes)
+            begin_step(w, fixed, mine, calls, time, step, lanes)
             if j == 0:
                 for i in range(runs):
-                    if good[first + i] == count and not record(w, fixed, i, n, samples[first + i, sample]):
-                        samples[first + i, sample:, :] = np.nan
-                        good[first + i] = sample
+                    if good[i] == count and not record(w, fixed, i, n, samples[i, sample]):
+                        samples[i, sample:, :] = np.nan
+                        good[i] = sample
                 if sample + 1 == count:
                     return
-            end_step(w, fixed, mine, called, time, step, lanes)
+            end_step(w, fixed, mine, calls, time, step, lanes)
 
 
 @njit(cache=True, error_model="numpy")
@@ -127,12 +144,12 @@ def start(fixed: Array, n: int) -> Array:
 
 
 @njit(cache=True, error_model="numpy")
-def begin_step(w: Array, fixed: Array, mine: Array, called: Program, time: float, step: float, lanes: Any) -> None:
+def begin_step(w: Array, fixed: Array, mine: Array, calls: Calls, time: float, step: float, lanes: Any) -> None:
     """Rates at the start of a step; and the legs are carried to it: elongation, hysteretic force, last reversal."""
     n = len(lanes)
     for k in range(STATES * n):
         w[TRIAL * n + k] = w[STATE * n + k]
-    derivative(w, fixed, mine, called, max(time - step, 0.0), time, lanes)
+    derivative(w, fixed, mine, calls, max(time - step, 0.0), time, lanes)
     for k in range(LEGS * n):
         before, turned, heading = w[AT_ELONGATION * n + k], w[TURNED * n + k], w[HEADING * n + k]
         travel = w[OUT * n + k] - before
@@ -143,7 +160,7 @@ def begin_step(w: Array, fixed: Array, mine: Array, called: Program, time: float
 
 
 @njit(cache=True, error_model="numpy")
-def end_step(w: Array, fixed: Array, mine: Array, called: Program, time: float, step: float, lanes: Any) -> None:
+def end_step(w: Array, fixed: Array, mine: Array, calls: Calls, time: float, step: float, lanes: Any) -> None:
     """The other three stages of the classical Runge-Kutta method, and the step itself, of states and work done."""
     n = len(lanes)
     for k in range((STATES + POWERS) * n):
@@ -153,7 +170,7 @@ def end_step(w: Array, fixed: Array, mine: Array, called: Program, time: float, 
         weight = 1.0 if stage == 2 else 2.0
         for k in range(STATES * n):
             w[TRIAL * n + k] = w[STATE * n + k] + reach * w[RATE * n + k]
-        derivative(w, fixed, mine, called, time, time + reach, lanes)
+        derivative(w, fixed, mine, calls, time, time + reach, lanes)
         for k in range((STATES + POWERS) * n):
             w[TOTAL * n + k] += weight * w[RATE * n + k]
     for k in range((STATES + POWERS) * n):

@@ -10,11 +10,13 @@ from numba import njit, prange
 
 from measure.tables import Array
 
+from .calls import Calls, calls_of
 from .compiled import Program
+from .intrinsics import uncounted
 from .layout import LEGS, OUT_STOP, ROTATION, STATE
 from .packing import CENTRE
 from .responses import DIVERGED, FULL_HEIGHT, LATERAL, STOP_FORCE, THETA_Z, TILT
-from .six_legs import begin_step, bounded, end_step, rows_of_block, start, transposed
+from .six_legs import Views, begin_step, bounded, end_step, rows_of_block, start, transposed
 
 
 @njit(cache=True, parallel=True, error_model="numpy")
@@ -32,24 +34,34 @@ def respond_block(
     values: Array, first: int, called: Program, step: float, stride: int, count: int, full_height: float, answers: Array, lanes: Any
 ) -> None:
     """Responses of one block of deployments, sampled `count` times."""
-    n, runs = len(lanes), min(len(lanes), values.shape[0] - first)
+    n = len(lanes)
+    runs = min(n, values.shape[0] - first)
     mine = rows_of_block(values, first, n)
-    fixed, turn = transposed(mine, n), np.zeros((n, 2))
+    fixed = transposed(mine, n)
     w = start(fixed, n)
-    answers[first : first + runs] = 0.0
-    answers[first : first + runs, FULL_HEIGHT] = np.nan
-    answers[first : first + runs, DIVERGED] = np.nan
+    views = uncounted(w), uncounted(fixed), uncounted(mine)
+    respond_runs(views, calls_of(called), step, stride, count, full_height, answers[first : first + runs], lanes)
+    w[0], fixed[0], mine[0] = 0.0, 0.0, 0.0  # kept alive until here
+
+
+@njit(cache=True, error_model="numpy")
+def respond_runs(views: Views, calls: Calls, step: float, stride: int, count: int, full_height: float, answers: Array, lanes: Any) -> None:
+    """The deployments of one block, from the release on."""
+    w, fixed, mine = views
+    n, runs, turn = len(lanes), answers.shape[0], np.zeros((len(lanes), 2))
+    answers[:] = 0.0
+    answers[:, FULL_HEIGHT] = answers[:, DIVERGED] = np.nan
     for sample in range(count):
         for j in range(stride):
             time = (sample * stride + j) * step
-            begin_step(w, fixed, mine, called, time, step, lanes)
+            begin_step(w, fixed, mine, calls, time, step, lanes)
             if j == 0:
                 for i in range(runs):
-                    watch(w, fixed, i, n, time, full_height, turn[i], answers[first + i])
+                    watch(w, fixed, i, n, time, full_height, turn[i], answers[i])
                 if sample + 1 == count:
-                    conclude(answers[first : first + runs])
+                    conclude(answers)
                     return
-            end_step(w, fixed, mine, called, time, step, lanes)
+            end_step(w, fixed, mine, calls, time, step, lanes)
 
 
 @njit(cache=True, error_model="numpy")

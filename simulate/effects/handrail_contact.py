@@ -4,9 +4,12 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from ..effect import PlatformEffect, parameter
+
+if TYPE_CHECKING:
+    from ..model import Model
 
 
 @dataclass(frozen=True)
@@ -21,6 +24,11 @@ class HandrailContact(PlatformEffect):
     name = "handrail-contact"
     clearance_m: float = parameter(0.02, low=0.0, high=0.5, typical=0.002, doc="free way to every side, c")
     stiffness_N_per_m: float = parameter(0.0, low=0.0, high=1e5, typical=500.0, doc="of the rails, k")
+
+    def stiffness(self, model: Model) -> tuple[float, float]:
+        """The rails, and their friction under the push of an impact at 1 m/s."""
+        mass = model.platform.mass_kg * model.gravity.mass_factor
+        return self.stiffness_N_per_m, 0.2 * math.sqrt(self.stiffness_N_per_m * mass) / 5e-3
 
     @staticmethod
     def platform_wrench(t: float, pose: Any, twist: Any, p: Any, wrench: Any) -> None:

@@ -8,9 +8,10 @@ import pytest
 
 from measure.errors import InputError
 from measure.tables import CHANNELS
-from simulate.deployment import deploy, deploy_many
-from simulate.effects import GravityImbalance
+from simulate.deployment import deploy, deploy_many, step_of
+from simulate.effects import GravityImbalance, HandrailContact, JointFriction, LegMass, PulleyFriction, StribeckFriction, TransitionZone
 from simulate.model import Actuator, EndStop, Geometry, Model, Platform, Simulation
+from simulate.packing import without_idle
 
 LONG = Simulation(duration_s=0.6, sample_rate_Hz=250.0, step_s=5e-4)
 
@@ -178,7 +179,7 @@ def test_theta_z_goes_on_counting_beyond_half_a_turn(prototype):
 
 
 def test_many_runs_at_once_are_the_single_runs_to_the_last_digit(prototype):
-    models = [replace(prototype, actuator=prototype.actuator.shifted((0.05 * i, 0, 0, -0.02 * i, 0, 0))) for i in range(5)]
+    models = [replace(prototype, actuator=prototype.actuator.shifted((0.02 * i, 0, 0, -0.01 * i, 0, 0))) for i in range(19)]
     for model, run in zip(models, deploy_many(models), strict=True):
         np.testing.assert_array_equal(deploy(model).samples, run.samples)
 
@@ -228,3 +229,25 @@ def test_a_vertical_force_lifts_a_free_platform_by_half_a_t_squared(prototype):
     model = replace(prototype, actuator=law, effects=(GravityImbalance(2.0),), simulation=Simulation(0.3, 100.0))
     run = deploy(model)
     assert np.max(np.abs(run.channels["z_m"] - 0.252 - 0.5 * (2.0 / 1.6) * run.time_s**2)) < 1e-12
+
+
+def test_the_step_follows_what_effects_make_stiff(prototype):
+    assert step_of(prototype) == 5e-4
+    # 1 N of dry friction eased in over 2 mm/s is a damper of 500 N s/m at rest
+    assert step_of(prototype.with_effect(StribeckFriction(1.0, 0.1))) < 1.6 / (6 * 500) / 4
+    assert step_of(prototype.with_effect(HandrailContact(0.02, 1e5))) < np.sqrt(1.6 / 1e5) / 4
+
+
+@pytest.mark.parametrize("effect", [StribeckFriction(2.0, 2.0), PulleyFriction(5.0), JointFriction(0.0, 0.5), HandrailContact(0.0, 1e5)])
+def test_the_stiffest_dry_friction_holds_still_and_makes_no_energy(lopsided, effect):
+    run = deploy(replace(lopsided.with_effect(effect), simulation=Simulation(0.3, 100.0)))
+    assert run.diverged_at_s is None
+    assert run.energy_closure < 2e-3
+    assert run.energy_J["by_effects"][-1] < 0
+
+
+def test_an_effect_that_is_switched_off_is_not_even_called(prototype):
+    idle = (*prototype.effects, HandrailContact(), GravityImbalance(), LegMass(), TransitionZone())
+    acting = without_idle([replace(prototype, effects=idle)])[0]
+    assert acting.effects == prototype.effects
+    np.testing.assert_array_equal(deploy(replace(prototype, effects=idle)).samples, deploy(prototype).samples)
