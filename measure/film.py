@@ -26,6 +26,17 @@ _STILL_SHARE = 0.3
 """A mark that moves less than this share of what most do belongs to the background."""
 
 
+_VAGUE = 4.0
+_NOT_RIGID = 10.0
+"""Misfit of the marks to the fitted body, in their own sigmas, beyond which the geometry is wrong and not the noise."""
+
+
+_GEOMETRY = (
+    "the marks do not move as one rigid body under this geometry, and the sigmas are widened for it; "
+    "give radius_m, distance_m and origin_px in the project file, or check them"
+)
+
+
 @dataclass(frozen=True)
 class Tracked:
     """What a film says: the platform's trajectory (None without a scale), all marks, the fit, the project, a summary."""
@@ -89,11 +100,12 @@ def _follow(footage: Footage, project: Project, fps: float, watch: Callable[[Ite
 def moving(marks: Marks) -> Marks:
     """The marks that move with the majority of the travel; what stands still is the background.
 
-    A mark's travel is the diagonal of the box around its path. Marks not seen in half of the frames are left out too.
+    A mark's travel is the diagonal of the box around its path. Marks not seen in half of the frames are left out too, and
+    those whose sigma is many times the others': an edge of the platform behind a rod is not a mark.
     """
-    often = marks.seen.mean(axis=0) >= 0.5
-    if not often.any():
-        often = marks.seen.mean(axis=0) >= marks.seen.mean(axis=0).max()
+    often = marks.seen.mean(axis=0) >= min(0.5, marks.seen.mean(axis=0).max())
+    sigma = np.array([np.median(marks.sigma_px[marks.seen[:, i], i]) if often[i] else np.inf for i in range(len(often))])
+    often &= sigma <= _VAGUE * np.median(sigma[often])
     travel = np.array([_travel(marks, i) for i in range(len(marks.names))])
     kept = often & (travel >= _STILL_SHARE * travel[often].max())
     chosen = marks.only(kept)
@@ -183,6 +195,7 @@ def _platform_summary(fit: Fit, table: Trajectory) -> dict[str, Any]:
         "channels": list(fit.free),
         "frames_with_pose": int(fit.seen.sum()),
         "widened": fit.widened,
+        "remarks": [_GEOMETRY] if fit.widened > _NOT_RIGID else [],
         "range": {c: _range(table.channels[c]) for c in CHANNELS if c in table.channels},
         "instants": _instants(table),
         "median_sigma": {c: float(np.nanmedian(s)) if np.isfinite(s).any() else None for c, s in table.sigma.items()},

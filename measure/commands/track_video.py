@@ -39,6 +39,7 @@ def options() -> command.Parser:
         "--project", type=Path, metavar="FILE", help="all of that, camera and mark geometry in TOML; read if there, written after"
     )
     made.add_argument("--marks", type=Path, metavar="FILE", help="write every mark in every frame (CSV)")
+    made.add_argument("--pictures", type=Path, metavar="FOLDER", help="marks on the first frame, contact sheet and quality page (PNG)")
     return made
 
 
@@ -60,7 +61,7 @@ def _work(arguments: Sequence[str]) -> int:
     project = _project(given)
     footage_path = _footage_path(given, project)
     output = _output(given, project)
-    _require_folders(output, given.marks, given.json, given.project)
+    _require_folders(output, given.marks, given.json, given.project, given.pictures)
     from ..film import track_platform
     from ..footage import open_footage
 
@@ -72,6 +73,10 @@ def _work(arguments: Sequence[str]) -> int:
     tracked = track_platform(footage, project, watch)
     note = _note(arguments, footage_path)
     written = _write(given, tracked, note, footage_path, output)
+    if given.pictures is not None:
+        from ..film_report import write_pictures
+
+        written += write_pictures(footage, tracked, given.pictures)
     if not given.quiet:
         print("\n".join([*_lines(tracked), *(f"written   {path}" for path in written)]))
     return command.DONE if tracked.summary["verdict"] == "ok" else command.VERDICT_BAD
@@ -179,6 +184,7 @@ def _write_figure(tracked: Tracked, path: Path) -> None:
     count = len(tracked.trajectory.channels)
     figure, axes = pyplot.subplots(count, 1, sharex=True, figsize=(7, 1 + 1.7 * count), layout="constrained", squeeze=False)
     draw_trajectory(list(axes[:, 0]), tracked.trajectory)
+    figure.align_ylabels()
     with replacing(path) as temporary:
         figure.savefig(temporary, dpi=120)
     pyplot.close(figure)
@@ -201,6 +207,7 @@ def _lines(tracked: Tracked) -> list[str]:
         lines.append(f"sigma     {result['sigma_px']:.4f} px{millimetres} per mark and frame")
     if platform is not None:
         lines.append("platform  " + ", ".join(_channel(c, r, platform["median_sigma"][c]) for c, r in platform["range"].items()))
+        lines += [f"          {remark}" for remark in platform["remarks"]]
     return [*lines, f"verdict   {_VERDICTS[result['verdict']]}"]
 
 

@@ -38,6 +38,11 @@ def test_a_rising_platform_rises_in_millimetres(film, tmp_path):
     assert (tmp_path / "out.csv.provenance.json").exists()
 
 
+def test_pictures_of_the_marks_are_written_where_asked(film, tmp_path):
+    assert _run(film, tmp_path, "--mm-per-px", "0.5", "--pictures", str(tmp_path / "look")) == 0
+    assert {p.name for p in (tmp_path / "look").iterdir()} == {"first_frame.png", "contact_sheet.png", "quality.png"}
+
+
 def test_a_known_length_gives_the_same_scale(film, tmp_path):
     assert _run(film, tmp_path, "--scale-from", "10,10,40,50,25") == 0
     assert abs(read_trajectory(tmp_path / "out.csv").channels["z_m"][-1] - 0.5e-3 * 1.5 * 11) < 2e-5

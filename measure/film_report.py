@@ -1,0 +1,89 @@
+"""Pictures of a tracked film for the eye: the marks on the first frame, a contact sheet, and how good each mark was."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from . import plots
+from .footage import Footage, Picture
+from .output import replacing
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from .film import Tracked
+
+_PANELS = 10
+
+
+def write_pictures(footage: Footage, tracked: Tracked, folder: Path) -> list[Path]:
+    """Write `first_frame.png`, `contact_sheet.png` and `quality.png` into a folder, which is made if need be.
+
+    The film is read once more, and only the frames that are shown are kept.
+    """
+    import matplotlib
+
+    matplotlib.use("Agg")
+    folder.mkdir(parents=True, exist_ok=True)
+    shown = frames_to_show(tracked)
+    kept = {number: picture for number, picture in footage.pictures() if number in shown}
+    figures = {
+        "first_frame.png": _first(kept[min(kept)], tracked),
+        "contact_sheet.png": _sheet(kept, tracked),
+        "quality.png": _quality(tracked),
+    }
+    return [_write(figure, folder / name) for name, figure in figures.items()]
+
+
+def frames_to_show(tracked: Tracked) -> set[int]:
+    """Frames spread over the film, and those in which a mark is first not seen."""
+    lost = ~tracked.marks.seen
+    turning = np.flatnonzero((lost[1:] & ~lost[:-1]).any(axis=1)) + 1
+    return {0, *np.linspace(0, len(lost) - 1, _PANELS - min(len(turning), 4)).astype(int).tolist(), *turning[:4].tolist()}
+
+
+def _first(picture: Picture, tracked: Tracked) -> Figure:
+    from matplotlib import pyplot
+
+    rows, columns = picture.shape
+    figure, ax = pyplot.subplots(figsize=(8 * min(1.0, columns / rows) + 0.5, 8 * min(1.0, rows / columns) + 0.5), layout="constrained")
+    plots.draw_frame(ax, picture, tracked.marks, 0, tracked.project.marks.subset_px, names=True)
+    return figure
+
+
+def _sheet(kept: dict[int, Picture], tracked: Tracked) -> Figure:
+    from matplotlib import pyplot
+
+    rows, columns = next(iter(kept.values())).shape
+    across = len(kept) if rows > 1.5 * columns else -(-len(kept) // 2)
+    down = -(-len(kept) // across)
+    width = 14.0
+    figure, axes = pyplot.subplots(
+        down, across, figsize=(width, down * (width / across * rows / columns + 0.3)), layout="constrained", squeeze=False
+    )
+    for ax in axes.flat[len(kept) :]:
+        ax.set_axis_off()
+    for ax, (number, picture) in zip(axes.flat, sorted(kept.items()), strict=False):
+        plots.draw_frame(ax, picture, tracked.marks, number, tracked.project.marks.subset_px)
+    return figure
+
+
+def _quality(tracked: Tracked) -> Figure:
+    from matplotlib import pyplot
+
+    figure, axes = pyplot.subplots(4, 1, sharex=True, figsize=(8, 9), layout="constrained")
+    plots.draw_quality(list(axes), tracked.marks, tracked.fit)
+    figure.align_ylabels()
+    return figure
+
+
+def _write(figure: Figure, path: Path) -> Path:
+    from matplotlib import pyplot
+
+    with replacing(path) as temporary:
+        figure.savefig(temporary, dpi=110)
+    pyplot.close(figure)
+    return path
