@@ -16,6 +16,7 @@ from .loop_problem import LoopProblem, beta_bounds, minimise, require_turns
 from .loops import LoopData, effective_number
 from .parameters import Abscissa, Layout, layout
 from .recipe import Recipe, paper_recipe
+from .residuals import Dependence, depends_on
 from .uncertainty import Estimate, clipped, covariance_of, estimates_of, jacobians
 from .verdicts import Verdict, verdict_of
 
@@ -31,7 +32,7 @@ class ActuatorFit:
     theta, theta_covariance : the vector of the fit, see `Layout`. residuals : measured minus modelled of each loop's samples that count, N.
     effective_samples : independent samples that each loop's residual is worth. tares_N : what was taken off the force of
     each loop because its level differed, zeros where nothing was. covariate_shares : of the residual, that each further
-    column would explain.
+    column would explain. left : what the residual still follows.
     """
 
     layout: Layout
@@ -44,6 +45,7 @@ class ActuatorFit:
     effective_samples: tuple[float, ...]
     tares_N: tuple[float, ...]
     covariate_shares: dict[str, float]
+    left: Dependence
     recipe: Recipe | None
     verdict: Verdict
 
@@ -123,7 +125,7 @@ def _judged(problem: LoopProblem, theta: Array, converged: bool) -> ActuatorFit:
     tables = jacobians(problem.residuals, theta, *problem.bounds())
     effective = tuple(effective_number(r) for r in residuals)
     of_theta = covariance_of(tables, clipped(residuals) if problem.robust else residuals, free)
-    slopes = shape.slopes(theta)
+    slopes, left = shape.slopes(theta), depends_on(loops, residuals)
     estimates = estimates_of(shape, theta, of_theta, free, tables, sum(effective) - len(theta))
     return ActuatorFit(
         layout=shape,
@@ -136,6 +138,7 @@ def _judged(problem: LoopProblem, theta: Array, converged: bool) -> ActuatorFit:
         effective_samples=effective,
         tares_N=problem.tares(theta),
         covariate_shares=shares(loops, residuals, tables),
+        left=left,
         recipe=paper_recipe(loops, problem.beta),
-        verdict=verdict_of(shape, theta, estimates, loops, residuals, converged),
+        verdict=verdict_of(shape, theta, estimates, loops, residuals, left, converged),
     )

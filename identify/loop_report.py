@@ -14,12 +14,11 @@ from simulate.model import Actuator, Covariance, Model, Rate
 from .actuator import ActuatorFit
 from .loops import LoopData, area, gap
 from .parameters import BETA_NAME, LINE_NAMES
-from .residuals import Dependence
 from .stiffness import effective_stiffness, friction_of
 from .verdicts import errors, pooled_error
 
 
-def result_of(fit: ActuatorFit, loops: Sequence[LoopData], left: Dependence, notes: Sequence[str] = ()) -> dict[str, Any]:
+def result_of(fit: ActuatorFit, loops: Sequence[LoopData], notes: Sequence[str] = ()) -> dict[str, Any]:
     """The result as `fit-actuator --json` writes it."""
     return {
         "verdict": fit.verdict.word,
@@ -37,8 +36,8 @@ def result_of(fit: ActuatorFit, loops: Sequence[LoopData], left: Dependence, not
         "friction": friction_of(loops, fit.effects).sentence,
         "frequency_amplitude_correlation": frequency_amplitude_correlation(loops),
         "effects": [{"name": effect.name, **dict(zip(effect.flat_names(), effect.flat(), strict=True))} for effect in fit.effects],
-        "residual_depends_on": left.sentence,
-        "residual_shares": left.shares,
+        "residual_depends_on": fit.left.sentence,
+        "residual_shares": fit.left.shares,
         "notes": list(notes),
     }
 

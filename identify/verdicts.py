@@ -15,8 +15,10 @@ from measure.tables import Array
 
 from .loops import LoopData, area
 from .parameters import Layout
+from .residuals import Dependence
 from .uncertainty import Estimate, Word
 
+STRUCTURED_ERROR, STRUCTURED_SHARE = 0.05, 0.4  # error and share of it that one quantity explains, above which an effect is missing
 LARGEST_ERROR = 0.10  # RMS error in parts of the force range, above which the law has another shape than the loop
 
 
@@ -29,13 +31,22 @@ class Verdict:
 
 
 def verdict_of(
-    shape: Layout, theta: Array, estimates: dict[str, Estimate], loops: Sequence[LoopData], residuals: Sequence[Array], converged: bool
+    shape: Layout,
+    theta: Array,
+    estimates: dict[str, Estimate],
+    loops: Sequence[LoopData],
+    residuals: Sequence[Array],
+    left: Dependence,
+    converged: bool,
 ) -> Verdict:
     """The word on the whole fit: the first of these that is true, worst first."""
     closed = [data for data in loops if data.cycles.spans]
+    empty = _encloses_nothing(closed)
+    if empty:
+        return Verdict("data-bad", empty)
     if not converged:
         return Verdict("did-not-converge", "the least-squares fit stopped before it had converged; the numbers are not a result")
-    reason = _does_not_apply(shape, theta, closed, loops, residuals)
+    reason = _does_not_apply(shape, theta, closed, loops, residuals) or _is_missing_something(loops, residuals, left)
     if reason:
         return Verdict("model-does-not-apply", reason)
     for word, because in (
@@ -68,8 +79,42 @@ def _does_not_apply(shape: Layout, theta: Array, closed: Sequence[LoopData], loo
             )
     error = pooled_error(loops, residuals)
     if error > LARGEST_ERROR:
-        return f"the loop has another shape: the error is {100 * error:.1f} % of the force range"
+        return f"the loop has another shape: the error is {100 * error:.1f} % of the force range{_spikes(residuals)}"
     return ""
+
+
+def _encloses_nothing(loops: Sequence[LoopData]) -> str:
+    """The sentence on loops without a height that stands out of the noise, or nothing.
+
+    The height is the enclosed area over the stroke. Four of its standard errors, 2.2 sigma / sqrt(n) each, are asked of it,
+    and a two-hundredth of the force range.
+    """
+    if not loops:
+        return ""
+    heights = [abs(area(data, data.force_N)) / (2.0 * data.amplitude_m) for data in loops]
+    least = [max(10.0 * d.force_sigma_N / np.sqrt(d.used.sum()), 0.005 * d.force_range_N) for d in loops]
+    if any(height > limit for height, limit in zip(heights, least, strict=True)):
+        return ""
+    noise = max(data.force_sigma_N for data in loops)
+    return f"the loops enclose no area: they are {max(heights):.2g} N high, with {noise:.2g} N of noise in a sample"
+
+
+def _is_missing_something(loops: Sequence[LoopData], residuals: Sequence[Array], left: Dependence) -> str:
+    """The sentence on a large residual that one quantity explains for the better part, or nothing."""
+    error, share = pooled_error(loops, residuals), left.shares[left.strongest]
+    if error < STRUCTURED_ERROR or share < STRUCTURED_SHARE:
+        return ""
+    return (
+        f"something is missing that follows the {left.strongest}: the error is {100 * error:.1f} % of the force range, "
+        f"and the {left.strongest} explains {100 * share:.0f} % of it. Fit the effect jointly with --effect"
+    )
+
+
+def _spikes(residuals: Sequence[Array]) -> str:
+    """Advice where a few samples make the error."""
+    left = np.concatenate(residuals)
+    usual = 1.4826 * float(np.median(np.abs(left)))
+    return ", but a few samples make most of it: try --robust" if np.sqrt(np.mean(left**2)) > 3.0 * usual else ""
 
 
 def errors(loops: Sequence[LoopData], residuals: Sequence[Array]) -> list[float]:

@@ -154,7 +154,6 @@ def _fitted(given: Namespace, loops: Sequence[Loop], notes: list[str]) -> tuple[
     from ..loop_report import result_of
     from ..loops import prepare
     from ..orientation import oriented
-    from ..residuals import depends_on
 
     kinds = tuple(type(effect_from(CATALOGUE, name, {})) for name in dict.fromkeys(given.effect))
     data, said = ([prepare(loop) for loop in loops], []) if given.as_given else oriented(loops)
@@ -166,7 +165,7 @@ def _fitted(given: Namespace, loops: Sequence[Loop], notes: list[str]) -> tuple[
         said = [*said, f"the force level differs from loop to loop by up to {_spread(fit.tares_N):.3g} N; each loop was given its own"]
     said = [*said, *filter(None, [hint(fit.covariate_shares)])]
     said += [chosen.sentence] if chosen else []
-    result = result_of(fit, data, depends_on(data, fit.residuals), [*notes, *said])
+    result = result_of(fit, data, [*notes, *said])
     if chosen:
         result["rate"] |= {"order": order, "left_out_nrmse_percent": {str(k): 100.0 * error for k, error in chosen.left_out.items()}}
     return fit, data, result

@@ -20,7 +20,6 @@ from scipy.optimize import least_squares
 from identify.actuator import ActuatorFit, fit_actuator
 from identify.loop_report import result_of, summary
 from identify.loops import LoopData, prepare
-from identify.residuals import depends_on
 from measure import Loop, write_loop
 from measure.foreign import read_foreign
 from simulate.law import force_rate, loop_force
@@ -47,7 +46,7 @@ def whole(paths: Sequence[Path]) -> tuple[list[LoopData], ActuatorFit]:
     """From files to the lines that are printed."""
     loops = [prepare(read_foreign(path)[0]) for path in paths]
     fit = fit_actuator(loops)
-    summary(result_of(fit, loops, depends_on(loops, fit.residuals)))
+    summary(result_of(fit, loops))
     return loops, fit
 
 
