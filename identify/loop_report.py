@@ -48,6 +48,12 @@ def _rate(fit: ActuatorFit) -> dict[str, Any] | None:
     return {"abscissa": fit.layout.abscissa, **fit.layout.polynomials(fit.theta)}
 
 
+def drift_per_cycle(data: LoopData) -> float:
+    """How much the mean force of a cycle grows from one full cycle to the next, N; by least squares, NaN below two cycles."""
+    means = [float(np.mean(data.force_N[a:b])) for a, b in data.cycles.spans]
+    return float(np.polyfit(np.arange(len(means)), means, 1)[0]) if len(means) > 1 else float("nan")
+
+
 def _covariate(fit: ActuatorFit, loops: Sequence[LoopData]) -> dict[str, Any] | None:
     """What a covariate does to the force: newtons per unit, and its share of the height of the mean loop as measured."""
     name = fit.layout.covariate
@@ -84,12 +90,14 @@ def _loop(fit: ActuatorFit, k: int, data: LoopData, error: float) -> dict[str, A
         "amplitude_m": data.amplitude_m,
         "cycles_used": len(data.cycles.spans),
         "samples_used": int(data.used.sum()),
+        "samples_idle": int(len(data.used) - data.used.sum()),
         "effective_samples": fit.effective_samples[k],
         "nrmse_percent": 100.0 * error,
         "area_J": measured,
         "area_error_percent": 100.0 * (area(data, modelled) / measured - 1.0) if measured else float("nan"),
         "effective_stiffness_N_per_m": effective_stiffness(data, fit.effects),
         "tare_N": fit.tares_N[k],
+        "drift_N_per_cycle": drift_per_cycle(data),
         "force_noise_N": data.force_sigma_N,
     }
 

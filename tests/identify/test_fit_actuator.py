@@ -83,6 +83,35 @@ def test_an_actuator_can_be_put_into_a_model(loop_files, tmp_path):
     assert read_model(copy).platform.mass_kg == 1.25
 
 
+def test_polynomials_in_the_speed_stand_in_the_model_file(loop_files, tmp_path, capsys):
+    out, result = tmp_path / "rate.toml", tmp_path / "rate.json"
+    assert main([*loop_files, "--rate", "speed", "--rate-order", "1", "-o", str(out), "--quiet"]) == 0
+    rate = read_model(out).actuator.rate
+    assert rate is not None
+    assert rate.abscissa == "speed_m_per_s"
+    assert rate.b_l[0] == pytest.approx(2.79, abs=0.01)
+    assert main([*loop_files, "--rate", "frequency", "--json", str(result)]) == 0
+    assert "order 0 is taken" in capsys.readouterr().out
+    assert set(json.loads(result.read_text())["rate"]["left_out_nrmse_percent"]) == {"0", "1"}
+
+
+def test_profile_and_bootstrap_stand_in_the_result(loop_files, tmp_path):
+    out = tmp_path / "r.json"
+    assert main([*loop_files, "--profile", "--bootstrap", "4", "--seed", "3", "--json", str(out), "--quiet"]) == 0
+    result = json.loads(out.read_text())
+    low, high = result["beta_profile"]["ci95"]
+    assert low < 400.0 < high
+    assert set(result["bootstrap"]["ci95"]) == set(result["parameters"])
+    assert result["provenance"]["seed"] == 3
+
+
+def test_a_frequency_that_the_name_claims_and_the_signal_denies_is_said(loop_files, tmp_path, capsys):
+    wrong = tmp_path / "run_2Hz.csv"
+    wrong.write_bytes(Path(loop_files[1]).read_bytes())
+    main([str(wrong)])
+    assert "its name says 2 Hz, the signal 1 Hz" in capsys.readouterr().out
+
+
 REFUSED = {
     "missing file": (["nowhere.csv"], "no such file"),
     "unknown effect": (["LOOP", "--effect", "hub-inertai"], 'did you mean "hub-inertia"'),

@@ -78,6 +78,22 @@ def test_a_row_of_units_below_the_names_and_lines_above_them(tmp_path):
     assert understood.table.preamble == ("Rig: A", "Date: today")
 
 
+def test_two_rows_below_the_names_are_no_data(tmp_path):
+    lines = [
+        "Time\tAxial Displacement\tAxial Force",
+        "s\tmm\tkN",
+        "(abs)\t(abs)\t(tared)",
+        *rows(T, U, F / 1e3, delimiter="\t", form="{:.8f}"),
+    ]
+    mapping = ColumnMapping({"elongation": "Axial Displacement", "force": "Axial Force"})
+    check(read_foreign(written(tmp_path, lines), mapping)[0])
+
+
+def test_a_first_step_of_280_ms_and_jitter_keep_their_times(tmp_path):
+    t = np.concatenate([[0.0], 280.0 + np.cumsum(np.random.default_rng(0).integers(9, 13, 39))])
+    check(read_foreign(written(tmp_path, ["time_ms,elongation_mm,force_N", *rows(t, U, F)]))[0], time=t / 1e3)
+
+
 def test_trailing_comma_and_empty_first_column_are_no_columns(tmp_path):
     lines = [",time_s,elongation_mm,force_N,", *("," + line + "," for line in rows(T, U, F))]
     check(read_foreign(written(tmp_path, lines))[0])
