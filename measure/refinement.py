@@ -18,8 +18,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from .gauss_newton import solve, solve_robust
+from .gauss_newton import solve
 from .reference import AFFINE, EUCLIDEAN, TRANSLATION, Reference
+from .robust import solve_robust
 from .spline import FILTER, NOISE_LEFT, coefficients
 
 ALIKE = 0.80

@@ -74,7 +74,7 @@ def _work(arguments: Sequence[str]) -> int:
     note = _note(arguments, footage_path)
     written = _write(given, tracked, note, footage_path, output)
     if given.pictures is not None:
-        from ..film_report import write_pictures
+        from ..film_plots import write_pictures
 
         written += write_pictures(footage, tracked, given.pictures)
     if not given.quiet:
