@@ -74,7 +74,8 @@ def options(command: str) -> frozenset[str]:
 @pytest.mark.slow
 @every_document
 def test_examples_run_and_show_what_they_say(document, tmp_path, monkeypatch):
-    shutil.copytree(ROOT / "datasets", tmp_path / "datasets")
+    if "datasets/" in document.read_text(encoding="utf-8"):
+        shutil.copytree(ROOT / "datasets", tmp_path / "datasets")
     monkeypatch.chdir(tmp_path)
     module = ModuleType("example")
     monkeypatch.setitem(sys.modules, "example", module)
@@ -94,6 +95,11 @@ def test_options_shown_with_a_command_exist(document):
         if command in COMMANDS:
             used = set(re.findall(r"(?<=\s)--?[a-z][a-z-]*", line.split("#")[0]))
             assert used <= options(command), f"{document.name}: {line}"
+
+
+def test_every_command_is_shown_in_the_readme_with_an_example_that_runs():
+    shown = [line for language, block in blocks(DOCUMENTS[0]) if language == "console" for line, _, _ in typed(block)]
+    assert {line.split()[0] for line in shown} >= set(COMMANDS)
 
 
 def test_links_between_documents_lead_somewhere():
