@@ -1,8 +1,9 @@
-"""Pictures to films: an avi, or a folder of numbered pictures."""
+"""Pictures to films: an avi, a Photron film with its notes, or a folder of numbered pictures."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable
+from dataclasses import dataclass
 from pathlib import Path
 
 import cv2
@@ -10,23 +11,51 @@ import numpy as np
 
 from .errors import InputError
 from .footage import Picture
-from .output import replacing
+from .output import replacing, write_text
 
 
-def write_film(path: Path, pictures: Iterable[Picture], codec: str = "FFV1") -> None:
-    """Write 8-bit pictures as an .avi, or pictures of any depth into a folder.
+@dataclass(frozen=True)
+class Clock:
+    """What a camera notes beside its pictures. fps : capture rate. exposure_s : 0 where it is not known. bits : depth of a pixel."""
+
+    fps: float
+    exposure_s: float = 0.0
+    bits: int = 8
+
+
+def write_film(path: Path, pictures: Iterable[Picture], codec: str = "FFV1", clock: Clock | None = None) -> None:
+    """Write 8-bit pictures as an .avi, or pictures of any depth into a folder or, with a clock, as an .mraw.
 
     Raises
     ------
     InputError
-        16 bit for an avi, an unknown codec, a folder that holds something already.
+        16 bit for an avi, an unknown codec, a folder that holds something already, an .mraw without a clock.
     """
-    if path.suffix.lower() == ".avi":
+    kind = path.suffix.lower()
+    if kind == ".avi":
         _write_avi(path, pictures, codec)
-    elif path.suffix == "":
+    elif kind == ".mraw" and clock is not None:
+        _write_mraw(path, pictures, clock)
+    elif kind == "":
         _write_folder(path, pictures)
     else:
-        raise InputError(f"{path}: films are written as .avi or into a folder; name one or the other.")
+        raise InputError(f"{path}: films are written as .avi, as .mraw with a capture rate, or into a folder; name one of these.")
+
+
+def _write_mraw(path: Path, pictures: Iterable[Picture], clock: Clock) -> None:
+    """Pixels one after the other, 8 or 16 bit, and the notes in a .cih beside them."""
+    count, shape = 0, (0, 0)
+    with replacing(path) as temporary, open(temporary, "wb") as file:
+        for picture in pictures:
+            file.write(picture.astype("<u2" if picture.dtype == np.uint16 else np.uint8).tobytes())
+            count, shape = count + 1, picture.shape
+    notes = {
+        "Record Rate(fps)": f"{clock.fps:g}", "Shutter Speed(s)": f"{clock.exposure_s:.9f}", "Total Frame": count,
+        "Image Width": shape[1], "Image Height": shape[0], "Color Bit": 8 if clock.bits == 8 else 16,
+        "EffectiveBit Depth": clock.bits, "EffectiveBit Side": "Lower",
+    }  # fmt: skip
+    lines = ["#Camera Information Header", *(f"{name} : {value}" for name, value in notes.items())]
+    write_text(path.with_suffix(".cih"), "\n".join(lines) + "\n")
 
 
 def _write_avi(path: Path, pictures: Iterable[Picture], codec: str) -> None:

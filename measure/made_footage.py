@@ -50,13 +50,14 @@ def render(
     """Write a made film and return the truth.
 
     trajectory : any channels, absent ones stay zero; frames are taken at `fps` from its first instant to its last,
-    between samples by cubic spline. path : an .avi (losslessly, or with another codec OpenCV knows, such as MJPG) or a
-    folder, which gets numbered PNG (8 bit) or TIFF pictures.
+    between samples by cubic spline. path : an .avi (losslessly, or with another codec OpenCV knows, such as MJPG), an
+    .mraw (8, 12 or 16 bit, with the camera's notes), or a folder, which gets numbered PNG (8 bit) or TIFF pictures.
     """
-    from .film_writing import write_film
+    from .film_writing import Clock, write_film
 
     truth = true_motion(trajectory, scene, fps, frames)
-    write_film(Path(path), pictures(trajectory, scene, fps=fps, seed=seed, frames=frames), codec)
+    clock = Clock(fps, scene.exposure_s, scene.bits)
+    write_film(Path(path), pictures(trajectory, scene, fps=fps, seed=seed, frames=frames), codec, clock)
     return truth
 
 

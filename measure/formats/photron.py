@@ -125,6 +125,6 @@ def _exposure(notes: Mapping[str, str]) -> float | None:
         if "shutter_ns" in notes:
             return float(notes["shutter_ns"]) * 1e-9
         value = float(Fraction(notes["shutter"]))
-        return 1.0 / value if value > 1.0 else value
+        return 1.0 / value if value > 1.0 else value or None
     except (KeyError, ValueError, ZeroDivisionError):
         return None

@@ -61,6 +61,14 @@ def test_the_film_on_disk_is_the_film_that_was_made(rig, tmp_path):
     assert np.array_equal(frames, list(pictures(motion, scene, fps=100.0, seed=1)))
 
 
+def test_a_made_camera_film_carries_its_own_clock_and_depth(rig, tmp_path):
+    motion, scene = rig(seconds=0.04, bits=12, exposure_s=0.001)
+    render(motion, scene, tmp_path / "film.mraw", fps=100.0, seed=1)
+    film = open_footage(tmp_path / "film.mraw")
+    assert (film.fps, film.exposure_s, film.bits, film.frames, film.remarks) == (100.0, 0.001, 12, 5, ())
+    assert np.array_equal([picture for _, picture in film.pictures()], list(pictures(motion, scene, fps=100.0, seed=1)))
+
+
 def test_its_project_file_survives_writing_and_reading(rig, tmp_path):
     _, scene = rig()
     project = project_for(scene, 100.0, 0.252)
