@@ -1,10 +1,12 @@
 """How an actuator was moved: elongation, speed and acceleration out of noisy samples, reversals and full cycles.
 
-Every sample gets a cubic in time, fitted to its neighbours; the cubic's value and derivatives there are the elongation,
-the speed and the acceleration. How many neighbours is decided sample by sample: as many as agree, within their noise,
-with what fewer neighbours said. So a sinusoid is smoothed over a good part of its quarter period, a ramp over most of
-its length, and neither is rounded off at a sharp reversal. The times are taken as they are, jitter and gaps included.
-A record that a few harmonics explain down to the noise is taken from them instead (`identify.harmonic`).
+Every sample gets a polynomial in time, fitted to its neighbours; its value and derivatives there are the elongation, the
+speed and the acceleration. How many neighbours is decided sample by sample with cubics: as many as agree, within their
+noise, with what fewer neighbours said. Then a quintic goes through them, because the cubic's acceleration of a sinusoid is
+one per cent too small, which an inertia takes for its own. So a sinusoid is smoothed over a good part of its quarter
+period, a ramp over most of its length, and neither is rounded off at a sharp reversal. The times are taken as they are,
+jitter and gaps included. A record that a few harmonics explain down to the noise is taken from them instead
+(`identify.harmonic`).
 
 Source of the choice of neighbours: intersection of confidence intervals (Goldenshluger and Nemirovski 1997).
 """
@@ -23,6 +25,7 @@ from measure.tables import Array
 from .harmonic import harmonic_motion
 
 _HALVES = (3, 5, 8, 13, 21, 34, 55, 89)  # neighbours on each side that are tried
+_WIDE = 5  # neighbours on each side from which on a quintic is afforded
 _AGREEMENT = 2.0  # standard deviations
 _ENTRIES_AT_ONCE = 40_000  # what fits a processor's cache
 _KEPT = 0.8  # of the absolute deviations, the smaller ones; a median would jump from step to step of a quantised signal
@@ -60,23 +63,28 @@ def motion(time_s: Array, elongation_m: Array) -> Motion:
     if sine is not None:
         return Motion(*sine, noise)
     n = len(time_s)
-    best, low, high = np.empty((3, n)), np.full(n, -np.inf), np.full(n, np.inf)
+    best, low, high, halves = np.empty((3, n)), np.full(n, -np.inf), np.full(n, np.inf), np.zeros(n, dtype=int)
     agreeing = np.arange(n)
     for half in _HALVES:
         if half > max(_HALVES[0], n // 8) or not len(agreeing):
             break
-        fitted, gain = local_cubic(time_s, elongation_m, half, agreeing)
+        fitted, gain = local_polynomial(time_s, elongation_m, half, agreeing)
         reach = _AGREEMENT * noise * gain
         low[agreeing] = np.maximum(low[agreeing], fitted[0] - reach)
         high[agreeing] = np.minimum(high[agreeing], fitted[0] + reach)
         agree = low[agreeing] <= high[agreeing]
         agreeing = agreeing[agree]
         best[:, agreeing] = fitted[:, agree]
+        halves[agreeing] = half
+    for half in [half for half in _HALVES if half >= _WIDE]:
+        at = np.flatnonzero(halves == half)
+        if len(at):
+            best[:, at] = local_polynomial(time_s, elongation_m, half, at, degree=5)[0]
     return Motion(best[0], best[1], best[2], noise)
 
 
-def local_cubic(time_s: Array, values: Array, half: int, at: NDArray[np.intp]) -> tuple[Array, Array]:
-    """Value, first and second derivative at the samples `at` of a cubic through 2 half + 1 neighbours.
+def local_polynomial(time_s: Array, values: Array, half: int, at: NDArray[np.intp], degree: int = 3) -> tuple[Array, Array]:
+    """Value, first and second derivative at the samples `at` of a polynomial through 2 half + 1 neighbours.
 
     Returns
     -------
@@ -88,7 +96,8 @@ def local_cubic(time_s: Array, values: Array, half: int, at: NDArray[np.intp]) -
     first = np.clip(at - half, 0, n - 2 * half - 1)
     times, near = sliding_window_view(time_s, 2 * half + 1), sliding_window_view(values, 2 * half + 1)
     rows = max(1, _ENTRIES_AT_ONCE // (2 * half + 1))
-    parts = [_cubics(times[k], near[k], time_s[i]) for k, i in zip(_chunks(first, rows), _chunks(at, rows), strict=True)]
+    chunks = zip(_chunks(first, rows), _chunks(at, rows), strict=True)
+    parts = [_polynomials(times[k], near[k], time_s[i], degree) for k, i in chunks]
     return np.concatenate([fitted for fitted, _ in parts], axis=1), np.concatenate([gain for _, gain in parts])
 
 
@@ -96,26 +105,21 @@ def _chunks(indices: NDArray[np.intp], rows: int) -> list[NDArray[np.intp]]:
     return [indices[k : k + rows] for k in range(0, len(indices), rows)]
 
 
-def _cubics(times: Array, near: Array, centre: Array) -> tuple[Array, Array]:
-    """Least-squares cubics, one a row, by their normal equations; times are scaled to the width of the row."""
+def _polynomials(times: Array, near: Array, centre: Array, degree: int) -> tuple[Array, Array]:
+    """Least-squares polynomials, one a row, by their normal equations; times are scaled to the width of the row."""
     scale, level = times[:, -1] - times[:, 0], near[:, 0]
     x = (times - centre[:, None]) / scale[:, None]
-    y = near - level[:, None]
-    x2 = x * x
-    x3 = x2 * x
-    moments = [np.full(len(x), float(x.shape[1])), x.sum(1), x2.sum(1), *(np.einsum("ij,ij->i", *pair) for pair in _products(x, x2, x3))]
-    normal = np.stack([np.stack(moments[k : k + 4], axis=1) for k in range(4)], axis=1)
-    right = np.zeros((len(x), 4, 2))
-    right[:, :, 0] = np.stack([y.sum(1), *(np.einsum("ij,ij->i", power, y) for power in (x, x2, x3))], axis=1)
+    powers = [np.ones_like(x)]
+    for _ in range(degree):
+        powers.append(powers[-1] * x)
+    moments = [np.einsum("ij,ij->i", powers[(k + 1) // 2], powers[k // 2]) for k in range(2 * degree + 1)]
+    normal = np.stack([np.stack(moments[k : k + degree + 1], axis=1) for k in range(degree + 1)], axis=1)
+    right = np.zeros((len(x), degree + 1, 2))
+    right[:, :, 0] = np.stack([np.einsum("ij,ij->i", power, near - level[:, None]) for power in powers], axis=1)
     right[:, 0, 1] = 1.0
     solved = np.linalg.solve(normal, right)
     value, slope, bend = solved[:, 0, 0], solved[:, 1, 0], solved[:, 2, 0]
     return np.stack([value + level, slope / scale, 2.0 * bend / scale**2]), np.sqrt(solved[:, 0, 1])
-
-
-def _products(x: Array, x2: Array, x3: Array) -> tuple[tuple[Array, Array], ...]:
-    """Pairs whose sums of products are the third to sixth moment."""
-    return (x, x2), (x2, x2), (x2, x3), (x3, x3)
 
 
 def noise_of(time_s: Array, values: Array) -> float:
@@ -124,7 +128,7 @@ def noise_of(time_s: Array, values: Array) -> float:
     The largest fifth of what is left does not count, so jumps and reversals do not. Never below what the signal's quantum makes,
     q / sqrt(12). Noise that is slower than a few samples is not seen.
     """
-    fitted, gain = local_cubic(time_s, values, _HALVES[0], np.arange(len(time_s)))
+    fitted, gain = local_polynomial(time_s, values, _HALVES[0], np.arange(len(time_s)))
     left = (values - fitted[0]) / np.sqrt(np.maximum(1.0 - gain**2, 1e-3))
     smaller = np.sort(np.abs(left))[: max(1, int(_KEPT * len(left)))]
     return max(float(np.sqrt(np.mean(smaller**2))) / _KEPT_SIGMA, quantum_of(values) / np.sqrt(12.0))
