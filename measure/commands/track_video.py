@@ -143,7 +143,7 @@ def _note(arguments: Sequence[str], footage_path: Path) -> dict[str, Any]:
 def _write(given: argparse.Namespace, tracked: Tracked, note: dict[str, Any], footage_path: Path, output: Path | None) -> list[Path]:
     from ..marks import write_marks
     from ..output import write_json, write_provenance
-    from ..project import write_project
+    from ..project import read_project, write_project
     from ..tables import write_trajectory
 
     written = []
@@ -156,8 +156,10 @@ def _write(given: argparse.Namespace, tracked: Tracked, note: dict[str, Any], fo
         write_marks(tracked.marks, given.marks)
         written.append(given.marks)
     place = given.project or written[0].with_suffix(".project.toml")
-    write_project(_with_file(tracked.project, footage_path, place), place)
-    written.append(place)
+    complete = _with_file(tracked.project, footage_path, place)
+    if not place.exists() or read_project(place) != complete:
+        write_project(complete, place)
+        written.append(place)
     if given.json is not None:
         write_json(given.json, {**tracked.summary, "provenance": note})
         written.append(given.json)

@@ -55,6 +55,14 @@ def test_the_project_file_repeats_the_run(film, tmp_path):
     assert (tmp_path / "again.csv").read_bytes() == first
 
 
+def test_a_complete_project_file_keeps_its_comments(film, tmp_path):
+    assert _run(film, tmp_path, "--mm-per-px", "0.5") == 0
+    project = tmp_path / "out.project.toml"
+    project.write_text("# our camera\n" + project.read_text())
+    assert main(["--project", str(project), "-o", str(tmp_path / "again.csv"), "--quiet"]) == 0
+    assert project.read_text().startswith("# our camera")
+
+
 def test_marks_table_has_a_row_per_frame_and_mark(film, tmp_path):
     assert main([str(film), "--fps", "250", "--mark", "60,80", "--marks", str(tmp_path / "marks.csv"), "--quiet"]) == 0
     rows = (tmp_path / "marks.csv").read_text().splitlines()
