@@ -41,7 +41,7 @@ def _extremes(size, grain, seed):
     return float(pattern.min()), float(pattern.max())
 
 
-@pytest.fixture
+@pytest.fixture(scope="session")
 def speckled():
     """A speckle pattern as a sum of Gaussians, so that a shifted picture is exact and not interpolated."""
 

@@ -16,9 +16,15 @@ from measure.commands.track_video import main
 from measure.film_writing import write_film
 
 
+@pytest.fixture(scope="module")
+def rising(speckled) -> list[np.ndarray]:
+    """A speckled picture that rises by 1.5 px a frame."""
+    return [speckled((0.0, -1.5 * n), seed=3, size=140, noise_seed=n) for n in range(12)]
+
+
 @pytest.fixture
-def film(speckled, tmp_path) -> Path:
-    write_film(tmp_path / "film.avi", [speckled((0.0, -1.5 * n), seed=3, size=140, noise_seed=n) for n in range(12)])
+def film(rising, tmp_path) -> Path:
+    write_film(tmp_path / "film.avi", rising)
     return tmp_path / "film.avi"
 
 
