@@ -64,13 +64,13 @@ def _gaps(motion, scene, frames, seed):
 
 
 def flat(frames):
-    """Six marks that only shift and roll, flat and far: the plane fit at its limit, px and rad."""
-    camera = Camera(0.5e-3, (152.0, 100.0))
-    marks = tuple(MadeMark(a, h, 0.017) for h in (-0.0115, 0.0115) for a in (-0.0055, 0.0, 0.0055))
-    scene = Scene(304, 200, camera, marks, radius_m=7.0, half_height_m=0.04, noise=1.5, background=0.1)
+    """Six flat marks of 41 px, 200 px apart, that shift and roll: the plane fit at its limit, px and rad."""
+    camera = Camera(0.5e-3, (300.0, 140.0))
+    marks = tuple(MadeMark(a, h, 0.022) for h in (-0.03, 0.03) for a in (-0.014, 0.0, 0.014))
+    scene = Scene(600, 280, camera, marks, radius_m=7.0, half_height_m=0.06, noise=1.5, background=0.1)
     time_s = np.linspace(0.0, 1.0, 201)
     motion = Trajectory(time_s, {"x_m": 0.003 * np.sin(5 * time_s), "z_m": 0.005 * time_s, "theta_y_rad": 0.02 * np.sin(7 * time_s)})
-    project = project_for(scene, frames - 1.0, 0.0, subset=31)
+    project = project_for(scene, frames - 1.0, 0.0, subset=41)
     project = project.model_copy(update={"platform": project.platform.model_copy(update={"radius_m": None})})
     film = from_array(np.array(list(pictures(motion, scene, fps=frames - 1.0, seed=2))))
     tracked = track_platform(film, project).trajectory
