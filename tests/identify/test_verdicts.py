@@ -76,3 +76,19 @@ def test_oddities_of_the_motion_do_not_move_the_truth(case):
     assert fit.verdict.word == "ok"
     assert fit.estimates["beta_per_m"].value == pytest.approx(400.0, rel=0.05)
     assert fit.half_height_N == pytest.approx((0.1 - 0.05 * fit.layout.centre_m) / 2, abs=2e-3)
+
+
+def lagging(frequency):
+    """A loop whose force comes 5 ms late."""
+    wave = 2 * np.pi * frequency * T
+    u = 0.25 + 0.05 * np.sin(wave)
+    force = np.interp(T - 0.005, T, law(u=u))
+    return prepare(Loop(T, u, force + 2e-3 * np.random.default_rng(2).standard_normal(len(T))))
+
+
+def test_a_late_force_spoils_beta_unseen_at_one_frequency_and_shows_at_three():
+    one = fit_actuator([lagging(1.0)])
+    assert one.verdict.word == "ok"
+    assert one.estimates["beta_per_m"].value == pytest.approx(330.0, abs=15.0)
+    three = fit_actuator([lagging(f) for f in (0.4, 1.0, 3.0)])
+    assert np.std(np.concatenate(three.residuals)) > 1.4 * 2e-3
