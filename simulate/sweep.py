@@ -19,7 +19,7 @@ from .deployment import grid
 from .designs import Design, Factor
 from .layout import MANY
 from .model import Model
-from .packing import geometry_of, program_of, row_of
+from .packing import geometry_of, program_of, row_of, without_idle
 
 PIECE = 512
 _CORES = get_num_threads()
@@ -62,14 +62,19 @@ class Sweep:
 
     def model_at(self, levels: Array) -> Model:
         """The model of one run, from its coded levels."""
-        model = self.model
+        model = self._acting
         for factor, level in zip(self.factors, levels, strict=True):
             model = factor.applied(model, float(level))
         return model
 
     @cached_property
     def _program(self) -> Program:
-        return program_of(self.model)
+        return program_of(self._acting)
+
+    @cached_property
+    def _acting(self) -> Model:
+        """The model without the effects that are switched off; no factor switches one on."""
+        return without_idle([self.model])[0]
 
     @cached_property
     def _grid(self) -> tuple[float, int, int]:

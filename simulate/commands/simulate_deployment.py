@@ -25,6 +25,7 @@ def _parser() -> Any:
     made.add_argument("model", type=Path, metavar="MODEL", help="model file (TOML)")
     made.add_argument("--set", action="append", default=[], metavar="KEY=VALUE", help="change a value, as platform.mass_kg=0.9; repeatable")
     made.add_argument("--legs", type=Path, metavar="FILE", help="write elongation, length and force of each leg (CSV)")
+    made.add_argument("--mjcf", type=Path, metavar="FILE", help="write the rig for MuJoCo (XML), to be driven by six motors")
     made.add_argument("--figure", type=Path, metavar="FILE", help="draw the deviations and forces (.png, .svg or .pdf)")
     return made
 
@@ -35,10 +36,14 @@ def _work(arguments: Sequence[str]) -> int:
 
     from measure.output import provenance
     from simulate.deployment import deploy
+    from simulate.mjcf import require_expressed
     from simulate.model_file import read_model
     from simulate.settings import with_settings
 
-    deployed = deploy(with_settings(read_model(options.model), options.set))
+    model = with_settings(read_model(options.model), options.set)
+    if options.mjcf is not None:
+        require_expressed(model)
+    deployed = deploy(model)
     note = provenance([options.model], command=[NAME, *arguments])
     result = {**deployed.summary, "provenance": note}
     _write(options, deployed, result)
@@ -48,7 +53,7 @@ def _work(arguments: Sequence[str]) -> int:
 
 
 def _require_distinct(options: Any) -> None:
-    named = (options.model, options.output, options.json, options.legs, options.figure)
+    named = (options.model, options.output, options.json, options.legs, options.figure, options.mjcf)
     paths = [path.resolve() for path in named if path is not None]
     if len(set(paths)) < len(paths):
         raise InputError("two files have the same name; give each output its own, and none that of the model.")
@@ -57,7 +62,7 @@ def _require_distinct(options: Any) -> None:
 
 
 def _write(options: Any, deployed: Deployment, result: dict[str, Any]) -> None:
-    from measure.output import replacing, write_json, write_provenance
+    from measure.output import replacing, write_json, write_provenance, write_text
     from measure.tables import write_columns, write_trajectory
 
     drawn = b""
@@ -72,6 +77,10 @@ def _write(options: Any, deployed: Deployment, result: dict[str, Any]) -> None:
     if options.figure is not None:
         with replacing(options.figure) as temporary:
             temporary.write_bytes(drawn)
+    if options.mjcf is not None:
+        from simulate.mjcf import mjcf_of
+
+        write_text(options.mjcf, mjcf_of(deployed.model))
     if options.json is not None:
         write_json(options.json, result)
 

@@ -42,6 +42,12 @@ def test_a_deployment_is_written_as_trajectory_legs_figure_and_json(folder, caps
     assert "energy closes" in capsys.readouterr().out
 
 
+def test_a_rig_is_exported_for_mujoco(folder):
+    words = ["--set", "platform.inertia_kg_m2=[0.0016, 0.0016, 0.003]", "--mjcf", "rig.xml", "--quiet"]
+    assert simulate_deployment.main(["prototype.toml", *words]) == 0
+    assert (folder / "rig.xml").read_text().count("<spatial") == 6
+
+
 def test_the_same_command_gives_the_same_bytes(folder):
     words = ["prototype.toml", "-o", "t.csv", "--figure", "f.png", "--json", "r.json", "--quiet"]
     simulate_deployment.main(words)
@@ -69,6 +75,7 @@ def test_a_diverged_run_ends_with_status_1_its_time_and_empty_cells(folder, caps
         (["prototype.toml", "--set", "effect.hub-inertai.mass_kg=1"], 'did you mean "hub-inertia"'),
         (["prototype.toml", "--figure", "f.gif"], ".png, .svg or .pdf"),
         (["prototype.toml", "-o", "prototype.toml"], "same name"),
+        (["prototype.toml", "--mjcf", "rig.xml"], "No rigid body is like that"),
         (["prototype.toml", "--outptu", "x"], 'did you mean "--output"'),
         (["prototype.toml", "-o", "nowhere/t.csv"], "cannot be written"),
     ],

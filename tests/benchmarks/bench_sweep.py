@@ -1,0 +1,160 @@
+"""How long the full design of 4096 deployments takes here, beside other engines, and how exact it is.
+
+    python tests/benchmarks/bench_sweep.py [model.toml]
+
+All in one run, because speeds differ from machine to machine and from hour to hour: read the ratios. Times are processor
+seconds of all threads together, which neighbours on the machine disturb least. Other engines do a part of the design and are
+scaled up. MuJoCo runs its own C code on all cores (legs as tendons with armature and damping, RK4,
+0.5 ms) with a constant force, without law, memory and stops: a floor of what it would need.
+"""
+
+from __future__ import annotations
+
+import sys
+import time
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+from typing import Any, cast
+
+import numpy as np
+from scipy.integrate import solve_ivp
+
+from simulate import responses
+from simulate.designs import design_of, paper_factors
+from simulate.effects import CATALOGUE
+from simulate.model import Model, per_leg
+from simulate.model_file import read_model
+from simulate.sweep import Sweep, run_on
+
+RUNS = 4096
+
+
+def seconds(work: Callable[[], object], times: int = 1) -> float:
+    """Fewest processor seconds of some calls, all threads together."""
+    shortest = np.inf
+    for _ in range(times):
+        started = time.process_time()
+        work()
+        shortest = min(shortest, time.process_time() - started)
+    return float(shortest)
+
+
+def full_design(model: Model) -> Sweep:
+    """The paper's design."""
+    return Sweep(model, tuple(paper_factors(model)), design_of("full", 12, None, 0))
+
+
+def answers_of(sweep: Sweep) -> np.ndarray:
+    """Largest signed theta_z of all runs, degrees."""
+    parts = [answers for _, answers in run_on(sweep)]
+    return np.degrees(np.concatenate(parts)[:, responses.THETA_Z])
+
+
+def rk45_seconds(model: Model) -> float:
+    """One run with solve_ivp RK45 at rtol 1e-6 and a right-hand side in NumPy, R as a state: what one would write."""
+    from math import erf
+
+    g, law = model.geometry, model.actuator
+    assert g is not None
+    base, joints = np.asarray(g.base_joints_m), np.asarray(g.platform_joints_m)
+    stowed, full = (np.linalg.norm(np.add(joints, (0.0, 0.0, h)) - base, axis=1) for h in (g.stowed_height_m, g.deployed_height_m))
+    mass = model.platform.mass_kg * model.gravity.mass_factor
+    inertia = np.asarray(model.platform.inertia_kg_m2) * model.gravity.mass_factor
+    hub, damping = (float(effect.flat()[0]) for effect in model.effects[:2])
+    stop = model.end_stop
+    lines = [per_leg(v) for v in (law.a_l_N_per_m, law.b_l_N, law.a_u_N_per_m, law.b_u_N, law.beta_per_m)]
+
+    def rate(_: float, y: np.ndarray) -> np.ndarray:
+        place, rotation, velocity, spin, force = y[:3], y[3:12].reshape(3, 3), y[12:15], y[15:18], y[18:]
+        arms = joints @ rotation.T
+        legs = place + arms - base
+        length = np.linalg.norm(legs, axis=1)
+        axis = legs / length[:, None]
+        moving = velocity + np.cross(spin, arms)
+        v = np.einsum("ij,ij->i", axis, moving)
+        past = length - full
+        eased = np.array([erf(max(p, 0.0) / stop.smoothing_m) for p in past])
+        push = force - damping * v - (stop.stiffness_N_per_m * past + stop.damping_N_s_per_m * v) * eased
+        bias = np.einsum("ij,ij->i", axis, np.cross(spin, np.cross(spin, arms))) + (np.sum(moving**2, axis=1) - v**2) / length
+        jacobian = np.hstack([axis, np.cross(arms, axis)])
+        turned = rotation @ np.diag(inertia) @ rotation.T
+        matrix = hub * jacobian.T @ jacobian
+        matrix[:3, :3] += mass * np.eye(3)
+        matrix[3:, 3:] += turned
+        right = jacobian.T @ (push - hub * bias)
+        right[3:] -= np.cross(spin, turned @ spin)
+        cross = np.array([[0, -spin[2], spin[1]], [spin[2], 0, -spin[0]], [-spin[1], spin[0], 0]])
+        u = length - stowed
+        a_l, b_l, a_u, b_u, beta = lines
+        force_rate = beta * np.where(v > 0, v * (a_l * u + b_l - force), v * (force - a_u * u - b_u))
+        return np.concatenate([velocity, (cross @ rotation).ravel(), np.linalg.solve(matrix, right), force_rate])
+
+    start = np.concatenate([[0, 0, g.stowed_height_m], np.eye(3).ravel(), np.zeros(6), per_leg(law.initial_force_N)])
+    return seconds(lambda: solve_ivp(rate, (0.0, 1.0), start, method="RK45", rtol=1e-6, atol=1e-9))
+
+
+def mujoco_seconds(model: Model, runs: int) -> float | None:
+    """So many runs of MuJoCo's own stepping on all cores, without law and stops, or None where it is not installed."""
+    try:
+        import mujoco
+    except ImportError:
+        return None
+    import importlib
+    import os
+
+    rollout: Any = importlib.import_module("mujoco.rollout")
+    mujoco = cast(Any, mujoco)
+
+    from simulate.mjcf import mjcf_of
+
+    small, _, _ = model.platform.inertia_kg_m2
+    model = replace(model, platform=replace(model.platform, inertia_kg_m2=(small, small, 1.9 * small)))  # MuJoCo wants a possible body
+    engine = mujoco.MjModel.from_xml_string(mjcf_of(model).replace('timestep="0.0001"', 'timestep="0.0005"'))
+    threads = os.cpu_count() or 1
+    memory = [mujoco.MjData(engine) for _ in range(threads)]
+    mujoco.mj_forward(engine, memory[0])
+    size = mujoco.mj_stateSize(engine, mujoco.mjtState.mjSTATE_FULLPHYSICS)
+    state = np.empty(size)
+    mujoco.mj_getState(engine, memory[0], state, mujoco.mjtState.mjSTATE_FULLPHYSICS)
+    starts, control = np.repeat(state[None], runs, axis=0), np.full((runs, 1000, 6), 2.79)
+    with rollout.Rollout(nthread=threads) as pool:
+        return 2 * seconds(lambda: pool.rollout(engine, memory, starts, control))  # half a second each: no stop is met
+
+
+def main() -> None:
+    """Print the table."""
+    model = read_model(Path(sys.argv[1] if len(sys.argv) > 1 else "datasets/prototype.toml"))
+    sweep = full_design(model)
+    compiled = seconds(lambda: sweep.responses(0, 16))
+    ours = seconds(lambda: answers_of(sweep), 3)
+    idle = tuple(kind() for name, kind in CATALOGUE.items() if name not in [effect.name for effect in model.effects])
+    whole = full_design(replace(model, effects=(*model.effects, *idle)))
+    whole.responses(0, 16)
+    with_catalogue = seconds(lambda: answers_of(whole), 3)
+    rk45, others = rk45_seconds(sweep.model_at(sweep.design.piece(1234, 1235)[0])) * RUNS, mujoco_seconds(model, 64)
+    print(f"first call, with compilation where none is kept        {compiled:9.2f} s")
+    print(f"this project, {RUNS} runs, {1e3 * sweep._grid[0]:.3g} ms                  {ours:9.2f} s      1")
+    print(f"the same with the whole catalogue, switched off        {with_catalogue:9.2f} s {with_catalogue / ours:6.2f}")
+    print(f"solve_ivp RK45, rtol 1e-6, run by run (1 run scaled)   {rk45:9.2f} s {rk45 / ours:6.0f}")
+    if others is not None:
+        print(f"MuJoCo, C, all cores, no law, no stops (64 runs scaled) {others * RUNS / 64:8.2f} s {others * RUNS / 64 / ours:6.1f}")
+    print_errors(model, sweep)
+
+
+def print_errors(model: Model, sweep: Sweep) -> None:
+    """Error of theta_z against an eighth of the step, balanced stored forces (sum of signs zero) apart: they are unstable."""
+    fine = full_design(replace(model, simulation=replace(model.simulation, step_s=sweep._grid[0] / 8)))
+    runs = np.random.default_rng(0).permutation(RUNS // 64)[:8] * 64
+    apart, balanced = [], []
+    for first in runs:
+        coded = sweep.design.piece(int(first), int(first) + 64)
+        error = np.degrees(np.abs(sweep.responses(first, first + 64) - fine.responses(first, first + 64))[:, responses.THETA_Z])
+        balanced.append(coded[:, ::2] @ (1, -1, 1, -1, 1, -1) == 0)
+        apart.append(error)
+    error, even = np.concatenate(apart), np.concatenate(balanced)
+    print(f"error of theta_z, {len(error)} runs: largest {error[~even].max():.2g} deg; balanced ones {error[even].max():.2g} deg")
+
+
+if __name__ == "__main__":
+    main()
