@@ -102,6 +102,15 @@ def test_every_command_is_shown_in_the_readme_with_an_example_that_runs():
     assert {line.split()[0] for line in shown} >= set(COMMANDS)
 
 
+def test_every_file_of_the_datasets_has_its_row_in_the_readme():
+    rows = re.findall(r"^\| `(datasets/[^`]+)`", DOCUMENTS[0].read_text(encoding="utf-8"), re.M)
+    files = [path.relative_to(ROOT).as_posix() for path in (ROOT / "datasets").rglob("*") if path.is_file()]
+    shipped = [name for name in files if "__pycache__" not in name]
+    missing = [name for name in shipped if name not in rows and not any(name.startswith(row) for row in rows if row.endswith("/"))]
+    assert not missing, f"README.md has no row for {missing}; a row begins with the file, or its folder and a slash, in backquotes"
+    assert all((ROOT / row).exists() for row in rows)
+
+
 def test_links_between_documents_lead_somewhere():
     for document in DOCUMENTS:
         for target in re.findall(r"\]\((?!https?:|#)([^)#]+)", document.read_text(encoding="utf-8")):

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from measure import output
@@ -33,6 +33,7 @@ def crash(path):
         raise ZeroDivisionError
 
 
+@settings(max_examples=40)
 @given(st.dictionaries(st.text(), values))
 def test_json_holds_no_nan_and_no_infinity_however_deep(result):
     json.loads(output.json_text(result), parse_constant=refuse_constants)
