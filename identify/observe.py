@@ -12,6 +12,7 @@ from measure.tables import CHANNELS, Array, Trajectory
 from simulate.deployment import channels_of, deploy_many
 from simulate.effect import Effect
 from simulate.model import Model, Simulation
+from simulate.six_legs import POSE
 
 _MARGIN_S = 0.05
 
@@ -51,15 +52,23 @@ def duration_for(effects: Sequence[Effect], shown_s: Array, release: RunRelease)
     return max(np.ceil((last + _MARGIN_S) / _MARGIN_S) * _MARGIN_S, _MARGIN_S)
 
 
-def seen(samples: Array, rate_Hz: float, effects: Sequence[Effect], shown_s: Array, release: RunRelease) -> dict[str, Array]:
+def seen(
+    samples: Array, rate_Hz: float, effects: Sequence[Effect], shown_s: Array, release: RunRelease, turned: bool = False
+) -> dict[str, Array]:
     """Channels at the times of a film, from the samples of a deployment that starts at the release.
 
     Before its release the platform stands still where it is held. Between samples a cubic spline runs.
+
+    Parameters
+    ----------
+    turned : whether rotations count from the first frame, R(t) R(t_0)', as a tracker's do that has no other zero.
     """
+    at = np.maximum(rig_time(effects, shown_s) - release.instant_s, 0.0)
+    if turned:
+        samples = _from_first_frame(samples, int(np.clip(round(float(at[0]) * rate_Hz), 0, len(samples) - 1)))
     curves = np.stack(list(channels_of(samples).values()), axis=-1)
     good = np.isfinite(curves).all(axis=-1)
     times = np.arange(len(curves)) / rate_Hz
-    at = np.maximum(rig_time(effects, shown_s) - release.instant_s, 0.0)
     values = np.full((len(at), len(CHANNELS)), np.nan)
     covered = at <= times[good][-1] if good.any() else np.zeros(len(at), dtype=bool)
     if good.sum() > 3:
@@ -70,7 +79,27 @@ def seen(samples: Array, rate_Hz: float, effects: Sequence[Effect], shown_s: Arr
     return dict(channels)
 
 
-def observe_many(models: Sequence[Model], shown_s: Sequence[Array], releases: Sequence[RunRelease]) -> list[dict[str, Array]]:
+def _from_first_frame(samples: Array, first: int) -> Array:
+    """The samples with every rotation counted from one of them."""
+    place = slice(POSE + 3, POSE + 7)
+    w, x, y, z = samples[:, place].T
+    a, b, c, d = samples[first, place] * [1.0, -1.0, -1.0, -1.0]
+    relative = samples.copy()
+    relative[:, place] = np.stack(
+        [
+            w * a - x * b - y * c - z * d,
+            w * b + x * a + y * d - z * c,
+            w * c - x * d + y * a + z * b,
+            w * d + x * c - y * b + z * a,
+        ],
+        axis=-1,
+    )
+    return relative
+
+
+def observe_many(
+    models: Sequence[Model], shown_s: Sequence[Array], releases: Sequence[RunRelease], turned: Sequence[bool] | None = None
+) -> list[dict[str, Array]]:
     """What the films of several runs show, model by model; those that share their effects are simulated together.
 
     Models that differ only in what happens between rig and film are simulated once.
@@ -78,8 +107,8 @@ def observe_many(models: Sequence[Model], shown_s: Sequence[Array], releases: Se
     rigs = [_rig(*case) for case in zip(models, shown_s, releases, strict=True)]
     samples = _simulate(list(dict.fromkeys(rigs)))
     return [
-        seen(samples[rig], rig.simulation.sample_rate_Hz, model.effects, at, release)
-        for rig, model, at, release in zip(rigs, models, shown_s, releases, strict=True)
+        seen(samples[rig], rig.simulation.sample_rate_Hz, model.effects, at, release, count)
+        for rig, model, at, release, count in zip(rigs, models, shown_s, releases, turned or [False] * len(models), strict=True)
     ]
 
 

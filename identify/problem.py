@@ -49,6 +49,7 @@ class Film:
     values, sigma : (channels, n). counts : (channels, n), where there is a measurement. nominal : (channels,) where the
     platform should stand before the release. zeroed : (channels,), counted from the first frame and not from the rig's
     own zero; a tracker does that, so such a channel says nothing about where the platform stood, only how far it went.
+    expected_s : when the release is expected on the film's clock; a film that counts from its first frame began before it.
     """
 
     run: Run
@@ -60,6 +61,12 @@ class Film:
     counts: NDArray[np.bool_]
     nominal: Array
     zeroed: NDArray[np.bool_]
+    expected_s: float
+
+    @property
+    def turned(self) -> bool:
+        """Whether rotations count from the first frame."""
+        return any(zeroed and name.startswith("theta") for name, zeroed in zip(self.channels, self.zeroed, strict=True))
 
 
 @dataclass(frozen=True)
@@ -94,8 +101,13 @@ class Problem:
     @cached_property
     def knobs(self) -> tuple[Knob, ...]:
         """All unknowns: base, then each film's release, then the effects."""
-        nuisance = [knob for film in self.films for knob in _release_knobs(film)]
+        nuisance = [knob for own in self.own_knobs for knob in own]
         return (*_base_knobs(self.model, bool(self.loops)), *nuisance, *(k for e in self.effects for k in _effect_knobs(e, self.model)))
+
+    @cached_property
+    def own_knobs(self) -> tuple[tuple[Knob, ...], ...]:
+        """The knobs of each film's own release."""
+        return tuple(tuple(_release_knobs(film)) for film in self.films)
 
     @property
     def first_nuisance(self) -> int:
@@ -105,7 +117,7 @@ class Problem:
     @property
     def first_effect(self) -> int:
         """Index of the first knob of an effect."""
-        return len(BASE) + sum(len(_release_knobs(film)) for film in self.films)
+        return len(BASE) + sum(len(own) for own in self.own_knobs)
 
     @cached_property
     def blocks(self) -> tuple[Block, ...]:
@@ -160,13 +172,13 @@ class Problem:
         return RunRelease(
             tuple(values.get(f"position_{axis}", 0.0) for axis in "xyz"),
             tuple(values.get(f"theta_{axis}", 0.0) for axis in "xyz"),
-            values.get("instant", 0.0),
+            self.films[index].expected_s + values.get("instant", 0.0),
             tuple(values.get(f"stored_force_{leg}", 0.0) for leg in range(LEGS)),
         )
 
     def _own_values(self, q: Array, index: int) -> dict[str, float]:
-        place = self.first_nuisance + sum(len(_release_knobs(film)) for film in self.films[:index])
-        return {k.name.rpartition(":")[2]: float(q[place + i] * k.scale) for i, k in enumerate(_release_knobs(self.films[index]))}
+        place = self.first_nuisance + sum(len(own) for own in self.own_knobs[:index])
+        return {k.name.rpartition(":")[2]: float(q[place + i] * k.scale) for i, k in enumerate(self.own_knobs[index])}
 
     def _datum_at(self, q: Array, index: int) -> Array:
         """Error of the first frame, from which a zeroed film counts, (zeroed channels,)."""
@@ -184,20 +196,30 @@ class Problem:
         """Measured minus modelled, over the noise, film by film and loop by loop; behind them the knobs over their priors."""
         return self.gaps_many([q])[0]
 
-    def gaps_many(self, points: Sequence[Array]) -> list[Array]:
-        """`gaps` at several points; the simulations run side by side."""
-        films = self._film_gaps(points)
-        return [np.concatenate([*films[i], *self._loop_gaps(q), self._prior(q)]) for i, q in enumerate(points)]
+    def gaps_many(self, points: Sequence[Array], only: Sequence[int | None] | None = None) -> list[Array]:
+        """`gaps` at several points; the simulations run side by side.
 
-    def _film_gaps(self, points: Sequence[Array]) -> list[list[Array]]:
-        cases = [(self.model_at(q, film.model), film.time_s, self.release_at(q, i)) for q in points for i, film in enumerate(self.films)]
-        cut = [(model, time[time <= self.until_s], release) for model, time, release in cases]
-        seen = observe_many(*zip(*cut, strict=True)) if cut else []
-        count = len(self.films)
+        only : for each point the one film that it can differ in from the first point, or None where all may differ.
+        """
+        touched = list(only) if only is not None else [None] * len(points)
+        films, loops = self._film_gaps(points, touched), self._loop_gaps(points[0])
         return [
-            [self._film_gap(film, seen[k * count + i], self._datum_at(q, i)) for i, film in enumerate(self.films)]
+            np.concatenate([*films[k], *(loops if k == 0 or touched[k] is not None else self._loop_gaps(q)), self._prior(q)])
             for k, q in enumerate(points)
         ]
+
+    def _film_gaps(self, points: Sequence[Array], touched: Sequence[int | None]) -> list[list[Array]]:
+        wanted = [(k, i) for k in range(len(points)) for i in range(len(self.films)) if k == 0 or touched[k] in (None, i)]
+        if not wanted:
+            return [[] for _ in points]
+        cases = [self._case(points[k], i) for k, i in wanted]
+        seen = dict(zip(wanted, observe_many(*zip(*cases, strict=True)), strict=True))
+        made = {(k, i): self._film_gap(self.films[i], shown, self._datum_at(points[k], i)) for (k, i), shown in seen.items()}
+        return [[made.get((k, i), made[0, i]) for i in range(len(self.films))] for k in range(len(points))]
+
+    def _case(self, q: Array, index: int) -> tuple[Model, Array, RunRelease, bool]:
+        film = self.films[index]
+        return self.model_at(q, film.model), film.time_s[film.time_s <= self.until_s], self.release_at(q, index), film.turned
 
     def _film_gap(self, film: Film, seen: dict[str, Array], datum: Array) -> Array:
         n = len(next(iter(seen.values())))
@@ -238,6 +260,15 @@ class Problem:
         others = self._with_prior[self._with_prior >= 5]
         return np.concatenate([self._base_root @ (q[:5] * self.scales[:5]), q[others] / self._spreads[others]])
 
+    def _owner(self, knob: int) -> int | None:
+        """The film whose own release a knob belongs to, or None."""
+        place = self.first_nuisance
+        for index, own in enumerate(self.own_knobs):
+            if place <= knob < place + len(own):
+                return index
+            place += len(own)
+        return None
+
     def jacobian(self, q: Array, columns: Sequence[int] | None = None) -> tuple[Array, Array]:
         """Gaps (m,) and their rate of change with the knobs (m, k), by forward differences, all simulations side by side.
 
@@ -246,7 +277,7 @@ class Problem:
         chosen = list(range(len(q))) if columns is None else list(columns)
         steps = [-_STEP if q[i] + _STEP > self.knobs[i].high else _STEP for i in chosen]
         points = [q, *(_stepped(q, i, step) for i, step in zip(chosen, steps, strict=True))]
-        here, *there = self.gaps_many(points)
+        here, *there = self.gaps_many(points, [None, *(self._owner(i) for i in chosen)])
         return here, np.stack([(g - here) / step for g, step in zip(there, steps, strict=True)], axis=1)
 
 
@@ -272,7 +303,20 @@ def _film(run: Run, model: Model) -> Film:
     stowed = 0.0 if model.geometry is None else model.geometry.stowed_height_m
     nominal = np.array([stowed if channel == "z_m" else 0.0 for channel in channels])
     zeroed = np.abs(values[:, 0] - nominal) < _ZEROED * sigma[:, 0]
-    return Film(run, model, table.time_s, channels, values, sigma, np.isfinite(values), nominal, zeroed)
+    expected = _onset_s(table.time_s, values[channels.index("z_m")]) if zeroed.any() and "z_m" in channels else 0.0
+    return Film(run, model, table.time_s, channels, values, sigma, np.isfinite(values), nominal, zeroed, expected)
+
+
+def _onset_s(time_s: Array, elevation_m: Array) -> float:
+    """When a rise from rest began: at a steady acceleration it has gone h at t_1 and 4 h at t_2, so it began at 2 t_1 - t_2."""
+    rise = elevation_m - elevation_m[0]
+    good = np.isfinite(rise)
+    gone = 0.01 * float(np.nanmax(rise))
+    if gone <= 0.0:
+        return 0.0
+    time, rise = time_s[good], np.maximum.accumulate(rise[good])
+    first, fourth = (float(np.interp(part * gone, rise, time)) for part in (1.0, 4.0))
+    return max(2.0 * first - fourth, float(time[0]))
 
 
 def shifted(model: Model, shifts: Array) -> Model:

@@ -13,6 +13,10 @@ from .errors import InputError, nearest
 
 DONE, VERDICT_BAD, UNUSABLE = 0, 1, 2
 
+# The matrices here are tall and small: threads of the linear algebra win nothing, fight with those of the kernels, and
+# would let the last digits depend on the number of cores. It must be said before numpy is imported.
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+
 T = TypeVar("T")
 
 

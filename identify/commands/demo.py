@@ -1,0 +1,180 @@
+"""The main job on shipped data, step by step: film and loops in, a named effect out. What `make demo` runs.
+
+It calls the same functions as the commands and prints what came out of each.
+"""
+
+from __future__ import annotations
+
+import shutil
+import sys
+import time
+from argparse import Namespace
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from measure.command import DONE, VERDICT_BAD, parser, progress, run
+
+if TYPE_CHECKING:
+    from identify.compare import Comparison
+    from identify.explain import Explanation
+    from simulate.model import Model
+
+NAME = "demo"
+DOES = "Measure a film, identify loops, simulate, compare and explain, on the data in datasets/demo."
+_HERE = Path(__file__).resolve().parents[2]
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """The command."""
+    return run(NAME, _work, arguments)
+
+
+def _parser() -> Any:
+    made = parser(NAME, DOES, output="folder for all results", output_default="out/demo")
+    made.add_argument("--data", type=Path, default=_HERE / "datasets" / "demo", help="folder with rig.toml, film, loops, campaign.toml")
+    return made
+
+
+def _work(arguments: Sequence[str]) -> int:
+    given = _parser().parse_args(arguments)
+    from measure.errors import InputError
+
+    if not (given.data / "campaign.toml").is_file():
+        raise InputError(f"{given.data}: no campaign.toml; name the folder with the demonstration's data by --data.")
+    given.output.mkdir(parents=True, exist_ok=True)
+    work = given.output / "data"
+    shutil.copytree(given.data, work, dirs_exist_ok=True)
+    steps = _Steps(given, time.perf_counter())
+    _measure(steps, work)
+    model = _identify(steps, work)
+    _simulate(steps, model)
+    compared = _compare(steps, model, work)
+    found = _explain(steps, model, work)
+    report = _report(given, found, compared, work)
+    steps.say("report", str(report), "")
+    return DONE if found.verdict != "unknown" else VERDICT_BAD
+
+
+class _Steps:
+    """One line for each step on standard output, and what is under way on standard error."""
+
+    def __init__(self, given: Namespace, start: float) -> None:
+        self.quiet = given.quiet
+        self.start = start
+
+    def under_way(self, text: str) -> None:
+        if not self.quiet:
+            print(f"  {time.perf_counter() - self.start:5.1f} s  {text} ...", file=sys.stderr, flush=True)
+
+    def say(self, step: str, what: str, figures: str) -> None:
+        if not self.quiet:
+            print(f"{step:<9}{what:<38}  {figures}".rstrip(), flush=True)
+
+
+def _measure(steps: _Steps, work: Path) -> None:
+    steps.under_way("following the marks")
+    from measure.film import track_platform
+    from measure.footage import open_footage
+    from measure.project import read_project
+    from measure.tables import write_trajectory
+
+    footage = open_footage(work / "film.avi")
+    watch: Callable[[Any], Any] = lambda frames: progress(frames, what="frames", total=footage.frames, quiet=steps.quiet)  # noqa: E731
+    tracked = track_platform(footage, read_project(work / "film.toml"), watch)
+    assert tracked.trajectory is not None
+    write_trajectory(tracked.trajectory, work / "film.csv")
+    result = tracked.summary
+    millimetres = 1e3 * result["platform"]["median_sigma"]["z_m"]
+    figures = f"sigma {result['sigma_px']:.4f} px a mark   {millimetres:.4f} mm the platform   {result['verdict']}"
+    steps.say("measure", f"film of {result['film']['frames_read']} frames, {len(result['marks'])} marks", figures)
+
+
+def _identify(steps: _Steps, work: Path) -> Model:
+    steps.under_way("fitting the force law to the loops")
+    from identify.actuator import fit_actuator
+    from identify.loop_report import model_of
+    from identify.loops import prepare
+    from measure.output import provenance
+    from measure.tables import read_loop
+    from simulate.model_file import read_model, write_model
+
+    files = sorted((work / "loops").glob("*.csv"))
+    loops = [prepare(read_loop(path)) for path in files]
+    fit = fit_actuator(loops)
+    model = model_of(fit, read_model(work / "rig.toml"))
+    write_model(model, work / "model.toml", provenance([work / "rig.toml", *files], command=[NAME]))
+    beta, force = fit.estimates["beta_per_m"], fit.estimates["b_l_N"]
+    frequencies = len({round(loop.frequency_Hz, 2) for loop in loops})
+    figures = f"beta {_pm(beta.value, beta.stderr)} 1/m, b_l {_pm(force.value, force.stderr)} N   {fit.verdict.word}"
+    steps.say("identify", f"{len(loops)} loops, {frequencies} frequencies", figures)
+    return model
+
+
+def _pm(value: float, stderr: float | None) -> str:
+    return f"{value:.4g}" if stderr is None else f"{value:.4g} +- {stderr:.2g}"
+
+
+def _simulate(steps: _Steps, model: Model) -> None:
+    steps.under_way("simulating (the kernel is compiled the first time)")
+    from simulate.deployment import deploy
+
+    done = deploy(model)
+    verdict = "ok" if done.diverged_at_s is None else f"diverged at {done.diverged_at_s:g} s"
+    figures = f"energy closes to {done.energy_closure:.1g}, highest at {1e3 * done.channels['z_m'].max():.1f} mm   {verdict}"
+    steps.say("simulate", f"six legs, {model.simulation.duration_s:.2f} s", figures)
+
+
+def _compare(steps: _Steps, model: Model, work: Path) -> Comparison:
+    steps.under_way("comparing")
+    from identify.campaign import read_campaign
+    from identify.compare import compare
+
+    found = compare(model, [run for run in read_campaign([work / "campaign.toml"]) if not run.is_loop])
+    film = {curve.channel: curve.numbers for curve in found.curves if curve.run == "film.csv"}
+    figures = f"elevation fit {film['z_m']['fit_percent']:.1f} %, lateral {film['x_m']['fit_percent']:.1f} %"
+    word = "is noise" if found.gap_is_noise else f"is {found.fit.rms:.3g} times the noise"
+    steps.say("compare", f"{len({c.run for c in found.curves})} deployments", f"{figures}   the gap {word}")
+    return found
+
+
+def _explain(steps: _Steps, model: Model, work: Path) -> Explanation:
+    from identify.campaign import read_campaign
+    from identify.explain import explain
+    from identify.result import parameters_of, result_of
+
+    found = explain(model, read_campaign([work / "campaign.toml"]), say=steps.under_way)
+    result = result_of(found)
+    gap = result["gap"]
+    held = gap.get("held_out")
+    figures = f"gap {gap['before']['rms_over_noise']:.3g} -> {gap['after']['rms_over_noise']:.3g} times the noise"
+    figures += f", held-out run {held['before']['rms_over_noise']:.3g} -> {held['after']['rms_over_noise']:.3g}" if held else ""
+    steps.say("explain", result["sentence"], figures)
+    for finding in found.findings:
+        for name, row in parameters_of(finding, found).items():
+            steps.say("", f"{finding.name} {name}", f"{row['value']:.5g}, 95 % {row['ci95'][0]:.5g} to {row['ci95'][1]:.5g}")
+    return found
+
+
+def _report(given: Namespace, found: Explanation, compared: Comparison, work: Path) -> Path:
+    import json
+
+    from identify.commands.compare_model import summary
+    from identify.explain import extended
+    from identify.report import report_html
+    from identify.result import result_of
+    from measure.output import provenance, write_json, write_text
+    from simulate.model_file import write_model
+
+    note = provenance(sorted(path for path in work.rglob("*") if path.suffix in (".csv", ".toml", ".avi")), command=[NAME])
+    model = found.before.problem.model
+    write_model(extended(model, found), given.output / "extended.toml", note)
+    write_json(given.output / "result.json", {**result_of(found), "provenance": note})
+    notes = {"Model against deployments, before": "\n".join(summary(compared)), "What made this": json.dumps(note, indent=1)}
+    report = given.output / "report.html"
+    write_text(report, report_html(found, "The demonstration: a film and six loops, explained", notes))
+    return report
+
+
+if __name__ == "__main__":
+    sys.exit(main())
