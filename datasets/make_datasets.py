@@ -27,10 +27,10 @@ from measure.tables import Loop, Trajectory, write_loop, write_trajectory
 from simulate.deployment import deploy
 from simulate.effects import HubInertia, ViscousFriction
 from simulate.law import loop_force
-from simulate.model import Actuator, EndStop, Geometry, Gravity, Model, Platform, Simulation, with_value
+from simulate.model import Actuator, EndStop, Geometry, Gravity, Model, Nuisance, Platform, Simulation, with_value
 from simulate.model_file import write_model
 
-SEED = 20090201
+SEED = 2009
 FPS = 250.0
 FRAMES = 150
 HIDDEN = HubInertia(0.01)
@@ -73,21 +73,23 @@ def prototype() -> Model:
 
 
 def rig() -> Model:
-    """The demonstration's rig: the prototype's geometry with light spools and no grease; its law is not known yet, only guessed."""
-    law = Actuator(0.0, 2.8, 0.0, 2.9, 300.0, 2.8)
-    return replace(prototype(), name="demonstration rig", actuator=law, effects=(), simulation=Simulation(0.6))
+    """The demonstration's rig: the prototype's geometry, light spools, no grease, firmer stops; its law is not known yet, only guessed."""
+    law, stops = Actuator(0.0, 2.8, 0.0, 2.9, 300.0, 2.8), EndStop(4000.0, 40.0, 1e-3)
+    known = replace(prototype(), name="demonstration rig", actuator=law, end_stop=stops, effects=())
+    return replace(known, simulation=Simulation(0.6), nuisance=Nuisance(3e-4, 5e-4, 4e-3))
 
 
 def truth() -> Model:
     """What the demonstration's data are made with."""
     law = Actuator(-0.12, 2.79, -0.10, 2.89, 400.0, 2.987)
-    return replace(rig(), actuator=law).with_effect(HIDDEN)
+    return replace(rig(), actuator=law, simulation=Simulation(0.62, 2000.0, 2e-5)).with_effect(HIDDEN)
 
 
 def own_release(chance: np.random.Generator) -> RunRelease:
     """Where and when a run is let go, as the model file says that it may differ."""
-    position, theta = chance.normal(0.0, 1e-3, 3), chance.normal(0.0, 2e-3, 3)
-    return RunRelease(tuple(position.tolist()), tuple(theta.tolist()), float(chance.normal(0.0, 4e-3)))
+    spread = rig().nuisance
+    position, theta = chance.normal(0.0, spread.release_position_m, 3), chance.normal(0.0, spread.release_theta_rad, 3)
+    return RunRelease(tuple(position.tolist()), tuple(theta.tolist()), float(chance.normal(0.0, spread.release_instant_s)))
 
 
 def loop_of(model: Model, frequency_Hz: float, amplitude_m: float, chance: np.random.Generator) -> Loop:
@@ -114,8 +116,8 @@ def seen_of(model: Model, release: RunRelease, chance: np.random.Generator) -> T
 
 
 def film_motion(model: Model, release: RunRelease) -> Trajectory:
-    """All six channels at 1 kHz from before the release on, for the camera; no spline reaches over the instant of release."""
-    run = deploy(replace(released(model, release), simulation=Simulation(0.62, 2000.0)))
+    """All six channels at 2 kHz from before the release on, for the camera; no spline reaches over the instant of release."""
+    run = deploy(released(model, release))
     waits = np.arange(-round((WAIT_S + release.instant_s) * 2000.0), 0) / 2000.0
     channels = {name: np.concatenate([np.full(len(waits), values[0]), values]) for name, values in run.channels.items()}
     return Trajectory(np.concatenate([waits, run.time_s]) - waits[0], channels)

@@ -12,13 +12,13 @@ from measure.tables import Array
 from simulate.effect import Effect
 
 from .evidence import Gain, Signature, gain, signature
-from .fit import Fit, solve
+from .fit import Fit, solve, solve_from_afar
 from .problem import Problem
 
 _WORTH_FITTING = 6.0
 _MOST_FITTED = 8
 _SHORT_OF_PROMISE = 0.5
-_FIRST_STEPS, _LAST_STEPS = 12, 40
+_FIRST_STEPS, _LAST_STEPS = 12, 20
 
 
 @dataclass(frozen=True)
@@ -115,12 +115,11 @@ def fit_screened(before: Fit, screened: Screened) -> Candidate:
     return Candidate(screened.effect, found, gain(before, found), screened.signature)
 
 
-def polished(before: Fit, candidate: Candidate) -> Candidate:
-    """The same candidate with its fit taken to the end."""
-    if candidate.fit.converged:
-        return candidate
-    found = solve(candidate.fit.problem, candidate.fit.q, most_steps=_LAST_STEPS)
-    return replace(candidate, fit=found, gain=gain(before, found))
+def carried_to_the_end(before: Fit, candidate: Candidate) -> Candidate:
+    """A candidate that was fitted up to the stops, or in a hurry, fitted whole."""
+    problem = before.problem.with_effects(candidate.fit.problem.effects)
+    best = solve_from_afar(problem, candidate.fit.q, most_steps=_LAST_STEPS)
+    return replace(candidate, fit=best, gain=gain(before, best))
 
 
 def _signs(problem: Problem, first: int) -> tuple[float, ...]:
@@ -174,7 +173,7 @@ def carried_over(fit: Fit, other: Problem, start: Fit | None = None) -> Fit:
     q = _moved(fit, fit.problem, other)
     if start is not None:
         q[other.first_nuisance : other.first_effect] = _moved(start, start.problem, other)[other.first_nuisance : other.first_effect]
-    return solve(other, q, free=range(other.first_nuisance, other.first_effect), most_steps=15)
+    return solve_from_afar(other, q, free=range(other.first_nuisance, other.first_effect))
 
 
 def _moved(fit: Fit, of: Problem, to: Problem) -> Array:

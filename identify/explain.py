@@ -20,9 +20,9 @@ from simulate.effects import CATALOGUE
 from simulate.model import Model
 
 from .campaign import Run
-from .candidates import Candidate, Screened, carried_over, fit_screened, held_out_rms, kinds_to_try, polished, screen
+from .candidates import Candidate, Screened, carried_over, carried_to_the_end, fit_screened, held_out_rms, kinds_to_try, screen
 from .evidence import Gain, GapTest, gain, gap_test, likeness
-from .fit import Fit, solve, solve_from_afar
+from .fit import Fit, before_the_stops, solve, solve_from_afar
 from .missing_force import MissingForce, estimate
 from .problem import problem_of, with_effects
 
@@ -34,6 +34,7 @@ _MOST_EFFECTS = 3
 _MOST_RIVALS = 3
 _MOST_LATER = 5
 _HOPELESS_RIVAL = 0.5
+_NEAR_BIC = 50.0
 
 Say = Callable[[str], None]
 
@@ -144,34 +145,72 @@ def explain(
 
 @dataclass(frozen=True)
 class Step:
-    """One effect added: the best candidate, those it cannot be told from, and all that were tried."""
+    """One effect added: the best candidate, those it cannot be told from, those fitted whole, and the other rows of the ranking."""
 
     before: Fit
     best: Candidate
     equivalents: tuple[Candidate, ...]
     tried: tuple[Candidate, ...]
-    screened: tuple[Screened, ...]
+    others: tuple[Rival, ...]
 
 
 def _next_effect(current: Fit, catalogue: Mapping[str, type[Effect]], say: Say, *, first: bool) -> Step | None:
-    """The effect that closes most of what is left, or None where only noise is left or nothing helps."""
-    test = gap_test(current)
-    screened = screen(current, kinds_to_try(catalogue, current))[: None if first else _MOST_LATER]
-    if test.p_value > GAP_P and not (first and _promising(screened)):
+    """The effect that closes most of what is left, or None where only noise is left or nothing helps.
+
+    Where the gap shows before the stops already, effects are tried there first: that part is short and steady. The
+    foremost are then fitted whole.
+    """
+    hint = _hint(current)
+    screened = screen(hint, kinds_to_try(catalogue, current))[: None if first else _MOST_LATER]
+    if gap_test(current).p_value > GAP_P and not (first and _promising(screened)):
         return None
-    tried: list[Candidate] = []
+    quick: list[Candidate] = []
     for one in screened:
-        if not _hopeless(one, tried):
+        if not _hopeless(one, quick):
             say(f"trying {one.effect.name}")
-            tried.append(fit_screened(current, one))
-    if not tried:
+            quick.append(fit_screened(hint, one))
+    if not quick:
         return None
-    tried = _best_first([polished(current, c) if i < _MOST_RIVALS else c for i, c in enumerate(_best_first(tried))])
+    foremost = _foremost(quick)
+    say("fitting the foremost to the end: " + ", ".join(c.name for c in foremost))
+    tried = _best_first([carried_to_the_end(current, c) for c in foremost])
     best = tried[0]
     if best.gain.p_value > EFFECT_P or best.gain.delta_bic < STRONG_BIC:
         return None
     equivalents = tuple(c for c in tried[1:] if _cannot_be_told(c, best))
-    return Step(current, best, equivalents, tuple(tried), tuple(screened))
+    return Step(current, best, equivalents, tuple(tried), _others(hint, quick, foremost, screened))
+
+
+def _foremost(quick: Sequence[Candidate]) -> list[Candidate]:
+    """The candidates worth fitting whole: a few, or, where the best closed what was looked at, those that come near it."""
+    ranked = _best_first(quick)[:_MOST_RIVALS]
+    best = ranked[0].fit
+    if gap_test(best).p_value < GAP_P:
+        return ranked
+    return [c for c in ranked if _score(c, best) - _score(ranked[0], best) < _NEAR_BIC]
+
+
+def _hint(current: Fit) -> Fit:
+    """The part of a fit in which a gap can be looked at best: up to the stops, if it shows there."""
+    early = before_the_stops(current.problem)
+    if early is current.problem:
+        return current
+    fitted = solve(early, current.q)
+    return fitted if gap_test(fitted).p_value < GAP_P else current
+
+
+def _others(hint: Fit, quick: Sequence[Candidate], foremost: Sequence[Candidate], screened: Sequence[Screened]) -> tuple[Rival, ...]:
+    """Rows of the ranking for effects that were not fitted whole: what they gained where they were looked at."""
+    done = {c.name for c in foremost}
+    hurried = {c.name: c for c in quick if c.name not in done}
+    best = foremost[0].fit
+    rows = []
+    for one in screened:
+        if one.effect.name in hurried:
+            rows.append(Rival(one.effect.name, _delta_bic(hurried[one.effect.name], hint, best), float("nan"), True))
+        elif one.effect.name not in done:
+            rows.append(Rival(one.effect.name, one.promise, float("nan"), False))
+    return tuple(rows)
 
 
 def _best_first(tried: Sequence[Candidate]) -> list[Candidate]:
@@ -272,20 +311,15 @@ def _ranking(steps: Sequence[Step]) -> tuple[Rival, ...]:
     if not steps:
         return ()
     first = steps[0]
-    fitted = [
-        Rival(c.name, _delta_bic(c, first), held_out_rms(c.fit) if i < _MOST_RIVALS else float("nan"), True)
-        for i, c in enumerate(first.tried)
-    ]
-    done = {rival.name for rival in fitted}
-    rest = [Rival(s.effect.name, s.promise, float("nan"), False) for s in first.screened if s.effect.name not in done]
-    return (*fitted, *sorted(rest, key=lambda r: -r.delta_bic))
+    whole = [Rival(c.name, _delta_bic(c, first.before, first.best.fit), held_out_rms(c.fit), True) for c in first.tried]
+    return (*whole, *sorted(first.others, key=lambda rival: -rival.delta_bic))
 
 
-def _delta_bic(candidate: Candidate, step: Step) -> float:
+def _delta_bic(candidate: Candidate, before: Fit, best: Fit) -> float:
     """Against no effect at all, in the noise that the best one leaves, so that the rows can be compared."""
-    unit = step.best.fit.dilution * max(1.0, step.best.fit.rms**2)
-    price = (len(candidate.fit.q) - len(step.before.q)) * float(np.log(max(step.best.fit.effective_samples, 2.0)))
-    return (step.before.cost - candidate.fit.cost) / unit - price
+    unit = best.dilution * max(1.0, best.rms**2)
+    price = (len(candidate.fit.q) - len(before.q)) * float(np.log(max(best.effective_samples, 2.0)))
+    return (before.cost - candidate.fit.cost) / unit - price
 
 
 def extended(model: Model, explanation: Explanation) -> Model:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -14,8 +14,9 @@ from measure.tables import Array
 from .loops import effective_number
 from .problem import Block, Problem
 
-_TOLERANCE = 1e-5
-_CLOSE = 3.0
+_TOLERANCE = 1e-6
+_EARLY_SPREAD = 30.0  # typical sizes
+_FIRST_LEG, _NEXT_LEG = 12, 6
 
 
 @dataclass(frozen=True)
@@ -60,9 +61,22 @@ class Fit:
 
     @cached_property
     def covariance(self) -> Array:
-        """Covariance of the knobs, (k, k), in scales: widened where the gap is larger than the noise or its samples hang together."""
+        """Covariance of the knobs, (k, k), in scales.
+
+            H^-1 (sum over runs and channels of d J'J) H^-1,   H the whole J'J
+
+        Each run and channel speaks with its own noise: d is its samples per independent sample times its mean square, where
+        that is above one, so that a film with slow tracking errors does not lend its sureness to an effect.
+        """
         inverse = np.linalg.pinv(self.jacobian.T @ self.jacobian, rcond=1e-14, hermitian=True)
-        return inverse * max(1.0, self.rms**2) * self.dilution
+        rows = np.ones(len(self.gaps))
+        for block in self.problem.blocks:
+            part = self.part(block)
+            if len(part):
+                own = len(part) / effective_number(part)
+                rows[block.rows] = max(1.0, own) * max(1.0, float(np.mean(part**2)))
+        weighted = self.jacobian.T @ (self.jacobian * rows[:, None])
+        return inverse @ weighted @ inverse
 
     def part(self, block: Block) -> Array:
         """The gap of one run and channel."""
@@ -105,17 +119,31 @@ def solve(problem: Problem, start: Array | None = None, *, free: Sequence[int] |
     return Fit(problem, whole(found.x), found.fun, np.asarray(found.jac), found.status > 0)
 
 
-def solve_from_afar(problem: Problem, start: Array | None = None) -> Fit:
-    """Fit whole films at once, and, where that does not end well, up to the stops first and whole from there.
+def solve_from_afar(problem: Problem, start: Array | None = None, *, free: Sequence[int] | None = None, most_steps: int = 20) -> Fit:
+    """Fit the films up to the stops first, then ever further, and whole at last.
 
-    Behind the stops errors grow, so a start that is far off can lead astray. The better of both answers is returned.
+    Behind the stops errors grow, so a start that is far off can lead into a wrong valley. What does not show yet is held
+    near its start meanwhile.
     """
-    whole = solve(problem, start)
-    horizon = first_stop_s(problem)
-    if not problem.films or (whole.converged and whole.rms < _CLOSE) or horizon >= min(problem.until_s, _last_frame_s(problem)):
-        return whole
-    early = solve(problem.until(horizon), start, most_steps=12)
-    return min(whole, solve(problem, early.q), key=lambda fit: fit.cost)
+    q = start
+    for i, horizon in enumerate(horizons(problem)):
+        shorter = replace(problem.until(horizon), effect_spread=_EARLY_SPREAD)
+        q = solve(shorter, q, free=free, most_steps=_FIRST_LEG if i == 0 else _NEXT_LEG).q
+    return solve(problem, q, free=free, most_steps=most_steps)
+
+
+def horizons(problem: Problem) -> list[float]:
+    """Times up to which the films are fitted one after the other: the first stop, and on in thirds of what is behind it, s."""
+    stop = first_stop_s(problem)
+    if not problem.films or stop >= min(problem.until_s, _last_frame_s(problem)):
+        return []
+    return [stop + part * (_last_frame_s(problem) - stop) for part in (0.0, 1 / 3, 2 / 3)]
+
+
+def before_the_stops(problem: Problem) -> Problem:
+    """The films cut where the first of them reaches the stops; the same problem where none does."""
+    found = horizons(problem)
+    return problem.until(found[0]) if found else problem
 
 
 def _last_frame_s(problem: Problem) -> float:

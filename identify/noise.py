@@ -22,15 +22,18 @@ def channel_noise(trajectory: Trajectory, channel: str) -> Array:
     values = trajectory.channels[channel]
     stated = trajectory.sigma.get(channel)
     shape = np.ones(len(values)) if stated is None else np.where(np.isfinite(stated), stated, np.nanmedian(stated))
-    seen = _high_frequency(values / shape)
+    seen = _high_frequency(values, shape)
     if not np.isfinite(seen) or seen == 0.0:
         seen = 1.0 if stated is not None else max(float(np.nanstd(values)) * 1e-3, 1e-9)
     return shape * (seen if stated is None else max(seen, 1.0))
 
 
-def _high_frequency(values: Array) -> float:
-    """Standard deviation of the sample-to-sample noise, robust; NaN where there are too few samples in a row."""
-    steps = np.diff(values, n=_ORDER)
+def _high_frequency(values: Array, shape: Array) -> float:
+    """Standard deviation of the sample-to-sample noise in units of `shape`, robust; NaN where too few samples stand in a row.
+
+    The differences are taken first: a sigma that changes from frame to frame must not shake a large value.
+    """
+    steps = np.diff(values, n=_ORDER) / shape[_ORDER // 2 : len(shape) - _ORDER // 2]
     steps = steps[np.isfinite(steps)]
     if len(steps) < _FEW:
         return float("nan")

@@ -15,6 +15,7 @@ from simulate.model import Model, Simulation
 from simulate.six_legs import POSE
 
 _MARGIN_S = 0.05
+_STEP_S = 1.25e-4  # a film sees micrometres; at the half millisecond of a sweep the stops leave ten of them
 
 
 @dataclass(frozen=True)
@@ -81,20 +82,13 @@ def seen(
 
 def _from_first_frame(samples: Array, first: int) -> Array:
     """The samples with every rotation counted from one of them."""
-    place = slice(POSE + 3, POSE + 7)
-    w, x, y, z = samples[:, place].T
-    a, b, c, d = samples[first, place] * [1.0, -1.0, -1.0, -1.0]
-    relative = samples.copy()
-    relative[:, place] = np.stack(
-        [
-            w * a - x * b - y * c - z * d,
-            w * b + x * a + y * d - z * c,
-            w * c - x * d + y * a + z * b,
-            w * d + x * c - y * b + z * a,
-        ],
-        axis=-1,
-    )
-    return relative
+    from scipy.spatial.transform import Rotation
+
+    good, place = np.isfinite(samples[:, POSE]), slice(POSE + 3, POSE + 7)
+    turn = Rotation.from_quat(samples[good, place], scalar_first=True)
+    changed = samples.copy()
+    changed[good, place] = (turn * turn[first].inv()).as_quat(scalar_first=True)
+    return changed
 
 
 def observe_many(
@@ -113,7 +107,8 @@ def observe_many(
 
 
 def _rig(model: Model, shown_s: Array, release: RunRelease) -> Model:
-    simulation = Simulation(duration_for(model.effects, shown_s, release), model.simulation.sample_rate_Hz, model.simulation.step_s)
+    given = model.simulation
+    simulation = Simulation(duration_for(model.effects, shown_s, release), given.sample_rate_Hz, given.step_s or _STEP_S)
     acting = tuple(effect for effect in model.effects if effect.acts_on != "measurement")
     return replace(released(model, release), simulation=simulation, effects=acting, name="", nuisance=type(model.nuisance)())
 

@@ -25,10 +25,11 @@ from .noise import channel_noise
 from .observe import RunRelease, observe_many
 
 BASE = ("a_l_N_per_m", "b_l_N", "a_u_N_per_m", "b_u_N", "beta_per_m", "initial_force_N")
-_STEP = 1e-3
+_STEP = 1e-5
 _DIVERGED = 1e3
 _WEAK = 4.0
 _ZEROED = 3.0  # standard deviations
+_CAMERA_DISTANCE_M = 2.0  # a release nearer to the camera by its spread makes every length of the film longer by spread over distance
 
 
 @dataclass(frozen=True)
@@ -90,19 +91,25 @@ class Block:
 
 @dataclass(frozen=True)
 class Problem:
-    """Measurements, base model and the effects whose parameters are unknown."""
+    """Measurements, base model and the effects whose parameters are unknown.
+
+    until_s : films are cut there. effect_spread : prior of an effect's parameter around the model's value, in typical sizes;
+    none unless given.
+    """
 
     model: Model
     films: tuple[Film, ...]
     loops: tuple[LoopRun, ...]
     effects: tuple[Effect, ...] = ()
     until_s: float = np.inf
+    effect_spread: float = np.inf
 
     @cached_property
     def knobs(self) -> tuple[Knob, ...]:
         """All unknowns: base, then each film's release, then the effects."""
         nuisance = [knob for own in self.own_knobs for knob in own]
-        return (*_base_knobs(self.model, bool(self.loops)), *nuisance, *(k for e in self.effects for k in _effect_knobs(e, self.model)))
+        of_effects = [k for effect in self.effects for k in _effect_knobs(effect, self.model, self.effect_spread)]
+        return (*_base_knobs(self.model, bool(self.loops)), *nuisance, *of_effects)
 
     @cached_property
     def own_knobs(self) -> tuple[tuple[Knob, ...], ...]:
@@ -180,10 +187,11 @@ class Problem:
         place = self.first_nuisance + sum(len(own) for own in self.own_knobs[:index])
         return {k.name.rpartition(":")[2]: float(q[place + i] * k.scale) for i, k in enumerate(self.own_knobs[index])}
 
-    def _datum_at(self, q: Array, index: int) -> Array:
-        """Error of the first frame, from which a zeroed film counts, (zeroed channels,)."""
+    def _datum_at(self, q: Array, index: int) -> tuple[Array, float]:
+        """What a film that counts from its first frame may be wrong by: that frame's error (zeroed channels,), and its scale."""
         values, film = self._own_values(q, index), self.films[index]
-        return np.array([values[f"datum_{channel}"] for channel, zeroed in zip(film.channels, film.zeroed, strict=True) if zeroed])
+        names = [channel for channel, zeroed in zip(film.channels, film.zeroed, strict=True) if zeroed]
+        return np.array([values[f"datum_{channel}"] for channel in names]), values.get("scale", 0.0)
 
     @cached_property
     def scales(self) -> Array:
@@ -214,17 +222,19 @@ class Problem:
             return [[] for _ in points]
         cases = [self._case(points[k], i) for k, i in wanted]
         seen = dict(zip(wanted, observe_many(*zip(*cases, strict=True)), strict=True))
-        made = {(k, i): self._film_gap(self.films[i], shown, self._datum_at(points[k], i)) for (k, i), shown in seen.items()}
+        made = {(k, i): self._film_gap(self.films[i], shown, *self._datum_at(points[k], i)) for (k, i), shown in seen.items()}
         return [[made.get((k, i), made[0, i]) for i in range(len(self.films))] for k in range(len(points))]
 
     def _case(self, q: Array, index: int) -> tuple[Model, Array, RunRelease, bool]:
         film = self.films[index]
         return self.model_at(q, film.model), film.time_s[film.time_s <= self.until_s], self.release_at(q, index), film.turned
 
-    def _film_gap(self, film: Film, seen: dict[str, Array], datum: Array) -> Array:
+    def _film_gap(self, film: Film, seen: dict[str, Array], datum: Array, scale: float) -> Array:
         n = len(next(iter(seen.values())))
         modelled = np.stack([seen[channel] for channel in film.channels])
-        modelled[film.zeroed] += (film.nominal[film.zeroed] + datum - modelled[film.zeroed, 0])[:, None]
+        gone = modelled[film.zeroed] - modelled[film.zeroed, :1]
+        gone[_lengths(film)] *= 1.0 + scale
+        modelled[film.zeroed] = gone + (film.nominal[film.zeroed] + datum)[:, None]
         over_noise = np.nan_to_num((film.values[:, :n] - modelled) / film.sigma[:, :n], nan=_DIVERGED, posinf=_DIVERGED, neginf=-_DIVERGED)
         return over_noise[film.counts[:, :n]]
 
@@ -307,6 +317,12 @@ def _film(run: Run, model: Model) -> Film:
     return Film(run, model, table.time_s, channels, values, sigma, np.isfinite(values), nominal, zeroed, expected)
 
 
+def _lengths(film: Film) -> list[int]:
+    """Rows of the zeroed channels that are lengths."""
+    names = [channel for channel, zeroed in zip(film.channels, film.zeroed, strict=True) if zeroed]
+    return [row for row, channel in enumerate(names) if channel.endswith("_m")]
+
+
 def _onset_s(time_s: Array, elevation_m: Array) -> float:
     """When a rise from rest began: at a steady acceleration it has gone h at t_1 and 4 h at t_2, so it began at 2 t_1 - t_2."""
     rise = elevation_m - elevation_m[0]
@@ -361,9 +377,11 @@ def _release_knobs(film: Film) -> list[Knob]:
     rows += [("instant", spread.release_instant_s)]
     rows += [(f"stored_force_{leg}", spread.stored_force_N) for leg in range(LEGS)]
     rows += [(f"datum_{film.channels[i]}", float(np.nanmedian(film.sigma[i]))) for i in np.flatnonzero(film.zeroed)]
+    if film.zeroed.any():
+        rows += [("scale", spread.release_position_m / _CAMERA_DISTANCE_M)]
     return [Knob(f"{film.run.name}:{name}", sd, 1.0, -np.inf, np.inf) for name, sd in rows if sd > 0]
 
 
-def _effect_knobs(effect: Effect, model: Model) -> list[Knob]:
+def _effect_knobs(effect: Effect, model: Model, spread: float) -> list[Knob]:
     rows = zip(effect.flat_names(), effect.flat(), effect.typical(), type(effect).bounds(model).values(), strict=True)
-    return [Knob(f"{effect.name}:{name}", t, np.inf, (low - value) / t, (high - value) / t) for name, value, t, (low, high) in rows]
+    return [Knob(f"{effect.name}:{name}", t, spread, (low - value) / t, (high - value) / t) for name, value, t, (low, high) in rows]
