@@ -146,8 +146,8 @@ def quantum_of(values: Array) -> float:
 
 
 def dead_band(motion_found: Motion, quantum_m: float) -> float:
-    """How far the elongation must come back before it counts as a reversal: noise, quantum and a thousandth of the range."""
-    return max(5.0 * motion_found.noise_m, 2.0 * quantum_m, 1e-3 * float(np.ptp(motion_found.elongation_m)))
+    """How far the elongation must come back before it counts as a reversal: noise, quantum and a hundredth of the range."""
+    return max(5.0 * motion_found.noise_m, 2.0 * quantum_m, 1e-2 * float(np.ptp(motion_found.elongation_m)))
 
 
 def reversals(elongation_m: Array, band_m: float) -> tuple[int, ...]:
@@ -165,6 +165,19 @@ def reversals(elongation_m: Array, band_m: float) -> tuple[int, ...]:
             turns += [low] if direction else []
             direction, high = 1, i
     return tuple(turns)
+
+
+def one_way(elongation_m: Array, turns: tuple[int, ...]) -> Array:
+    """The elongation without steps back between two reversals: a glitch of the gauge is no reversal, and the law would take it for one.
+
+    Between two reversals the mean of the running extreme from either side is taken, which leaves a monotone stroke as it is.
+    """
+    straightened = np.array(elongation_m, dtype=float)
+    for a, b in pairwise(turns):
+        stroke = straightened[a : b + 1] * np.sign(straightened[b] - straightened[a])
+        ahead, back = np.maximum.accumulate(stroke), np.minimum.accumulate(stroke[::-1])[::-1]
+        straightened[a : b + 1] = (ahead + back) / 2.0 * np.sign(straightened[b] - straightened[a])
+    return straightened
 
 
 def cycles(time_s: Array, elongation_m: Array, band_m: float) -> Cycles:

@@ -13,7 +13,7 @@ from measure.tables import Array, Loop
 from simulate.effect import Effect
 from simulate.law import loop_force
 
-from .kinematics import Cycles, Motion, cycles, dead_band, motion, moving, noise_of, quantum_of
+from .kinematics import Cycles, Motion, cycles, dead_band, motion, moving, noise_of, one_way, quantum_of
 
 _ENDS = 10  # samples
 
@@ -118,7 +118,7 @@ def _require_motion(loop: Loop) -> None:
 
 def _path(time_s: Array, smooth: Motion, turns: tuple[int, ...]) -> tuple[Path, NDArray[np.intp]]:
     """The samples with the vertex of the local parabola put in at each reversal, between two samples."""
-    columns = np.stack([time_s, smooth.elongation_m, smooth.speed_m_per_s, smooth.acceleration_m_per_s2])
+    columns = np.stack([time_s, one_way(smooth.elongation_m, turns), smooth.speed_m_per_s, smooth.acceleration_m_per_s2])
     vertices = [vertex for k in turns if (vertex := _vertex(columns, k)) is not None]
     if vertices:
         columns = np.concatenate([columns, np.array(vertices).T], axis=1)

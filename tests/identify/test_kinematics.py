@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from identify.kinematics import cycles, dead_band, motion, noise_of, quantum_of, reversals
+from identify.kinematics import cycles, dead_band, motion, noise_of, one_way, quantum_of, reversals
 
 RNG = np.random.default_rng(3)
 
@@ -72,6 +72,17 @@ def test_five_micrometres_of_quantisation_make_no_reversal():
     assert quantum_of(seen) == pytest.approx(5e-6, rel=1e-6)
     assert len(reversals(found.elongation_m, dead_band(found, 5e-6))) == 4
     assert len(reversals(seen, 0.0)) > 50
+
+
+def test_glitches_of_the_gauge_make_no_reversal():
+    t = np.arange(4000) / 500.0
+    u = triangle(t, 0.02, 0.5)
+    glitchy = u + np.where(RNG.random(len(t)) < 0.01, 3e-4, 0.0)
+    turns = reversals(glitchy, 4e-4)
+    assert turns == reversals(u, 4e-4)
+    path = one_way(glitchy, turns)
+    assert len(reversals(path[turns[0] : turns[-1]], 0.0)) == len(turns) - 2
+    assert np.array_equal(one_way(u, turns), u)
 
 
 def test_frequency_and_amplitude_come_from_the_signal():
