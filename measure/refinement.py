@@ -102,8 +102,11 @@ def recognise(picture: NDArray, mark: Reference, guess: NDArray[np.float64], usu
     robust = _settled(refine(window, under, near, scale))
     if robust is None:
         return best if best is not None and best.unexplained <= _UNEXPLAINED else None
-    most = max(enough, _UNEXPLAINED) if usual.out_of_sight else 1.0 - ALIKE**2
-    return robust if robust.unexplained <= most else None
+    if usual.out_of_sight:
+        alike = robust.unexplained <= max(enough, _UNEXPLAINED) and robust.noise <= 3.0 * scale and 0.5 < robust.gain < 2.0
+    else:
+        alike = robust.unexplained <= 1.0 - ALIKE**2
+    return robust if alike else None
 
 
 def _settled(match: Match | None) -> Match | None:
