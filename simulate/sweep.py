@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from functools import cached_property
+from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
@@ -39,6 +40,17 @@ class Sweep:
     model: Model
     factors: tuple[Factor, ...]
     design: Design
+
+    def require_runnable(self) -> None:
+        """Refuse what no run of it can do, before anything is written.
+
+        Raises
+        ------
+        InputError
+            No geometry, asymptotes that a deployment cannot have, or more steps than anybody waits for.
+        """
+        self.rows(0, 1)
+        _ = self._grid
 
     def pieces(self) -> list[tuple[int, int]]:
         """First and last run of each piece."""
@@ -103,11 +115,15 @@ def _same_shape(model: Model, factors: tuple[Factor, ...]) -> bool:
     return all(factor.applied(model, 1.0).simulation == model.simulation for factor in factors)
 
 
-def run_on(sweep: Sweep, workers: int | None = None) -> Iterator[tuple[int, Array]]:
-    """First run and responses of each piece, in order, on that many cores; every run is by itself, so their number changes nothing."""
+def run_on(sweep: Sweep, workers: int | None = None, known: Mapping[int, Path] | None = None) -> Iterator[tuple[int, Array]]:
+    """First run and responses of each piece, in order, on that many cores; every run is by itself, so their number changes nothing.
+
+    known : files of pieces that were computed before, by first run.
+    """
+    kept = known or {}
     set_num_threads(min(workers or _CORES, _CORES))
     for first, last in sweep.pieces():
-        yield first, sweep.responses(first, last)
+        yield first, np.load(kept[first], allow_pickle=False) if first in kept else sweep.responses(first, last)
 
 
 class Tally(NamedTuple):

@@ -11,6 +11,8 @@ from measure.command import DONE, VERDICT_BAD, parser, progress, run
 from measure.errors import InputError
 
 if TYPE_CHECKING:
+    from simulate.chunks import Chunks
+    from simulate.sweep import Sweep
     from simulate.sweep_result import SweepResult
 
 NAME = "sweep-deployments"
@@ -41,6 +43,7 @@ def _parser() -> Any:
     made.add_argument("--response", default="theta_z_deg", metavar="NAME", help="what the regression explains (default: theta_z_deg)")
     made.add_argument("--failure-deg", type=float, default=FAILURE_DEG, metavar="ANGLE", help="a run beyond this abs(theta_z) failed")
     made.add_argument("--seed", type=int, default=0, help="of sampled designs (default: 0)")
+    made.add_argument("--resume", action="store_true", help="go on with an interrupted sweep of the same model and design")
     made.add_argument("--workers", type=int, metavar="N", help="cores (default: all); the answer does not depend on it")
     return made
 
@@ -50,6 +53,7 @@ def _work(arguments: Sequence[str]) -> int:
     _check(options)
 
     from measure.output import provenance
+    from simulate.chunks import Chunks, key_of
     from simulate.designs import design_of, factors_of
     from simulate.model_file import read_model
     from simulate.settings import with_settings
@@ -59,10 +63,14 @@ def _work(arguments: Sequence[str]) -> int:
     factors = tuple(factors_of(model, options.factor))
     sweep = Sweep(model, factors, design_of(options.design, len(factors), options.runs, options.seed))
     started = time.perf_counter()
-    result = _result(sweep, options)
+    sweep.require_runnable()
+    kept = Chunks(options.output.with_name(options.output.name + ".part"), key_of(sweep, options.seed))
+    kept.open(options.resume)
+    result = _result(sweep, kept, options)
     note = provenance([options.model], seed=options.seed, command=[NAME, *arguments])
     report = {**result.report, "wall_s": time.perf_counter() - started, "provenance": note}
     _write(options, result, report, note)
+    kept.remove()
     if not options.quiet:
         print(_sentences(report, options))
     return VERDICT_BAD if report["diverged"] else DONE
@@ -83,11 +91,10 @@ def _check(options: Any) -> None:
         raise InputError(f"--workers {options.workers}: at least one is needed.")
 
 
-def _result(sweep: Any, options: Any) -> SweepResult:
-    from simulate.sweep import run_on
+def _result(sweep: Sweep, kept: Chunks, options: Any) -> SweepResult:
     from simulate.sweep_result import SweepResult
 
-    pieces = progress(run_on(sweep, options.workers), what="sweep", total=len(sweep.pieces()), quiet=options.quiet)
+    pieces = progress(kept.run(sweep, options.workers), what="sweep", total=len(sweep.pieces()), quiet=options.quiet)
     return SweepResult.of(sweep, [answers for _, answers in pieces], options.response, options.failure_deg)
 
 

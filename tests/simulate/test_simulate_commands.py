@@ -11,6 +11,7 @@ import pytest
 from measure.tables import read_trajectory
 from simulate.commands import simulate_deployment, sweep_deployments
 from simulate.model_file import write_model
+from simulate.sweep import Sweep
 
 
 @pytest.fixture
@@ -130,6 +131,33 @@ def test_a_sampled_sweep_repeats_itself_by_its_seed(folder):
     assert read["a"] != read["c"]
 
 
+def test_an_interrupted_sweep_goes_on_and_ends_in_the_same_bytes(folder, monkeypatch, capsys):
+    words = ["prototype.toml", "--design", "random", "--runs", "1200", "--set", "simulation.duration_s=0.05", "-o", "out", "--quiet"]
+    assert sweep_deployments.main(words) == 0
+    whole = {name: (folder / "out" / name).read_bytes() for name in ("responses.csv", "coefficients.csv", "sweep.png")}
+    done = Sweep.responses
+
+    def failing(sweep, first, last):
+        if first >= 1024:
+            raise KeyboardInterrupt
+        return done(sweep, first, last)
+
+    monkeypatch.setattr(Sweep, "responses", failing)
+    assert sweep_deployments.main([*words[:-2], "again", "--quiet"]) == 130
+    assert files(folder / "again.part") == ["000000000.npy", "000000512.npy", "key"]
+    assert not (folder / "again").exists()
+    monkeypatch.setattr(Sweep, "responses", done)
+    other = [*words[:-2], "again", "--quiet", "--resume", "--seed", "9"]
+    assert sweep_deployments.main(other) == 2
+    assert "another model, design or version" in capsys.readouterr().err
+    calls = []
+    monkeypatch.setattr(Sweep, "responses", lambda sweep, first, last: calls.append(first) or done(sweep, first, last))
+    assert sweep_deployments.main([*words[:-2], "again", "--quiet", "--resume"]) == 0
+    assert 512 not in calls
+    assert {name: (folder / "again" / name).read_bytes() for name in whole} == whole
+    assert not (folder / "again.part").exists()
+
+
 @pytest.mark.parametrize(
     ("words", "named"),
     [
@@ -138,6 +166,7 @@ def test_a_sampled_sweep_repeats_itself_by_its_seed(folder):
         (["prototype.toml", "--design", "sobol", "--runs", "100"], "power of two"),
         (["prototype.toml", "--design", "best"], "invalid choice"),
         (["prototype.toml", "--workers", "0"], "at least one"),
+        (["prototype.toml", "--set", "simulation.step_s=1e-10"], "steps of"),
         (["prototype.toml", "-o", "prototype.toml"], "is a file"),
         (["prototype.toml", "-o", "nowhere/sweep"], "does not exist"),
     ],
