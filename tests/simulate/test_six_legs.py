@@ -5,6 +5,8 @@ from typing import Any
 
 import numpy as np
 import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
 
 from measure.errors import InputError
 from measure.tables import CHANNELS
@@ -251,3 +253,27 @@ def test_an_effect_that_is_switched_off_is_not_even_called(prototype):
     acting = without_idle([replace(prototype, effects=idle)])[0]
     assert acting.effects == prototype.effects
     np.testing.assert_array_equal(deploy(replace(prototype, effects=idle)).samples, deploy(prototype).samples)
+
+
+@settings(max_examples=40, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@given(
+    force=st.floats(-1e12, 1e12),
+    beta=st.floats(1e-6, 1e9),
+    mass=st.floats(1e-9, 1e9),
+    stiffness=st.floats(0, 1e12),
+    spin=st.floats(-1e6, 1e6),
+    step=st.sampled_from([1e-3, 5e-4]),
+)
+def test_however_wild_the_parameters_no_number_is_wrong_in_silence(prototype, force, beta, mass, stiffness, spin, step):
+    wild = replace(
+        prototype,
+        actuator=replace(prototype.actuator, b_l_N=force, initial_force_N=-force, beta_per_m=beta),
+        platform=replace(prototype.platform, mass_kg=mass),
+        end_stop=replace(prototype.end_stop, stiffness_N_per_m=stiffness),
+        release=replace(prototype.release, angular_velocity_rad_per_s=(spin, 0.0, -spin)),
+        simulation=Simulation(0.05, 200.0, step),
+    )
+    run = deploy(wild)
+    good = len(run.time_s) if run.diverged_at_s is None else int(np.searchsorted(run.time_s, run.diverged_at_s))
+    assert np.all(np.isfinite(run.samples[:good]))
+    assert np.all(np.isnan(run.samples[good:]))
