@@ -25,6 +25,7 @@ from measure.output import write_text
 from measure.project import write_project
 from measure.tables import Loop, Trajectory, write_loop, write_trajectory
 from simulate.deployment import deploy
+from simulate.effect import Effect
 from simulate.effects import HubInertia, ViscousFriction
 from simulate.law import loop_force
 from simulate.model import Actuator, EndStop, Geometry, Gravity, Model, Nuisance, Platform, Simulation, with_value
@@ -79,10 +80,11 @@ def rig() -> Model:
     return replace(known, simulation=Simulation(0.6), nuisance=Nuisance(3e-4, 5e-4, 4e-3))
 
 
-def truth() -> Model:
+def truth(hidden: Effect | None = HIDDEN) -> Model:
     """What the demonstration's data are made with."""
     law = Actuator(-0.12, 2.79, -0.10, 2.89, 400.0, 2.987)
-    return replace(rig(), actuator=law, simulation=Simulation(0.62, 2000.0, 2e-5)).with_effect(HIDDEN)
+    model = replace(rig(), actuator=law, simulation=Simulation(0.62, 2000.0, 2e-5))
+    return model if hidden is None else model.with_effect(hidden)
 
 
 def own_release(chance: np.random.Generator) -> RunRelease:
@@ -123,15 +125,15 @@ def film_motion(model: Model, release: RunRelease) -> Trajectory:
     return Trajectory(np.concatenate([waits, run.time_s]) - waits[0], channels)
 
 
-def make(folder: Path) -> None:
-    """Write all files."""
+def make(folder: Path, hidden: Effect | None = HIDDEN) -> None:
+    """Write all files; without a hidden effect they are what the rig's own model says, and its noise."""
     chance = np.random.default_rng(SEED)
     demo = folder / "demo"
     (demo / "loops").mkdir(parents=True, exist_ok=True)
     write_model(prototype(), folder / "prototype.toml")
     write_text(folder / "prototype.toml", PROTOTYPE_HEAD + (folder / "prototype.toml").read_text())
     write_model(rig(), demo / "rig.toml")
-    model = truth()
+    model = truth(hidden)
     for frequency in (0.2, 1.0, 3.0):
         for amplitude in (0.010, 0.040):
             name = f"loop-{frequency:g}Hz-{2e3 * amplitude:g}mm.csv"

@@ -35,6 +35,7 @@ _MOST_RIVALS = 3
 _MOST_LATER = 5
 _HOPELESS_RIVAL = 0.5
 _NEAR_BIC = 50.0
+_WORTH_A_PARAMETER = 4.0
 
 Say = Callable[[str], None]
 
@@ -225,8 +226,16 @@ def _score(candidate: Candidate, best: Fit) -> float:
 
 
 def _cannot_be_told(rival: Candidate, best: Candidate) -> bool:
-    """Whether a rival's score is within chance of the best one's."""
-    return _score(rival, best.fit) - _score(best, best.fit) < STRONG_BIC
+    """Whether a rival's score is within chance of the best one's.
+
+    One with more parameters has to close more of the gap for them: said with more, the same is no rival but a detour
+    (a power law of exponent one is viscous friction).
+    """
+    if _score(rival, best.fit) - _score(best, best.fit) >= STRONG_BIC:
+        return False
+    extra = len(rival.fit.q) - len(best.fit.q)
+    unit = best.fit.dilution * max(1.0, best.fit.rms**2)
+    return extra <= 0 or (best.fit.cost - rival.fit.cost) / unit > _WORTH_A_PARAMETER * extra
 
 
 def _promising(screened: Sequence[Screened]) -> bool:

@@ -16,7 +16,8 @@ from .problem import Block, Problem
 
 _TOLERANCE = 1e-6
 _EARLY_SPREAD = 30.0  # typical sizes
-_FIRST_LEG, _NEXT_LEG = 12, 6
+_FIRST_LEG, _NEXT_LEG, _LAST_LEG = 12, 6, 60
+_CLOSE = 1.5  # times the noise: worth being taken to the very end
 
 
 @dataclass(frozen=True)
@@ -129,7 +130,10 @@ def solve_from_afar(problem: Problem, start: Array | None = None, *, free: Seque
     for i, horizon in enumerate(horizons(problem)):
         shorter = replace(problem.until(horizon), effect_spread=_EARLY_SPREAD)
         q = solve(shorter, q, free=free, most_steps=_FIRST_LEG if i == 0 else _NEXT_LEG).q
-    return solve(problem, q, free=free, most_steps=most_steps)
+    found = solve(problem, q, free=free, most_steps=most_steps)
+    if not found.converged and found.rms < _CLOSE:
+        found = solve(problem, found.q, free=free, most_steps=_LAST_LEG)
+    return found
 
 
 def horizons(problem: Problem) -> list[float]:

@@ -88,11 +88,11 @@ def _write(given: Namespace, found: Explanation, inputs: list[Path]) -> None:
     from simulate.model_file import write_model
 
     note = provenance(inputs)
-    given.output.mkdir(parents=True, exist_ok=True)
     table = given.output / "missing_force.csv" if found.missing is not None else None
     result = {**result_of(found, str(table) if table else None), "provenance": note}
     title = f"The gap between {found.before.problem.model.name} and its measurements"
     page = report_html(found, title, {"What made this": json.dumps(note, indent=1)}, str(table) if table else None)
+    given.output.mkdir(parents=True, exist_ok=True)
     if table is not None and found.missing is not None:
         write_columns(found.missing.columns, table)
     write_model(extended(found.before.problem.model, found), given.output / "extended.toml", note)

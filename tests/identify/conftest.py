@@ -1,0 +1,101 @@
+"""Made campaigns with something hidden in them: files for the code under test, the truth under seal."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from identify.observe import RunRelease, observe
+from measure.tables import Loop, Trajectory, write_loop, write_trajectory
+from simulate.effect import Effect
+from simulate.law import loop_force
+from simulate.model import Model, Simulation, with_value
+from simulate.model_file import read_model, write_model
+
+DATASETS = Path(__file__).resolve().parents[2] / "datasets"
+SIGMA = {"x_m": 4e-6, "z_m": 4e-6, "theta_y_rad": 3e-5}
+LOOPS = ((0.2, 0.01), (0.2, 0.04), (1.0, 0.01), (1.0, 0.04), (3.0, 0.01), (3.0, 0.04))
+
+
+@pytest.fixture
+def prototype() -> Model:
+    """The shipped model of the paper's rig."""
+    return read_model(DATASETS / "prototype.toml")
+
+
+@pytest.fixture
+def campaign(tmp_path: Path, prototype: Model) -> Callable[..., Path]:
+    """Make a campaign in files: model.toml, campaign.toml, tables; what is hidden goes to a sealed file elsewhere.
+
+    The truth is simulated with a step six times finer than the one that fits use.
+    """
+
+    def make(
+        hidden: Effect | None,
+        seed: int,
+        *,
+        loops: tuple[tuple[float, float], ...] = LOOPS,
+        deployments: tuple[Mapping[str, Any], ...] = ({}, {"geometry.stowed_height_m": 0.30}, {"platform.mass_kg": 1.0}),
+        hold_out: bool = True,
+        channels: tuple[str, ...] = tuple(SIGMA),
+        model: Model = prototype,
+    ) -> Path:
+        chance = np.random.default_rng(seed)
+        folder = tmp_path / f"campaign-{seed}"
+        folder.mkdir()
+        write_model(model, folder / "model.toml")
+        truth = replace(model, simulation=Simulation(0.6, 1000.0, 2e-5))
+        truth = truth if hidden is None else truth.with_effect(hidden)
+        rows = []
+        for i, changes in enumerate(deployments):
+            write_trajectory(_deployment(truth, changes, channels, chance), folder / f"deployment-{i + 1}.csv")
+            out = hold_out and i == len(deployments) - 1 and i > 0
+            changed = "".join(f"model.{key} = {value}\n" for key, value in changes.items())
+            rows.append(f'[[run]]\nfile = "deployment-{i + 1}.csv"\nhold_out = {str(out).lower()}\n{changed}')
+        for frequency, amplitude in loops:
+            write_loop(_loop(truth, frequency, amplitude, chance), folder / f"loop-{frequency}-{amplitude}.csv")
+            rows.append(f'[[run]]\nfile = "loop-{frequency}-{amplitude}.csv"\n')
+        (folder / "campaign.toml").write_text("\n".join(rows))
+        _seal(hidden, tmp_path / "sealed" / f"{seed}.json")
+        return folder
+
+    return make
+
+
+def _seal(hidden: Effect | None, file: Path) -> None:
+    file.parent.mkdir(exist_ok=True)
+    known = {} if hidden is None else {"name": hidden.name, "values": dict(zip(hidden.flat_names(), hidden.flat().tolist(), strict=True))}
+    file.write_text(json.dumps(known))
+
+
+@pytest.fixture
+def unseal(tmp_path: Path) -> Callable[[int], dict[str, Any]]:
+    """Read the truth of a campaign, once the answer has been given."""
+    return lambda seed: json.loads((tmp_path / "sealed" / f"{seed}.json").read_text())
+
+
+def _deployment(truth: Model, changes: Mapping[str, Any], channels: tuple[str, ...], chance: np.random.Generator) -> Trajectory:
+    for key, value in changes.items():
+        truth = with_value(truth, key, value)
+    time = np.arange(150) / 250.0
+    position, theta = chance.normal(0.0, 1e-3, 3), chance.normal(0.0, 2e-3, 3)
+    release = RunRelease(tuple(position.tolist()), tuple(theta.tolist()), float(chance.normal(0.0, 4e-3)))
+    shown = observe(truth, Trajectory(time, {"z_m": np.zeros(150)}), release)
+    noisy = {name: shown[name] + chance.normal(0.0, SIGMA[name], 150) for name in channels}
+    return Trajectory(time, noisy, {name: np.full(150, SIGMA[name]) for name in channels})
+
+
+def _loop(truth: Model, frequency: float, amplitude: float, chance: np.random.Generator) -> Loop:
+    time = np.linspace(0.0, 3.0 / frequency, 20_001)
+    w = 2 * np.pi * frequency
+    u, v, a = 0.1 + amplitude * np.sin(w * time), amplitude * w * np.cos(w * time), -amplitude * w**2 * np.sin(w * time)
+    law = truth.actuator
+    lines = np.array([law.a_l_N_per_m, law.b_l_N, law.a_u_N_per_m, law.b_u_N, law.beta_per_m])
+    force = loop_force(lines, time, u, v, a, 2.84, truth.effects)[::20]
+    return Loop(time[::20], u[::20] + chance.normal(0.0, 1e-5, 1001), force + chance.normal(0.0, 2e-3, 1001))

@@ -1,0 +1,76 @@
+"""Model against measurement in numbers that can be checked by hand."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from identify.campaign import Run
+from identify.commands.compare_model import main
+from identify.compare import compare
+from identify.observe import RunRelease, observe
+from measure.tables import Trajectory
+from simulate.deployment import deploy
+from simulate.model_file import read_model
+
+PROTOTYPE = Path(__file__).resolve().parents[2] / "datasets" / "prototype.toml"
+
+
+@pytest.fixture
+def model():
+    return read_model(PROTOTYPE)
+
+
+def film(model, offset=0.0, sigma=1e-5, seed=0, release=None):
+    time = np.arange(120) / 250.0
+    shown = observe(model, Trajectory(time, {"z_m": np.zeros(120)}), release or RunRelease(position_m=(1e-3, 0.0, 0.0)))
+    noise = np.random.default_rng(seed).normal(0.0, sigma, (2, 120))
+    channels = {"x_m": shown["x_m"] + noise[0], "z_m": shown["z_m"] + offset + noise[1]}
+    return Trajectory(time, channels, {name: np.full(120, sigma) for name in channels}, name="film")
+
+
+def test_a_model_that_is_true_leaves_noise_and_fits_to_its_level(model):
+    found = compare(model, [Run(film(model))])
+    assert found.gap_is_noise
+    z = next(curve for curve in found.curves if curve.channel == "z_m").numbers
+    assert z["rmse"] == pytest.approx(1e-5, rel=0.2)
+    assert z["fit_percent"] > 99.9
+    assert z["nrmse_percent"] == pytest.approx(100 * z["rmse"] / np.ptp(film(model).channels["z_m"]), rel=1e-9)
+
+
+def test_taken_to_the_letter_an_offset_is_the_error(model):
+    found = compare(model, [Run(film(model, offset=0.003, release=RunRelease(position_m=(1e-3, 0.0, 0.0))))], fit_release=False)
+    z = next(curve for curve in found.curves if curve.channel == "z_m")
+    assert z.gap.mean() == pytest.approx(0.003, rel=1e-2)
+    assert not found.gap_is_noise
+
+
+def test_between_its_samples_a_deployment_is_seen_as_at_them(model):
+    fine = deploy(model)
+    times = fine.time_s[10:600:7]
+    shown = observe(model, Trajectory(times, {"z_m": np.zeros(len(times))}))
+    assert np.max(np.abs(shown["z_m"] - fine.channels["z_m"][10:600:7])) < 5e-6
+
+
+def test_two_runs_that_differ_by_five_percent_are_said_to(model):
+    one, two = film(model), film(model, seed=1)
+    spread = 0.05 * np.ptp(two.channels["z_m"])
+    moved = Trajectory(two.time_s, {**two.channels, "z_m": two.channels["z_m"] + spread}, name="second")
+    assert compare(model, [Run(one), Run(moved)]).dispersion_percent == pytest.approx(5.0, rel=0.02)
+
+
+def test_the_command_writes_json_and_figure(model, tmp_path, capsys):
+    from measure.tables import write_trajectory
+
+    write_trajectory(film(model), tmp_path / "film.csv")
+    status = main([str(PROTOTYPE), str(tmp_path / "film.csv"), "--json", str(tmp_path / "r.json"), "-o", str(tmp_path / "r.png")])
+    assert status == 0
+    result = json.loads((tmp_path / "r.json").read_text())
+    assert set(result["runs"][0]["channels"]["z_m"]) == {"rmse", "max_abs", "nrmse_percent", "fit_percent", "noise_sigma"}
+    assert result["gap_is_noise"] is True
+    assert result["dispersion_percent"] is None
+    assert (tmp_path / "r.png").stat().st_size > 10_000
+    assert "the gap is" in capsys.readouterr().out
