@@ -29,7 +29,7 @@ from .problem import problem_of, with_effects
 GAP_P = 1e-3
 EFFECT_P = 1e-4
 STRONG_BIC = 10.0
-CLOSED_SHARE = 0.8
+CLOSED_SHARE, FAIR_SHARE = 2 / 3, 0.05
 _MOST_EFFECTS = 3
 _MOST_RIVALS = 3
 _MOST_LATER = 5
@@ -124,7 +124,7 @@ def explain(
     current, steps = before, []
     while len(steps) < _MOST_EFFECTS:
         found = _next_effect(current, catalogue, say, first=not steps)
-        if found is None:
+        if found is None or (steps and not _matters(before, current, found.best.fit)):
             break
         steps.append(found)
         current = found.best.fit
@@ -142,6 +142,14 @@ def explain(
     tests = gap_test(before), gap_test(after)
     missing = missing if verdict == "unknown" else None
     return Explanation(verdict, findings, as_given, before, after, *tests, _ranking(steps), rivals, held, missing)
+
+
+def _matters(before: Fit, current: Fit, found: Fit) -> bool:
+    """Whether a further effect is worth a name: it leaves only noise, or it closes a fair part of the gap that was there at first.
+
+    Measurements of a real machine never quite agree with a model; many small effects could each mend a little of that.
+    """
+    return gap_test(found).p_value > GAP_P or share_closed(before, found) - share_closed(before, current) > FAIR_SHARE
 
 
 @dataclass(frozen=True)

@@ -26,38 +26,31 @@ def draw_curves(axes: Any, before: Curve, after: Curve | None) -> Any:
     """Measured against modelled, before and after."""
     factor, unit, name = _unit(before.channel)
     axes.plot(before.time_s, factor * before.measured, ".", color=MEASURED, ms=3, label="measured")
-    axes.plot(before.time_s, factor * before.modelled, "--", color=BEFORE, lw=1.3, label="model before")
+    axes.plot(before.time_s, factor * before.modelled, "--", color=BEFORE, lw=1.3, label="model as given")
     if after is not None:
-        axes.plot(after.time_s, factor * after.modelled, "-", color=AFTER, lw=1.0, label="model after")
+        axes.plot(after.time_s, factor * after.modelled, "-", color=AFTER, lw=1.0, label="with the effect")
     axes.set_ylabel(f"{'elevation' if name == 'z' else name}, {unit}")
     axes.legend(frameon=False, fontsize="small")
     return axes
 
 
-def draw_residual(axes: Any, before: Curve, after: Curve | None) -> Any:
+def draw_residual(axes: Any, curve: Curve, colour: str, label: str) -> Any:
     """Measured minus modelled, with a band of two standard deviations of the noise."""
-    factor, unit, _ = _unit(before.channel)
-    band = 2 * factor * before.sigma
-    axes.fill_between(before.time_s, -band, band, color="0.85", lw=0, label="2 sigma of the noise")
-    axes.plot(before.time_s, factor * before.gap, "--", color=BEFORE, lw=1.0, label="before")
-    if after is not None:
-        axes.plot(after.time_s, factor * after.gap, "-", color=AFTER, lw=1.0, label="after")
-        _linear_near_noise(axes, factor, before, after)
-    axes.set(xlabel="time, s", ylabel=f"gap, {unit}")
-    axes.legend(frameon=False, fontsize="small", ncols=3)
+    factor, unit, _ = _unit(curve.channel)
+    band = 2 * factor * curve.sigma
+    axes.fill_between(curve.time_s, -band, band, color="0.85", lw=0, label="2 sigma of the noise")
+    axes.plot(curve.time_s, factor * curve.gap, color=colour, lw=1.0, label=label)
+    axes.set_ylabel(f"gap, {unit}")
+    axes.legend(loc="lower left", edgecolor="none", framealpha=0.8, fontsize="small", ncols=2)
     return axes
 
 
-def _linear_near_noise(axes: Any, factor: float, before: Curve, after: Curve) -> None:
-    """Where the gap falls by orders, both ends are shown: straight near the noise, logarithmic beyond."""
-    noise = factor * float(np.median(before.sigma))
-    if np.max(np.abs(before.gap)) > 50 * max(np.max(np.abs(after.gap)), noise / factor):
-        axes.set_yscale("symlog", linthresh=5 * noise)
-
-
 def elevation_figure(found: Explanation) -> Any:
-    """Measured against modelled elevation before and after, with the gap below; another channel where there is no elevation."""
-    before, after = _first_shown(curves_of(found.before)), _first_shown(curves_of(found.after))
+    """Measured against modelled elevation, as the model was given and after, with the gaps below, each on its own scale.
+
+    Another channel where there is no elevation.
+    """
+    before, after = _first_shown(curves_of(found.as_given)), _first_shown(curves_of(found.after))
     return pair_figure(before, after if found.findings else None)
 
 
@@ -66,13 +59,17 @@ def _first_shown(curves: Sequence[Curve]) -> Curve:
 
 
 def pair_figure(before: Curve, after: Curve | None) -> Any:
-    """One channel with its gap below."""
+    """One channel, with its gap before and after below."""
     from matplotlib.figure import Figure
 
-    figure = Figure(figsize=(8.0, 5.2), layout="constrained")
-    top, bottom = figure.subplots(2, 1, sharex=True, height_ratios=(2, 1))
+    figure = Figure(figsize=(8.0, 6.4), layout="constrained")
+    rows = 2 if after is None else 3
+    top, *below = figure.subplots(rows, 1, sharex=True, height_ratios=(2, 1, 1)[:rows])
     draw_curves(top, before, after)
-    draw_residual(bottom, before, after)
+    draw_residual(below[0], before, BEFORE, "model as given")
+    if after is not None:
+        draw_residual(below[1], after, AFTER, "with the effect")
+    below[-1].set_xlabel("time, s")
     top.set_title(f"{before.run}", loc="left", fontsize="medium")
     return figure
 
@@ -95,8 +92,7 @@ def _grid_of_gaps(pairs: Sequence[tuple[Curve, Curve | None, str]]) -> Any:
         for curve, colour, width in ((before, BEFORE, 1.1), (after, AFTER, 0.8)):
             if curve is not None:
                 axes.plot(curve.time_s, curve.gap / curve.sigma, color=colour, lw=width)
-        if np.max(np.abs(before.gap / before.sigma)) > 100:
-            axes.set_yscale("symlog", linthresh=5)
+        _wide_scale(axes, float(np.max(np.abs(before.gap / before.sigma))))
         axes.axhspan(-2, 2, color="0.85", lw=0)
         axes.set_title(f"{before.run}, {before.channel}{note}", fontsize="x-small", loc="left")
         axes.tick_params(labelsize="x-small")
@@ -105,6 +101,14 @@ def _grid_of_gaps(pairs: Sequence[tuple[Curve, Curve | None, str]]) -> Any:
     figure.supxlabel("time, s", fontsize="small")
     figure.supylabel("gap over noise", fontsize="small")
     return figure
+
+
+def _wide_scale(axes: Any, largest: float) -> None:
+    """Straight up to ten times the noise and logarithmic beyond, where a gap is so large that the noise would not show."""
+    if largest > 100:
+        axes.set_yscale("symlog", linthresh=10)
+        powers = [10.0**k for k in range(1, int(np.log10(largest)) + 1)]
+        axes.set_yticks([*(-p for p in reversed(powers)), 0.0, *powers])
 
 
 def ranking_figure(found: Explanation) -> Any:
@@ -153,6 +157,6 @@ def comparison_figure(curves: Sequence[Curve]) -> Any:
         top.set_title(f"{curve.run}, {curve.channel}", fontsize="small", loc="left")
         top.set_ylabel(f"{name}, {unit}")
         top.legend(frameon=False, fontsize="x-small")
-        draw_residual(bottom, curve, None)
-        bottom.get_legend().remove()
+        draw_residual(bottom, curve, BEFORE, "measured minus modelled").get_legend().remove()
+        bottom.set_xlabel("time, s")
     return figure

@@ -312,7 +312,8 @@ def _film(run: Run, model: Model) -> Film:
     sigma = np.stack([channel_noise(table, name) for name in channels])
     stowed = 0.0 if model.geometry is None else model.geometry.stowed_height_m
     nominal = np.array([stowed if channel == "z_m" else 0.0 for channel in channels])
-    zeroed = np.abs(values[:, 0] - nominal) < _ZEROED * sigma[:, 0]
+    from_first_frame = bool(np.all(np.abs(values[:, 0] - nominal) < _ZEROED * sigma[:, 0]))
+    zeroed = np.full(len(channels), from_first_frame)
     expected = _onset_s(table.time_s, values[channels.index("z_m")]) if zeroed.any() and "z_m" in channels else 0.0
     return Film(run, model, table.time_s, channels, values, sigma, np.isfinite(values), nominal, zeroed, expected)
 
