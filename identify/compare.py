@@ -14,7 +14,8 @@ from simulate.model import Model
 from .campaign import Run
 from .evidence import GapTest, gap_test
 from .fit import Fit, solve
-from .problem import Block, Film, problem_of
+from .measured import Film
+from .problem import Block, problem_of
 
 GAP_P = 1e-3
 

@@ -15,20 +15,19 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from measure.tables import Array, Loop, Trajectory
+from measure.tables import Array, Loop
 from simulate.effect import Effect
 from simulate.model import LEGS, Model, per_leg
 
 from .campaign import Run
-from .loops import LoopData, gap, prepare
-from .noise import channel_noise
+from .loops import gap, prepare
+from .measured import Film, LoopRun, film_of, lengths_of
 from .observe import RunRelease, observe_many
 
 BASE = ("a_l_N_per_m", "b_l_N", "a_u_N_per_m", "b_u_N", "beta_per_m", "initial_force_N")
 _STEP = 1e-5
 _DIVERGED = 1e3
 _WEAK = 4.0
-_ZEROED = 3.0  # standard deviations
 _CAMERA_DISTANCE_M = 2.0  # a release nearer to the camera by its spread makes every length of the film longer by spread over distance
 
 
@@ -41,42 +40,6 @@ class Knob:
     spread: float
     low: float
     high: float
-
-
-@dataclass(frozen=True)
-class Film:
-    """A deployment made ready: the channels that were seen, their noise, and when they count.
-
-    values, sigma : (channels, n). counts : (channels, n), where there is a measurement. nominal : (channels,) where the
-    platform should stand before the release. zeroed : (channels,), counted from the first frame and not from the rig's
-    own zero; a tracker does that, so such a channel says nothing about where the platform stood, only how far it went.
-    expected_s : when the release is expected on the film's clock; a film that counts from its first frame began before it.
-    """
-
-    run: Run
-    model: Model
-    time_s: Array
-    channels: tuple[str, ...]
-    values: Array
-    sigma: Array
-    counts: NDArray[np.bool_]
-    nominal: Array
-    zeroed: NDArray[np.bool_]
-    expected_s: float
-
-    @property
-    def turned(self) -> bool:
-        """Whether rotations count from the first frame."""
-        return any(zeroed and name.startswith("theta") for name, zeroed in zip(self.channels, self.zeroed, strict=True))
-
-
-@dataclass(frozen=True)
-class LoopRun:
-    """A loop made ready."""
-
-    run: Run
-    model: Model
-    data: LoopData
 
 
 @dataclass(frozen=True)
@@ -233,7 +196,7 @@ class Problem:
         n = len(next(iter(seen.values())))
         modelled = np.stack([seen[channel] for channel in film.channels])
         gone = modelled[film.zeroed] - modelled[film.zeroed, :1]
-        gone[_lengths(film)] *= 1.0 + scale
+        gone[lengths_of(film)] *= 1.0 + scale
         modelled[film.zeroed] = gone + (film.nominal[film.zeroed] + datum)[:, None]
         over_noise = np.nan_to_num((film.values[:, :n] - modelled) / film.sigma[:, :n], nan=_DIVERGED, posinf=_DIVERGED, neginf=-_DIVERGED)
         return over_noise[film.counts[:, :n]]
@@ -299,41 +262,9 @@ def _stepped(q: Array, index: int, step: float) -> Array:
 
 def problem_of(model: Model, runs: Sequence[Run]) -> Problem:
     """The problem of a campaign; what is held out is left out by the caller."""
-    films = tuple(_film(run, run.model(model)) for run in runs if not run.is_loop)
+    films = tuple(film_of(run, run.model(model)) for run in runs if not run.is_loop)
     loops = tuple(LoopRun(run, run.model(model), prepare(run.table)) for run in runs if isinstance(run.table, Loop))
     return Problem(model, films, loops)
-
-
-def _film(run: Run, model: Model) -> Film:
-    table = run.table
-    assert isinstance(table, Trajectory)
-    channels = tuple(name for name, values in table.channels.items() if np.isfinite(values).sum() > 3)
-    values = np.stack([table.channels[name] for name in channels])
-    sigma = np.stack([channel_noise(table, name) for name in channels])
-    stowed = 0.0 if model.geometry is None else model.geometry.stowed_height_m
-    nominal = np.array([stowed if channel == "z_m" else 0.0 for channel in channels])
-    from_first_frame = bool(np.all(np.abs(values[:, 0] - nominal) < _ZEROED * sigma[:, 0]))
-    zeroed = np.full(len(channels), from_first_frame)
-    expected = _onset_s(table.time_s, values[channels.index("z_m")]) if zeroed.any() and "z_m" in channels else 0.0
-    return Film(run, model, table.time_s, channels, values, sigma, np.isfinite(values), nominal, zeroed, expected)
-
-
-def _lengths(film: Film) -> list[int]:
-    """Rows of the zeroed channels that are lengths."""
-    names = [channel for channel, zeroed in zip(film.channels, film.zeroed, strict=True) if zeroed]
-    return [row for row, channel in enumerate(names) if channel.endswith("_m")]
-
-
-def _onset_s(time_s: Array, elevation_m: Array) -> float:
-    """When a rise from rest began: at a steady acceleration it has gone h at t_1 and 4 h at t_2, so it began at 2 t_1 - t_2."""
-    rise = elevation_m - elevation_m[0]
-    good = np.isfinite(rise)
-    gone = 0.01 * float(np.nanmax(rise))
-    if gone <= 0.0:
-        return 0.0
-    time, rise = time_s[good], np.maximum.accumulate(rise[good])
-    first, fourth = (float(np.interp(part * gone, rise, time)) for part in (1.0, 4.0))
-    return max(2.0 * first - fourth, float(time[0]))
 
 
 def shifted(model: Model, shifts: Array) -> Model:

@@ -11,7 +11,8 @@ from scipy.signal import savgol_filter
 from measure.tables import Array
 
 from .fit import Fit
-from .problem import Block, Film, LoopRun
+from .measured import Film, LoopRun
+from .problem import Block
 
 _CLEAR = 0.6
 _WINDOW = 15

@@ -9,7 +9,7 @@ import shutil
 import sys
 import time
 from argparse import Namespace
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -80,7 +80,10 @@ def _measure(steps: _Steps, work: Path) -> None:
     from measure.tables import write_trajectory
 
     footage = open_footage(work / "film.avi")
-    watch: Callable[[Any], Any] = lambda frames: progress(frames, what="frames", total=footage.frames, quiet=steps.quiet)  # noqa: E731
+
+    def watch(frames: Any) -> Any:
+        return progress(frames, what="frames", total=footage.frames, quiet=steps.quiet)
+
     tracked = track_platform(footage, read_project(work / "film.toml"), watch)
     assert tracked.trajectory is not None
     write_trajectory(tracked.trajectory, work / "film.csv")
