@@ -68,16 +68,11 @@ def _screened(fit: Fit, effect: Effect) -> Screened | None:
     q = np.concatenate([fit.q, np.zeros(len(effect.flat()))])
     new = range(len(fit.q), len(q))
     _, columns = problem.jacobian(q, new)
-    found = signature(fit, _padded(columns, fit))
+    found = signature(fit, columns)
     if not found.knobs:
         return _tried_at_typical_size(fit, problem, effect)
     start, chi2 = _bounded(fit, problem, columns, new)
     return Screened(effect, found, chi2 / fit.dilution, start)
-
-
-def _padded(columns: Array, fit: Fit) -> Array:
-    """An effect has no prior: its columns are zero below the measured rows, where they are not already."""
-    return columns[: len(fit.gaps)]
 
 
 def _bounded(fit: Fit, problem: Problem, columns: Array, new: Sequence[int]) -> tuple[Array, float]:

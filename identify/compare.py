@@ -12,12 +12,10 @@ from measure.tables import Array
 from simulate.model import Model
 
 from .campaign import Run
-from .evidence import GapTest, gap_test
+from .evidence import GAP_P, GapTest, gap_test
 from .fit import Fit, solve
 from .measured import Film
 from .problem import Block, problem_of
-
-GAP_P = 1e-3
 
 
 @dataclass(frozen=True)

@@ -11,6 +11,7 @@ from measure.tables import Array
 
 from .fit import Fit
 
+GAP_P = 1e-3  # less likely than this as noise: a gap
 _LOW_SHARE = 0.25
 _LEAST_SAMPLES = 16
 

@@ -18,15 +18,15 @@ from scipy import stats
 from simulate.effect import Effect
 from simulate.effects import CATALOGUE
 from simulate.model import Model
+from simulate.model_file import add_effects
 
 from .campaign import Run
 from .candidates import Candidate, Screened, carried_over, carried_to_the_end, fit_screened, held_out_rms, kinds_to_try, screen
-from .evidence import Gain, GapTest, gain, gap_test, likeness
+from .evidence import GAP_P, Gain, GapTest, gain, gap_test, likeness
 from .fit import Fit, before_the_stops, solve, solve_from_afar
 from .missing_force import MissingForce, estimate
-from .problem import problem_of, with_effects
+from .problem import problem_of
 
-GAP_P = 1e-3
 EFFECT_P = 1e-4
 STRONG_BIC = 10.0
 CLOSED_SHARE, FAIR_SHARE = 2 / 3, 0.05
@@ -342,4 +342,4 @@ def _delta_bic(candidate: Candidate, before: Fit, best: Fit) -> float:
 def extended(model: Model, explanation: Explanation) -> Model:
     """The user's model with base and effects as found, ready to be written."""
     at = explanation.model
-    return replace(with_effects(model, at.effects), actuator=replace(at.actuator, covariance=None))
+    return replace(add_effects(model, at.effects), actuator=replace(at.actuator, covariance=None))

@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from measure.tables import Array, Loop
 from simulate.effect import Effect
 from simulate.model import LEGS, Model, per_leg
+from simulate.model_file import add_effects
 
 from .campaign import Run
 from .loops import gap, prepare
@@ -123,7 +124,7 @@ class Problem:
 
     def model_at(self, q: Array, base: Model | None = None) -> Model:
         """The model (of a run, or the campaign's own) with base and effects as the knobs say."""
-        return with_effects(shifted(base or self.model, q[: len(BASE)] * self.scales[: len(BASE)]), self.effects_at(q))
+        return add_effects(shifted(base or self.model, q[: len(BASE)] * self.scales[: len(BASE)]), self.effects_at(q))
 
     def effects_at(self, q: Array) -> tuple[Effect, ...]:
         """The unknown effects with the parameters that the knobs say."""
@@ -276,13 +277,6 @@ def shifted(model: Model, shifts: Array) -> Model:
 
 def _plus(value: float | tuple[float, ...], shift: float) -> float | tuple[float, ...]:
     return tuple(v + float(shift) for v in value) if isinstance(value, tuple) else value + float(shift)
-
-
-def with_effects(model: Model, effects: Sequence[Effect]) -> Model:
-    """The model with each of these effects in place of its own of the same name, or behind them."""
-    for effect in effects:
-        model = model.with_effect(effect)
-    return model
 
 
 def lines_of(model: Model) -> Array:
