@@ -8,11 +8,14 @@ from pathlib import Path
 from typing import Any
 
 from measure.errors import InputError, nearest
-from measure.tables import Loop, Trajectory, read_table
+from measure.mapping import ColumnMapping, read_mapping
+from measure.measurement import read_measurement
+from measure.output import sha256
+from measure.tables import Loop, Trajectory
 from simulate.model import Model
 from simulate.model_file import read_document, with_changes
 
-_RUN_KEYS = ("file", "model", "hold_out")
+_RUN_KEYS = ("file", "model", "hold_out", "mapping")
 
 
 @dataclass(frozen=True)
@@ -43,28 +46,32 @@ class Run:
         return with_changes(model, self.changes, f"{self.name}, [run.model]")
 
 
-def read_campaign(paths: Iterable[Path]) -> tuple[Run, ...]:
-    """Read measurements: tables (CSV), or lists of runs (TOML).
+def read_campaign(paths: Iterable[Path], mapping: ColumnMapping | None = None) -> tuple[Run, ...]:
+    """Read measurements: tables, or lists of runs (TOML).
+
+    Parameters
+    ----------
+    mapping : how loops are to be read that are not in the project's own columns, where a run names no mapping file of its own.
 
     Raises
     ------
     InputError
         A file cannot be read, a key is unknown, every run is held out, or two runs are the same file.
     """
-    runs = tuple(run for path in paths for run in _runs_of(Path(path)))
+    runs = tuple(run for path in paths for run in _runs_of(Path(path), mapping))
     if all(run.hold_out for run in runs):
         raise InputError("every run is held out; at least one must be there to fit.")
     _require_distinct(runs)
     return runs
 
 
-def _runs_of(path: Path) -> list[Run]:
+def _runs_of(path: Path, mapping: ColumnMapping | None) -> list[Run]:
     if path.suffix.lower() == ".toml":
-        return _listed_runs(path)
-    return [Run(read_table(path), name=path.name, path=path)]
+        return _listed_runs(path, mapping)
+    return [Run(read_measurement(path, mapping), name=path.name, path=path)]
 
 
-def _listed_runs(path: Path) -> list[Run]:
+def _listed_runs(path: Path, mapping: ColumnMapping | None) -> list[Run]:
     document = read_document(path)
     for key in document:
         if key != "run":
@@ -72,10 +79,10 @@ def _listed_runs(path: Path) -> list[Run]:
     rows = document.get("run", [])
     if not isinstance(rows, list) or not rows:
         raise InputError(f'{path}: no [[run]] table; give one for each measurement, with file = "...".')
-    return [_listed_run(path, row) for row in rows]
+    return [_listed_run(path, row, mapping) for row in rows]
 
 
-def _listed_run(path: Path, row: Mapping[str, Any]) -> Run:
+def _listed_run(path: Path, row: Mapping[str, Any], mapping: ColumnMapping | None) -> Run:
     for key in row:
         if key not in _RUN_KEYS:
             raise InputError(f'{path}, [[run]]: unknown key "{key}"; {nearest(key, _RUN_KEYS)}')
@@ -84,7 +91,15 @@ def _listed_run(path: Path, row: Mapping[str, Any]) -> Run:
         raise InputError(f'{path}, [[run]]: file is {name!r}; give the name of a table, such as file = "test1.csv".')
     if not isinstance(hold_out, bool) or not isinstance(changes, Mapping):
         raise InputError(f"{path}, [[run]] {name}: hold_out is true or false, and model is a table of values to change.")
-    return Run(read_table(path.parent / name), changes, hold_out, name=name, path=path.parent / name)
+    if "mapping" in row:
+        mapping = _named_mapping(path, name, row["mapping"])
+    return Run(read_measurement(path.parent / name, mapping), changes, hold_out, name=name, path=path.parent / name)
+
+
+def _named_mapping(path: Path, run: str, name: object) -> ColumnMapping:
+    if not isinstance(name, str):
+        raise InputError(f'{path}, [[run]] {run}: mapping is {name!r}; give the name of a mapping file, such as mapping = "rig.toml".')
+    return read_mapping(path.parent / name)
 
 
 def _require_distinct(runs: Sequence[Run]) -> None:
@@ -92,7 +107,7 @@ def _require_distinct(runs: Sequence[Run]) -> None:
     for run in runs:
         if run.path is None:
             continue
-        content = run.path.read_text(encoding="utf-8-sig")
+        content = sha256(run.path)
         if content in seen:
             raise InputError(f"{run.name} and {seen[content]} hold the same measurement; give each run once.")
         seen[content] = run.name

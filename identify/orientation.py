@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -12,8 +12,16 @@ from measure.tables import Loop
 from .loops import LoopData, area, prepare
 
 
-def oriented(loops: Sequence[Loop]) -> tuple[list[LoopData], list[str]]:
-    """The loops made ready, force and elongation counted as in the force law; and the sentence that says what was turned.
+@dataclass(frozen=True)
+class Turned:
+    """Which quantity was counted the other way round, "elongation" or "force", or "" for none; and the sentence that says so."""
+
+    quantity: str
+    sentence: str
+
+
+def oriented(loops: Sequence[Loop]) -> tuple[list[LoopData], Turned]:
+    """The loops made ready, force and elongation counted as in the force law; and what was turned for it.
 
     If every loop with a full cycle runs clockwise one sign is the other way round. Where the force is positive on the whole
     it is the elongation's, else the force's. Loops that disagree are left as they are; the verdict of the fit will say so.
@@ -21,9 +29,11 @@ def oriented(loops: Sequence[Loop]) -> tuple[list[LoopData], list[str]]:
     data = [prepare(loop) for loop in loops]
     areas = [area(d, d.force_N) for d in data if d.cycles.spans]
     if not areas or max(areas) >= 0.0:
-        return data, []
+        return data, Turned("", "")
     if np.mean([loop.force_N.mean() for loop in loops]) > 0.0:
         turned = [prepare(replace(loop, elongation_m=-loop.elongation_m)) for loop in loops]
-        return turned, ["the loops run clockwise as given, so the elongation was counted the other way round (--as-given forbids it)"]
+        said = "the loops run clockwise as given, so the elongation was counted the other way round (--as-given forbids it)"
+        return turned, Turned("elongation", said)
     turned = [prepare(replace(loop, force_N=-loop.force_N)) for loop in loops]
-    return turned, ["the loops run clockwise and the force is negative as given, so the force's sign was turned (--as-given forbids it)"]
+    said = "the loops run clockwise and the force is negative as given, so the force's sign was turned (--as-given forbids it)"
+    return turned, Turned("force", said)

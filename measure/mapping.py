@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import math
 import tomllib
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, fields
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
 
 from .command import existing_file
 from .errors import InputError, nearest
 from .output import write_text
-from .units import unit_of
+from .units import turned, unit_of
 
 QUANTITIES = ("time", "elongation", "force")
 
@@ -71,6 +71,27 @@ def write_mapping(mapping: ColumnMapping, path: Path) -> None:
 
     document = {item.name: getattr(mapping, item.name) for item in fields(ColumnMapping)}
     write_text(Path(path), tomli_w.dumps({key: value for key, value in document.items() if value not in (None, {})}))
+
+
+def with_sign_turned(mapping: ColumnMapping, quantity: str, units: Collection[str]) -> ColumnMapping:
+    """The same mapping with one quantity counted the other way round.
+
+    Parameters
+    ----------
+    units : in which the files of the rig were found to be, as they were given or as they stand there.
+
+    Raises
+    ------
+    InputError
+        The files are in different units, so that one mapping cannot turn them all.
+    """
+    if len(units) > 1:
+        listed = ", ".join(sorted(units))
+        raise InputError(
+            f"--save-mapping: the sign of the {quantity} must be turned, and the files are in different units ({listed}). "
+            f"Save one mapping for those of one unit, or give --unit {quantity}=UNIT*-1 yourself."
+        )
+    return replace(mapping, units={**mapping.units, quantity: turned(next(iter(units)))})
 
 
 def pairs(option: str, given: Sequence[str]) -> dict[str, str]:

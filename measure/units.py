@@ -45,6 +45,12 @@ def unit_of(quantity: str, text: str) -> Unit:
     return Unit(text, table[symbol] * factor)
 
 
+def turned(text: str) -> str:
+    """The same unit with the sign turned round: `mm` becomes `mm*-1`, `V*0.05` becomes `V*-0.05`."""
+    symbol, _, factor = (part.strip() for part in text.partition("*"))
+    return f"{symbol}*{-float(factor or 1.0):.17g}"
+
+
 def _factor(quantity: str, text: str, factor_text: str) -> float:
     try:
         factor = float(factor_text)

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from measure.command import DONE, parser, run
+from measure.reading_options import add_reading_options, mapping_from
 
 if TYPE_CHECKING:
     from identify.compare import Comparison
@@ -27,6 +28,7 @@ def _parser() -> Any:
     made.add_argument("measured", nargs="+", type=Path, metavar="MEASURED", help="loops, trajectories, or lists of runs (TOML)")
     made.add_argument("--as-given", action="store_true", help="take the release from the model file instead of fitting each run's own")
     made.add_argument("--effects", action="append", default=[], type=Path, metavar="FILE", help="Python file with effects of your own")
+    add_reading_options(made)
     return made
 
 
@@ -41,7 +43,7 @@ def _work(arguments: Sequence[str]) -> int:
     if given.output is not None and given.output.suffix not in (".png", ".pdf", ".svg"):
         raise InputError(f"{given.output}: a figure ends in .png, .pdf or .svg.")
     model = read_model(given.model, catalogue_with(given.effects))
-    runs = read_campaign(given.measured)
+    runs = read_campaign(given.measured, mapping_from(given))
     found = compare(model, runs, fit_release=not given.as_given)
     _write(given, found, [given.model, *(r.path for r in runs if r.path)])
     if not given.quiet:

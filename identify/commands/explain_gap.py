@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from measure.command import DONE, VERDICT_BAD, parser, run
+from measure.reading_options import add_reading_options, mapping_from
 
 if TYPE_CHECKING:
     from identify.explain import Explanation
@@ -26,6 +27,7 @@ def _parser() -> Any:
     made.add_argument("model", type=Path, metavar="MODEL", help="model file (TOML)")
     made.add_argument("measured", nargs="+", type=Path, metavar="MEASURED", help="loops, trajectories, or lists of runs (TOML)")
     made.add_argument("--effects", action="append", default=[], type=Path, metavar="FILE", help="Python file with effects of your own")
+    add_reading_options(made)
     return made
 
 
@@ -38,7 +40,7 @@ def _work(arguments: Sequence[str]) -> int:
 
     catalogue = catalogue_with(given.effects)
     model = read_model(given.model, catalogue)
-    runs = read_campaign(given.measured)
+    runs = read_campaign(given.measured, mapping_from(given))
     found = explain(model, runs, catalogue, say=_say(given))
     _write(given, found, [given.model, *(r.path for r in runs if r.path), *given.effects])
     if not given.quiet:

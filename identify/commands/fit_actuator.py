@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from measure.command import DONE, VERDICT_BAD, parser, run
+from measure.reading_options import add_reading_options, mapping_from
 
 if TYPE_CHECKING:
     from measure.foreign import Understood
@@ -16,6 +17,7 @@ if TYPE_CHECKING:
     from measure.tables import Loop
 
     from ..loops import LoopData
+    from ..orientation import Turned
     from ..rate_order import RateOrder
 
 NAME = "fit-actuator"
@@ -31,17 +33,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 def _parser() -> Any:
     made = parser(NAME, DOES, output="model file with the actuator table (TOML)")
     made.add_argument("loops", nargs="+", type=Path, metavar="LOOPS", help="tables of time, elongation and force")
-    read = made.add_argument_group("reading")
-    read.add_argument(
-        "--column", action="append", default=[], metavar="QUANTITY=NAME", help="column of time, elongation or force, by name or number"
-    )
-    read.add_argument("--unit", action="append", default=[], metavar="QUANTITY=UNIT", help="its unit, such as kN, mm, ms, V*0.05")
-    read.add_argument("--delimiter", help="tab, semicolon, comma, bar or space; found if not given")
-    read.add_argument("--decimal", help="point or comma; found if not given")
-    read.add_argument("--encoding", help="found if not given")
-    read.add_argument("--no-header", action="store_true", help="the first row is data")
-    read.add_argument("--sample-period", type=float, metavar="SECONDS", help="where the file holds no time")
-    read.add_argument("--mapping", type=Path, metavar="FILE", help="all of the above from a file; options given beside it win")
+    read = add_reading_options(made)
     read.add_argument("--save-mapping", type=Path, metavar="FILE", help="keep all of the above in a file")
     read.add_argument("--preview", action="store_true", help="show what is understood of the files, fit nothing")
     read.add_argument("--as-given", action="store_true", help="never turn the elongation's or the force's sign round")
@@ -63,16 +55,17 @@ def _parser() -> Any:
 def _work(arguments: Sequence[str]) -> int:
     given = _parser().parse_args(arguments)
     _check_before(given)
-    mapping = _mapping(given)
+    mapping = mapping_from(given)
     loops, understood, notes = _read(given, mapping)
     if not given.quiet:
         print("\n".join(_shown(understood, given.preview)))
     if given.preview:
         return DONE
-    fit, data, result = _fitted(given, loops, notes)
+    data, turned = _oriented(given, loops)
+    fit, result = _fitted(given, data, [*notes, *filter(None, [turned.sentence])])
     result["notes"] += _contradictions(understood, data)
     profile = _resampled(given, fit, data, result)
-    _write(given, mapping, fit, data, result, profile)
+    _write(given, _saved(given, mapping, turned, understood), fit, data, result, profile)
     if not given.quiet:
         from ..loop_report import summary
 
@@ -112,24 +105,6 @@ def _read(given: Namespace, mapping: ColumnMapping) -> tuple[list[Loop], list[Un
     return loops, understood, notes
 
 
-def _mapping(given: Namespace) -> ColumnMapping:
-    from dataclasses import replace
-
-    from measure.mapping import ColumnMapping, pairs, read_mapping
-
-    base = read_mapping(given.mapping) if given.mapping else ColumnMapping()
-    single = {
-        "delimiter": given.delimiter,
-        "decimal": given.decimal,
-        "encoding": given.encoding,
-        "header": False if given.no_header else None,
-        "sample_period_s": given.sample_period,
-    }
-    columns = {**base.columns, **pairs("--column", given.column)}
-    units = {**base.units, **pairs("--unit", given.unit)}
-    return replace(base, columns=columns, units=units, **{key: value for key, value in single.items() if value is not None})
-
-
 def _shown(understood: Sequence[Understood], whole: bool) -> list[str]:
     """What was understood of each file, or of those that differ from the file before them."""
     if whole:
@@ -145,22 +120,35 @@ def _shown(understood: Sequence[Understood], whole: bool) -> list[str]:
     return [*lines, f"{len(understood)} loops read" + (", where not shown as the one before" if len(understood) > 1 else "")]
 
 
-def _fitted(given: Namespace, loops: Sequence[Loop], notes: list[str]) -> tuple[Any, Any, dict[str, Any]]:
+def _oriented(given: Namespace, loops: Sequence[Loop]) -> tuple[list[LoopData], Turned]:
+    from ..loops import prepare
+    from ..orientation import Turned, oriented
+
+    return ([prepare(loop) for loop in loops], Turned("", "")) if given.as_given else oriented(loops)
+
+
+def _saved(given: Namespace, mapping: ColumnMapping, turned: Turned, understood: Sequence[Understood]) -> ColumnMapping:
+    """The mapping as it is kept: a sign that had to be turned is turned in it, so that the next command finds it right."""
+    from measure.mapping import with_sign_turned
+
+    if not given.save_mapping or not turned.quantity:
+        return mapping
+    return with_sign_turned(mapping, turned.quantity, {how.units[turned.quantity].text for how in understood})
+
+
+def _fitted(given: Namespace, data: Sequence[LoopData], notes: list[str]) -> tuple[Any, dict[str, Any]]:
     from simulate.effect import effect_from
     from simulate.effects import CATALOGUE
 
     from ..actuator import fit_actuator
     from ..covariates import hint
     from ..loop_report import result_of
-    from ..loops import prepare
-    from ..orientation import oriented
 
     kinds = tuple(type(effect_from(CATALOGUE, name, {})) for name in dict.fromkeys(given.effect))
-    data, said = ([prepare(loop) for loop in loops], []) if given.as_given else oriented(loops)
     abscissa: Any = {"none": "none", "frequency": "frequency_Hz", "speed": "speed_m_per_s"}[given.rate]
     order, chosen = _order(given, data, kinds, abscissa)
     fit = fit_actuator(data, kinds, abscissa, order, given.tare, given.covariate, given.robust)
-    said = [*said, "the force at a deployment's start is seen in no steady loop; initial_force_N was set to b_l_N"]
+    said = ["the force at a deployment's start is seen in no steady loop; initial_force_N was set to b_l_N"]
     if any(fit.tares_N):
         said = [*said, f"the force level differs from loop to loop by up to {_spread(fit.tares_N):.3g} N; each loop was given its own"]
     said = [*said, *filter(None, [hint(fit.covariate_shares)])]
@@ -168,7 +156,7 @@ def _fitted(given: Namespace, loops: Sequence[Loop], notes: list[str]) -> tuple[
     result = result_of(fit, data, [*notes, *said])
     if chosen:
         result["rate"] |= {"order": order, "left_out_nrmse_percent": {str(k): 100.0 * error for k, error in chosen.left_out.items()}}
-    return fit, data, result
+    return fit, result
 
 
 def _contradictions(understood: Sequence[Understood], data: Sequence[LoopData]) -> list[str]:

@@ -7,7 +7,9 @@ import numpy as np
 import pytest
 
 from identify.commands.fit_actuator import main
-from measure import Loop, write_loop
+from measure import Loop, read_loop, write_loop
+from measure.mapping import read_mapping
+from measure.tables import write_columns
 from simulate.law import loop_force
 from simulate.model_file import read_model
 
@@ -72,6 +74,19 @@ def test_a_preview_fits_nothing(loop_files, capsys):
     out = capsys.readouterr().out
     assert "unit m = 1 m" in out
     assert "verdict" not in out
+
+
+@pytest.mark.parametrize(("unit", "kept"), [("mm", "mm*-1"), ("mm*-1", "mm*1")])
+def test_a_sign_that_was_turned_stands_in_the_saved_mapping(loop_files, tmp_path, capsys, unit, kept):
+    loop, rig, clockwise = read_loop(Path(loop_files[1])), tmp_path / "rig.toml", tmp_path / "clockwise.csv"
+    travel = -1e3 * loop.elongation_m * (-1 if unit == "mm*-1" else 1)
+    write_columns({"time_s": loop.time_s, "travel": travel, "force_N": loop.force_N}, clockwise)
+    given = [str(clockwise), "--column", "elongation=travel", "--unit", f"elongation={unit}"]
+    assert main([*given, "--save-mapping", str(rig)]) == 0
+    assert "counted the other way round" in capsys.readouterr().out
+    assert read_mapping(rig).units["elongation"] == kept
+    assert main([str(clockwise), "--mapping", str(rig)]) == 0
+    assert "counted the other way round" not in capsys.readouterr().out
 
 
 def test_an_actuator_can_be_put_into_a_model(loop_files, tmp_path):

@@ -19,16 +19,17 @@ def loop():
     return Loop(t, u, force)
 
 
-@pytest.mark.parametrize(("elongation", "force", "word"), [(-1, 1, "elongation"), (1, -1, "force's sign"), (1, 1, ""), (-1, -1, "")])
+@pytest.mark.parametrize(("elongation", "force", "word"), [(-1, 1, "elongation"), (1, -1, "force"), (1, 1, ""), (-1, -1, "")])
 def test_a_sign_that_was_counted_the_other_way_is_turned_and_said(elongation, force, word):
     given = replace(loop(), elongation_m=elongation * loop().elongation_m, force_N=force * loop().force_N)
-    data, said = oriented([given])
+    data, turned = oriented([given])
     assert area(data[0], data[0].force_N) > 0.0
-    assert (word in said[0]) if word else not said
+    assert turned.quantity == word
+    assert f"{word}" in turned.sentence
 
 
 def test_loops_that_disagree_are_left_as_they_are():
     other = replace(loop(), elongation_m=-loop().elongation_m)
-    data, said = oriented([loop(), other])
-    assert not said
+    data, turned = oriented([loop(), other])
+    assert not turned.sentence
     assert area(data[1], data[1].force_N) < 0.0
