@@ -37,6 +37,10 @@ class TextTable:
     rows: list[list[str]]
     first_line: int
 
+    def at(self, row: int) -> str:
+        """Where a row stands in the file, for people."""
+        return f"sample {row + 1}" if self.delimiter == "none" else f"line {self.first_line + row}"
+
 
 def read_text_table(
     path: Path, delimiter: str | None = None, decimal: str | None = None, encoding: str | None = None, header: bool | None = None
@@ -54,7 +58,7 @@ def read_text_table(
     InputError
         Not text, no table, two possible readings, a row with another number of cells.
     """
-    text, used_encoding = _decoded(path, encoding)
+    text, used_encoding = decoded(path, encoding)
     lines = text.splitlines()
     while lines and not lines[-1].strip():
         lines.pop()
@@ -64,7 +68,14 @@ def read_text_table(
     return _table(path, lines, found_delimiter, found_decimal, used_encoding, header)
 
 
-def _decoded(path: Path, encoding: str | None) -> tuple[str, str]:
+def decoded(path: Path, encoding: str | None) -> tuple[str, str]:
+    """The text of a file, and the encoding it was read with.
+
+    Raises
+    ------
+    InputError
+        Too large, not text, an unknown or a wrong encoding.
+    """
     if path.stat().st_size > LARGEST_FILE:
         raise InputError(f"{path}: is larger than {LARGEST_FILE // 1_000_000} MB; that is no table of a loop. Cut it to the test.")
     raw = path.read_bytes()

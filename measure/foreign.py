@@ -16,11 +16,14 @@ import numpy as np
 from .command import existing_file
 from .dialect import TextTable, read_text_table
 from .errors import InputError, nearest
+from .hdf5 import read_hdf5
+from .labview import read_lvm, read_tdms
 from .mapping import QUANTITIES, ColumnMapping
-from .matlab import is_matlab, read_matlab
+from .matlab import read_matlab
 from .tables import Array, Loop
 from .units import FACTORS, SI, Unit, quantity_of, split_unit, unit_of
 
+_HDF5 = b"\x89HDF\r\n\x1a\n"
 _FREQUENCY_NOTE = re.compile(r"^\s*(?:f|freq|frequency)(?:uency)?[ _]*(?:\(?Hz\)?)?\s*[=:;,\t ]\s*(\d+(?:\.\d+)?)\b", re.IGNORECASE)
 _FREQUENCY_NAME = re.compile(r"(?<![\d.])(\d+(?:\.\d+)?)\s*_?Hz", re.IGNORECASE)
 
@@ -84,8 +87,17 @@ def read_foreign(path: Path, mapping: ColumnMapping | None = None) -> tuple[Loop
 
 
 def _table(path: Path, wanted: ColumnMapping) -> TextTable:
-    if is_matlab(path):
+    """The file as a table; what kind it is shows in its first bytes, its name only where they leave it open."""
+    with open(path, "rb") as file:
+        head = file.read(520)
+    if head.startswith(b"MATLAB 7.3") or _HDF5 in (head[:8], head[512:]):
+        return read_hdf5(path)
+    if head.startswith(b"MATLAB 5.0 MAT-file") or path.suffix.lower() == ".mat":
         return read_matlab(path)
+    if head.startswith(b"TDSm"):
+        return read_tdms(path)
+    if head.removeprefix(b"\xef\xbb\xbf").startswith(b"LabVIEW Measurement"):
+        return read_lvm(path, wanted.encoding)
     return read_text_table(path, wanted.delimiter, wanted.decimal, wanted.encoding, wanted.header)
 
 
@@ -161,7 +173,7 @@ def _numbers(path: Path, table: TextTable, place: int, quantity: str) -> Array:
             values[i] = np.nan
         if not np.isfinite(values[i]):
             found = f'"{row[place]}"' if row[place] else "empty"
-            raise InputError(f"{path}, line {table.first_line + i}: the {quantity} is {found}, no number. Mend the cell or remove the row.")
+            raise InputError(f"{path}, {table.at(i)}: the {quantity} is {found}, no number. Mend the cell or remove the row.")
     return values
 
 
@@ -171,7 +183,7 @@ def _require_increasing(path: Path, table: TextTable, time_s: Array) -> None:
         i = int(np.argmax(step <= 0.0)) + 1
         wrong = int(np.sum(step <= 0.0))
         raise InputError(
-            f"{path}, line {table.first_line + i}: time goes from {time_s[i - 1]:g} to {time_s[i]:g} s ({wrong} such steps); "
+            f"{path}, {table.at(i)}: time goes from {time_s[i - 1]:g} to {time_s[i]:g} s ({wrong} such steps); "
             "it must increase from row to row. Sort the rows and remove doubled ones, or give --sample-period without a time column."
         )
 

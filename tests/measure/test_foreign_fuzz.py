@@ -3,8 +3,10 @@
 import random
 import time
 
+import h5py
 import numpy as np
 import pytest
+from nptdms import ChannelObject, TdmsWriter
 from scipy.io import savemat
 
 from measure import InputError, Loop
@@ -47,7 +49,21 @@ def seeds(folder):
     body = "\n".join(",".join(f"{value:.4f}" for value in row) for row in _TABLE) + "\n"
     savemat(folder / "seed.mat", {"time_s": _T, "elongation_mm": _TABLE[:, 1], "force_N": _TABLE[:, 2]})
     texts = [header + body, body, (header + body).replace(",", ";").replace(".", ","), (header + "s,mm,N\n" + body).replace(",", "\t")]
-    return [text.encode() for text in texts] + [texts[0].encode("utf-16"), (folder / "seed.mat").read_bytes()]
+    return [text.encode() for text in texts] + [texts[0].encode("utf-16"), (folder / "seed.mat").read_bytes(), *of_extras(folder)]
+
+
+def of_extras(folder):
+    """LabVIEW's text and binary file, and HDF5 packed and plain."""
+    columns = dict(zip(("time", "elongation", "force"), _TABLE.T, strict=True))
+    with TdmsWriter(folder / "seed.tdms") as writer:
+        writer.write_segment([ChannelObject("Test", name, values, {"unit_string": "mm"}) for name, values in columns.items()])
+    with h5py.File(folder / "seed.h5", "w") as file:
+        for name, values in columns.items():
+            file.create_dataset(name, data=values, compression="gzip" if name == "force" else None).attrs["units"] = "mm"
+    rows = "\n".join("\t".join(f"{value:.4f}" for value in row) for row in _TABLE)
+    head = "LabVIEW Measurement\t\nSeparator\tTab\nX_Columns\tOne\n***End_of_Header***\t\n\t\nChannels\t2\t\nSamples\t30\t30\n"
+    lvm = head + "Y_Unit_Label\tmm\tN\nX0\t0.0\t0.0\nDelta_X\t0.1\t0.1\n***End_of_Header***\t\t\nX_Value\telongation\tforce\n" + rows
+    return [(folder / "seed.tdms").read_bytes(), (folder / "seed.h5").read_bytes(), lvm.encode()]
 
 
 def mutated(raw, rng):
