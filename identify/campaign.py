@@ -65,6 +65,11 @@ def read_campaign(paths: Iterable[Path], mapping: ColumnMapping | None = None) -
     return runs
 
 
+def remarks(runs: Iterable[Run]) -> list[str]:
+    """What was done to the rows of loops on reading them, in sentences."""
+    return [f"{run.name}: {said}" for run in runs if isinstance(run.table, Loop) for said in run.table.remarks]
+
+
 def _runs_of(path: Path, mapping: ColumnMapping | None) -> list[Run]:
     if path.suffix.lower() == ".toml":
         return _listed_runs(path, mapping)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
@@ -15,6 +16,7 @@ from .actuator import ActuatorFit
 from .loops import LoopData, area, gap
 from .parameters import BETA_NAME, LINE_NAMES
 from .stiffness import effective_stiffness, friction_of
+from .usage import sentence
 from .verdicts import errors, pooled_error
 
 
@@ -38,6 +40,7 @@ def result_of(fit: ActuatorFit, loops: Sequence[LoopData], notes: Sequence[str] 
         "effects": [{"name": effect.name, **dict(zip(effect.flat_names(), effect.flat(), strict=True))} for effect in fit.effects],
         "residual_depends_on": fit.left.sentence,
         "residual_shares": fit.left.shares,
+        "record": [f"{Path(data.name).name}: {text}" for data in loops for text in (*data.remarks, sentence(data.parts))],
         "notes": list(notes),
     }
 
@@ -99,6 +102,8 @@ def _loop(fit: ActuatorFit, k: int, data: LoopData, error: float) -> dict[str, A
         "tare_N": fit.tares_N[k],
         "drift_N_per_cycle": drift_per_cycle(data),
         "force_noise_N": data.force_sigma_N,
+        "parts": [asdict(part) for part in data.parts],
+        "remarks": list(data.remarks),
     }
 
 
@@ -160,7 +165,8 @@ def summary(result: Mapping[str, Any]) -> list[str]:
 
 
 def _remarks(result: Mapping[str, Any]) -> list[str]:
-    lines = [f"note     {note}" for note in result["notes"]]
+    lines = [f"record   {text}" for text in result["record"]]
+    lines += [f"note     {note}" for note in result["notes"]]
     lines.append(f"error    pooled {result['pooled_nrmse_percent']:.2f} % of the range of all forces")
     lines.append(f"residual depends on {result['residual_depends_on']}")
     lines.append(f"friction {result['friction']}")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,9 +13,8 @@ from measure.tables import Array, Loop
 from simulate.effect import Effect
 from simulate.law import loop_force
 
-from .kinematics import Cycles, Motion, cycles, dead_band, motion, moving, noise_of, one_way, quantum_of
-
-_ENDS = 10  # samples
+from .kinematics import Cycles, Motion, cycles, dead_band, motion, noise_of, one_way, quantum_of
+from .usage import Part, parts, usage
 
 
 @dataclass(frozen=True)
@@ -34,7 +33,8 @@ class LoopData:
 
     time_s, elongation_m, speed_m_per_s, acceleration_m_per_s2, force_N : (n,) at the samples; the force as measured.
     used : (n,) samples that count; idle seconds before and after the motion do not, nor do a few samples at the ends of
-    the record, where the acceleration is poorly known.
+    the record, where the acceleration is poorly known, nor strokes that may have turned in a gap of the record.
+    parts : the whole record as stretches, with what of them counts and why. remarks : what was done to it on reading.
     force_sigma_N, elongation_sigma_m : one standard deviation of the sample noise, from the high frequencies.
     path, at : where the law is marched, and the index of each sample in it. other : further columns, (n,), by name.
     """
@@ -52,6 +52,8 @@ class LoopData:
     path: Path
     at: NDArray[np.intp]
     other: Mapping[str, Array] = field(default_factory=dict)
+    parts: tuple[Part, ...] = ()
+    remarks: tuple[str, ...] = ()
 
     @property
     def frequency_Hz(self) -> float:
@@ -85,11 +87,8 @@ def prepare(loop: Loop) -> LoopData:
     _require_motion(loop)
     smooth = motion(loop.time_s, loop.elongation_m)
     band = dead_band(smooth, quantum_of(loop.elongation_m))
-    used = np.zeros(len(loop.time_s), dtype=bool)
-    used[moving(smooth.elongation_m, band)] = True
-    margin = min(_ENDS, len(used) // 50)
-    used[:margin] = used[len(used) - margin :] = False
     found = cycles(loop.time_s, smooth.elongation_m, band)
+    use = usage(loop.time_s, smooth, band, found)
     path, at = _path(loop.time_s, smooth, found.reversals)
     return LoopData(
         name=loop.name,
@@ -98,13 +97,15 @@ def prepare(loop: Loop) -> LoopData:
         speed_m_per_s=smooth.speed_m_per_s,
         acceleration_m_per_s2=smooth.acceleration_m_per_s2,
         force_N=loop.force_N,
-        used=used,
+        used=use.used,
         force_sigma_N=noise_of(loop.time_s, loop.force_N),
         elongation_sigma_m=smooth.noise_m,
-        cycles=found,
+        cycles=replace(found, spans=use.whole(found.spans)),
         path=path,
         at=at,
         other=loop.other,
+        parts=tuple(parts(loop.time_s, smooth.elongation_m, use, found.spans)),
+        remarks=tuple(loop.remarks),
     )
 
 

@@ -13,6 +13,7 @@ from pathlib import Path
 
 import numpy as np
 
+from .clock import in_order, remarks
 from .command import existing_file
 from .dialect import TextTable, read_text_table
 from .errors import InputError, nearest
@@ -81,8 +82,11 @@ def read_foreign(path: Path, mapping: ColumnMapping | None = None) -> tuple[Loop
     values = {q: _numbers(path, table, place, q) * units[q].factor for q, place in columns.items()}
     if "time" not in values:
         values["time"] = np.arange(len(table.rows)) * float(wanted.sample_period_s or 0.0)
-    _require_increasing(path, table, values["time"])
-    loop = Loop(values["time"], values["elongation"], values["force"], name=str(path), other=_other(table, set(columns.values())))
+    further = _other(table, set(columns.values()))
+    ordered, said = in_order({**values, **{f"other {name}": v for name, v in further.items()}}, lambda row: f"{path}, {table.at(row)}")
+    other = {name: ordered[f"other {name}"] for name in further}
+    said += remarks(ordered["time"]) + _other_clock(other, columns, wanted.sample_period_s)
+    loop = Loop(ordered["time"], ordered["elongation"], ordered["force"], name=str(path), other=other, remarks=said)
     return loop, Understood(str(path), table, columns, units, wanted.sample_period_s)
 
 
@@ -177,15 +181,19 @@ def _numbers(path: Path, table: TextTable, place: int, quantity: str) -> Array:
     return values
 
 
-def _require_increasing(path: Path, table: TextTable, time_s: Array) -> None:
-    step = np.diff(time_s)
-    if np.any(step <= 0.0):
-        i = int(np.argmax(step <= 0.0)) + 1
-        wrong = int(np.sum(step <= 0.0))
-        raise InputError(
-            f"{path}, {table.at(i)}: time goes from {time_s[i - 1]:g} to {time_s[i]:g} s ({wrong} such steps); "
-            "it must increase from row to row. Sort the rows and remove doubled ones, or give --sample-period without a time column."
-        )
+def _other_clock(other: Mapping[str, Array], columns: Mapping[str, int], period_s: float | None) -> list[str]:
+    """The sentence on a time that stands in the file and is not used because a sample period was given."""
+    times = {name: v for name, v in other.items() if split_unit(name)[0].strip().lower() == "time"}
+    if period_s is None or "time" in columns or not times:
+        return []
+    name, values = next(iter(times.items()))
+    step = float(np.median(np.diff(values))) * FACTORS["time"].get(split_unit(name)[1], 1.0)
+    differs = abs(step - period_s) > 0.02 * period_s
+    return (
+        [f'column "{name}" says {step:.4g} s from sample to sample, and {period_s:.4g} s were given; the given ones count']
+        if differs
+        else []
+    )
 
 
 def _other(table: TextTable, taken: set[int]) -> dict[str, Array]:

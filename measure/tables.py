@@ -30,6 +30,7 @@ class Loop:
     time_s, elongation_m, force_N : equal lengths, time strictly increasing, all finite. The elongation is positive
     when strip uncoils, the force positive when the actuator pushes.
     other : further columns of numbers by name (temperature, pressure ...), each of the same length, NaN where empty.
+    remarks : what was done to the file's rows on reading, in sentences.
     """
 
     time_s: Array
@@ -37,6 +38,7 @@ class Loop:
     force_N: Array
     name: str = "loop"
     other: Mapping[str, Array] = field(default_factory=dict)
+    remarks: Sequence[str] = ()
 
     def __post_init__(self) -> None:
         for column in LOOP_COLUMNS:
@@ -145,9 +147,11 @@ def _loop_of(cells: Cells) -> Loop:
     for column in LOOP_COLUMNS:
         if column not in cells.header:
             raise InputError(_no_column(cells, column))
-    columns = {name: cells.numbers(name) for name in LOOP_COLUMNS}
+    time, elongation, force = (cells.numbers(name) for name in LOOP_COLUMNS)
     further = {name: cells.numbers_if_they_are(name) for name in cells.header if name not in LOOP_COLUMNS}
-    return Loop(**columns, name=str(cells.path), other={name: values for name, values in further.items() if values is not None})
+    return Loop(
+        time, elongation, force, name=str(cells.path), other={name: values for name, values in further.items() if values is not None}
+    )
 
 
 def read_trajectory(path: Path) -> Trajectory:

@@ -34,7 +34,7 @@ def _parser() -> Any:
 
 def _work(arguments: Sequence[str]) -> int:
     given = _parser().parse_args(arguments)
-    from identify.campaign import read_campaign
+    from identify.campaign import read_campaign, remarks
     from identify.compare import compare
     from measure.errors import InputError
     from simulate.model_file import read_model
@@ -47,7 +47,7 @@ def _work(arguments: Sequence[str]) -> int:
     found = compare(model, runs, fit_release=not given.as_given)
     _write(given, found, [given.model, *(r.path for r in runs if r.path)])
     if not given.quiet:
-        print("\n".join(summary(found)))
+        print("\n".join([*(f"record   {said}" for said in remarks(runs)), *summary(found)]))
     return DONE
 
 

@@ -94,6 +94,49 @@ def test_a_first_step_of_280_ms_and_jitter_keep_their_times(tmp_path):
     check(read_foreign(written(tmp_path, ["time_ms,elongation_mm,force_N", *rows(t, U, F)]))[0], time=t / 1e3)
 
 
+def test_rows_in_the_wrong_order_are_sorted_and_it_is_said(tmp_path):
+    order = np.concatenate([np.arange(20, 40), np.arange(20)])
+    order[3], order[4] = order[4], order[3]
+    loop, _ = read_foreign(written(tmp_path, ["time_s,elongation_mm,force_N", *rows(T[order], U[order], F[order])]))
+    check(loop)
+    assert loop.remarks[0].startswith("time goes back at 2 of 40 rows")
+
+
+def test_a_record_written_backwards_is_turned_round(tmp_path):
+    loop, _ = read_foreign(written(tmp_path, ["time_s,elongation_mm,force_N", *rows(T[::-1], U[::-1], F[::-1])]))
+    check(loop)
+
+
+def test_doubled_rows_count_once_and_rows_of_one_instant_by_their_mean(tmp_path):
+    lines = rows(T, U, F)
+    loop, _ = read_foreign(written(tmp_path, ["time_s,elongation_mm,force_N", *lines, *lines[-7:]]))
+    check(loop)
+    assert "7 of 47 rows have the time of another one; they are the same and count once" in loop.remarks
+    twice = np.repeat(T, 2)
+    loop, _ = read_foreign(
+        written(
+            tmp_path, ["time_s,elongation_mm,force_N", *rows(twice, np.interp(twice, T, U), np.repeat(F, 2) + np.tile([-0.01, 0.01], 40))]
+        )
+    )
+    check(loop)
+    assert "their mean was taken" in loop.remarks[0]
+
+
+def test_gaps_and_an_uneven_clock_are_said(tmp_path):
+    t = np.concatenate([[0.0], 280.0 + np.cumsum(np.random.default_rng(0).integers(9, 15, 39))])
+    loop, _ = read_foreign(written(tmp_path, ["time_ms,elongation_mm,force_N", *rows(t, U, F)]))
+    assert loop.remarks[0].startswith("no samples for 0.294 s after 0 s")
+    assert "the clock is uneven" in loop.remarks[1]
+    even, _ = read_foreign(written(tmp_path, ["time_ms,elongation_mm,force_N", *rows(T, U, F)]))
+    assert even.remarks == []
+
+
+def test_two_clocks_are_said(tmp_path):
+    loop, _ = read_foreign(written(tmp_path, ["time_s,elongation_mm,force_N", *rows(T, U, F)]), ColumnMapping(sample_period_s=0.4))
+    assert loop.time_s[-1] == pytest.approx(0.4 * 39)
+    assert 'column "time_s" says 0.5 s from sample to sample, and 0.4 s were given' in loop.remarks[0]
+
+
 def test_trailing_comma_and_empty_first_column_are_no_columns(tmp_path):
     lines = [",time_s,elongation_mm,force_N,", *("," + line + "," for line in rows(T, U, F))]
     check(read_foreign(written(tmp_path, lines))[0])
@@ -140,7 +183,16 @@ REFUSED = {
     "a short header": (["time_s,elongation_mm", *rows(T, U, F)], {}, "2 names stand above 3 columns"),
     "no number in a cell": (["time_s,elongation_mm,force_N", *rows(T, U, F), "20.0,3.0,---"], {}, 'line 42: the force is "---"'),
     "an empty cell": (["time_s,elongation_mm,force_N", *rows(T, U, F), "20.0,,1"], {}, "line 42: the elongation is empty"),
-    "time goes back": (["time_s,elongation_mm,force_N", *rows(T, U, F), "3.0,1,1"], {}, "time goes from 19.5 to 3"),
+    "a clock set back": (
+        ["time_s,elongation_mm,force_N", *rows(T, U, F), *rows(T + 0.1, -U, F)],
+        {},
+        "line 42: time goes from 19.5 back to 0.1",
+    ),
+    "two elongations at one instant": (
+        ["time_s,elongation_mm,force_N", *rows(T, U, F), "19.5,9,1"],
+        {},
+        "line 41: 2 rows have the time 19.5 s",
+    ),
     "no header and no numbers given": (rows(T, U, F), {}, "no header, so no column for the time"),
     "no such column": (["time_s,elongation_mm,force_N", *rows(T, U, F)], {"columns": {"force": "forse_N"}}, 'did you mean "force_N"'),
     "no table": (["hello", "world"], {}, "no table of numbers"),
