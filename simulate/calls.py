@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
+import numpy as np
 from numba import njit
+from numpy.typing import NDArray
 
 from .compiled import Program
 from .intrinsics import pointer, whole_at
@@ -27,17 +29,32 @@ class Calls(NamedTuple):
 
 
 @njit(cache=True)
-def calls_of(called: Program) -> Calls:
-    """The calls of a program."""
+def listed(called: Program) -> NDArray[np.int64]:
+    """Address of its rows and their number for each hook of a program, one after the other in the order of `Calls`."""
+    table = np.empty(2 * len(called), dtype=np.int64)
+    for i in range(len(called)):
+        table[2 * i], table[2 * i + 1] = pointer(called[i].reshape(-1), 0), called[i].shape[0]
+    return table
+
+
+@njit(cache=True, forceinline=True)
+def calls_at(table: int) -> Calls:
+    """The calls from the address of such a table."""
     return Calls(
-        (pointer(called.leg_force.reshape(-1), 0), called.leg_force.shape[0]),
-        (pointer(called.leg_mass.reshape(-1), 0), called.leg_mass.shape[0]),
-        (pointer(called.leg_asymptotes.reshape(-1), 0), called.leg_asymptotes.shape[0]),
-        (pointer(called.leg_transverse.reshape(-1), 0), called.leg_transverse.shape[0]),
-        (pointer(called.joint_resistance.reshape(-1), 0), called.joint_resistance.shape[0]),
-        (pointer(called.platform_wrench.reshape(-1), 0), called.platform_wrench.shape[0]),
-        (pointer(called.platform_mass.reshape(-1), 0), called.platform_mass.shape[0]),
+        (whole_at(table, 0), whole_at(table, 1)),
+        (whole_at(table, 2), whole_at(table, 3)),
+        (whole_at(table, 4), whole_at(table, 5)),
+        (whole_at(table, 6), whole_at(table, 7)),
+        (whole_at(table, 8), whole_at(table, 9)),
+        (whole_at(table, 10), whole_at(table, 11)),
+        (whole_at(table, 12), whole_at(table, 13)),
     )
+
+
+@njit(cache=True)
+def workers(called: Program) -> int:
+    """How many formulas of a program do work: forces along legs, joints, wrenches, in this order."""
+    return called.leg_force.shape[0] + called.joint_resistance.shape[0] + called.platform_wrench.shape[0]
 
 
 @njit(cache=True, forceinline=True)

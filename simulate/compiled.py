@@ -41,6 +41,7 @@ SIGNATURES = {
     "platform_mass": types.void(_NUMBERS, _NUMBERS, _NUMBERS),
 }
 
+WORKING = ("leg_force", "joint_resistance", "platform_wrench")  # the hooks that do work, in the order of the kernel's ledger
 
 # The two hooks that every leg asks for at every stage have a second form, for runs side by side: a call a block, not a call
 # a run. Numbers become rows, and the parameters of a run stand `size` apart.
@@ -93,9 +94,9 @@ def address(formula: Any, hook: str) -> int:
 @cache
 def _compiled(formula: Any, hook: str) -> Any:
     try:
-        return cfunc(SIGNATURES[hook], cache=True)(formula)
+        return cfunc(SIGNATURES[hook], cache=True, error_model="numpy")(formula)
     except RuntimeError:
-        return cfunc(SIGNATURES[hook])(formula)  # defined at a prompt: there is no file to keep it beside
+        return cfunc(SIGNATURES[hook], error_model="numpy")(formula)  # defined at a prompt: there is no file to keep it beside
 
 
 @cache

@@ -10,13 +10,13 @@ from measure.tables import Array
 
 from . import hooks
 from .calls import Calls
-from .layout import ARM, AXIS, LENGTH, RATE, RIGHT, SLOPE, STATES, SYSTEM, TRIAL, G, V
+from .layout import ARM, AXIS, LENGTH, RIGHT, SLOPE, SYSTEM, TRIAL, G, V
 
 Triple = tuple[float, float, float]
 
 
 @njit(cache=True, error_model="numpy", forceinline=True)
-def leg_crosswise(w: Array, mine: Array, calls: Calls, n: int) -> None:
+def leg_crosswise(w: Array, mine: Array, calls: Calls, n: int, ledger: bool) -> None:
     """Inertia across the leg at hand and friction in its joints, into the system.
 
     M_t = g (1 - n n'),   bias = g (1 - n n') c + g' l' v_t - n |v_t|^2 (g / l + g' / 2),   c = w x (w x r)
@@ -29,7 +29,7 @@ def leg_crosswise(w: Array, mine: Array, calls: Calls, n: int) -> None:
         r, e, spin = triple(w, ARM, n, i), triple(w, AXIS, n, i), triple(w, TRIAL + 10, n, i)
         swing, flight = cross(spin, r), triple(w, TRIAL + 7, n, i)
         moving = (flight[0] + swing[0] - v * e[0], flight[1] + swing[1] - v * e[1], flight[2] + swing[2] - v * e[2])
-        moment, lever = joint_moments(w, mine, calls, n, i, moving)
+        moment, lever = joint_moments(w, mine, calls, n, i, moving, ledger)
         centripetal = cross(spin, swing)
         along = dot(e, centripetal) * g + dot(moving, moving) * (g / length + 0.5 * slope)
         force = (
@@ -45,15 +45,14 @@ def leg_crosswise(w: Array, mine: Array, calls: Calls, n: int) -> None:
 
 
 @njit(cache=True, error_model="numpy", forceinline=True)
-def joint_moments(w: Array, mine: Array, calls: Calls, n: int, i: int, moving: Triple) -> tuple[Triple, Triple]:
+def joint_moments(w: Array, mine: Array, calls: Calls, n: int, i: int, moving: Triple, ledger: bool) -> tuple[Triple, Triple]:
     """Friction of a leg's two joints: moment on the platform, and force at the platform joint."""
     e, spin, per = triple(w, AXIS, n, i), triple(w, TRIAL + 10, n, i), 1.0 / w[LENGTH * n + i]
     swing = cross(e, moving)
     turning = (swing[0] * per, swing[1] * per, swing[2] * per)
     against = (spin[0] - turning[0], spin[1] - turning[1], spin[2] - turning[2])
-    base = hooks.joint_resistance(mine, calls, i, n, math.sqrt(dot(turning, turning)))
-    joint = hooks.joint_resistance(mine, calls, i, n, math.sqrt(dot(against, against)))
-    w[(RATE + STATES + 3) * n + i] -= base * dot(turning, turning) + joint * dot(against, against)
+    base = hooks.joint_resistance(w, mine, calls, i, n, math.sqrt(dot(turning, turning)), ledger)
+    joint = hooks.joint_resistance(w, mine, calls, i, n, math.sqrt(dot(against, against)), ledger)
     moment = (-joint * against[0], -joint * against[1], -joint * against[2])
     on_leg = (-base * turning[0] - moment[0], -base * turning[1] - moment[1], -base * turning[2] - moment[2])
     lever = cross(on_leg, e)

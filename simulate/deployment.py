@@ -6,18 +6,24 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from measure.tables import CHANNELS, Array, Trajectory
 
 from . import six_legs
+from .calls import workers
 from .layout import ALONE, MANY
+from .ledger import ledger_of
 from .model import LEGS, Model
-from .packing import geometry_of, leg_lengths, program_of, row_of, without_idle
+from .packing import geometry_of, leg_lengths, program_of, row_of, without_idle, working_effects
 from .rate import with_rate_as_effect
+from .stage import stage
 from .steps import grid, step_of
+
+if TYPE_CHECKING:
+    from .accuracy import StepError
 
 FEW = 12  # runs that are faster one after the other than side by side
 
@@ -28,8 +34,9 @@ __all__ = ["Deployment", "channels_of", "deploy", "deploy_many", "grid", "step_o
 class Deployment:
     """What a deployment did, sample by sample.
 
-    time_s : (n,). samples : (n, SAMPLE) as laid out in `six_legs`, NaN from the sample on at which the run diverged.
-    diverged_at_s : when the state went non-finite, or None.
+    time_s : (n,). samples : (n, SAMPLE + worked_by) as laid out in `six_legs`, NaN from the sample on at which the run diverged.
+    diverged_at_s : when the state went non-finite, or None. worked_by : effects whose work stands in the last columns.
+    step_error : by how much it differs from the run with half the step; None where that was not computed.
     """
 
     model: Model
@@ -37,6 +44,8 @@ class Deployment:
     samples: Array
     step_s: float
     diverged_at_s: float | None
+    worked_by: tuple[str, ...] = ()
+    step_error: StepError | None = None
 
     @cached_property
     def channels(self) -> dict[str, Array]:
@@ -59,10 +68,25 @@ class Deployment:
         return self.samples[:, six_legs.FORCE : six_legs.FORCE + LEGS]
 
     @property
+    def work_J(self) -> dict[str, Array]:
+        """Kinetic energy, and the work done so far by legs, stops, weight and all effects, each (n,)."""
+        names = ("kinetic", "by_legs", "by_stops", "by_weight")
+        work = {name: self.samples[:, six_legs.ENERGY + i] for i, name in enumerate(names)}
+        return {**work, "by_effects": self.samples[:, six_legs.SAMPLE :].sum(axis=1)}
+
+    @property
+    def effects_J(self) -> dict[str, Array]:
+        """The work done so far by each effect with a force of its own, each (n,); negative, it has taken energy out."""
+        columns: dict[str, Array] = {}
+        for i, name in enumerate(self.worked_by):
+            columns[name] = columns.get(name, 0.0) + self.samples[:, six_legs.SAMPLE + i]
+        return columns
+
+    @property
     def energy_J(self) -> dict[str, Array]:
-        """The ledger: kinetic energy, and the work done so far by legs, stops, weight and effects, each (n,)."""
-        names = ("kinetic", "by_legs", "by_stops", "by_weight", "by_effects")
-        return {name: self.samples[:, six_legs.ENERGY + i] for i, name in enumerate(names)}
+        """The ledger: what is kinetic, stored and lost, and the work of weight and effects, each (n,)."""
+        model = with_rate_as_effect(self.model).adjusted()
+        return ledger_of(model, self.elongation_m, self.work_J, self.effects_J)
 
     @property
     def leg_columns(self) -> dict[str, Array]:
@@ -77,6 +101,11 @@ class Deployment:
         return columns
 
     @property
+    def energy_columns(self) -> dict[str, Array]:
+        """Time and the ledger as the columns of a table."""
+        return {"time_s": self.time_s, **{f"{name}_J": values for name, values in self.energy_J.items()}}
+
+    @property
     def time_to_full_height_s(self) -> float | None:
         """When the platform's origin is first seen at the deployed height, or None."""
         there = self.channels["z_m"] >= geometry_of(self.model).deployed_height_m
@@ -87,6 +116,7 @@ class Deployment:
         """The run in a few numbers: what it reached, whether it can be trusted, and where the energy went."""
         theta_z = np.degrees(self.channels["theta_z_rad"])
         good = np.isfinite(theta_z)
+        ledger = {**self.work_J, **self.energy_J}
         return {
             "model": self.model.name,
             "duration_s": self.model.simulation.duration_s,
@@ -95,14 +125,15 @@ class Deployment:
             "time_to_full_height_s": self.time_to_full_height_s,
             "theta_z_deg": float(theta_z[good][np.argmax(np.abs(theta_z[good]))]) if np.any(good) else None,
             "energy_closure": self.energy_closure,
-            "energy_J": {name: float(values[good][-1]) if np.any(good) else None for name, values in self.energy_J.items()},
+            "energy_J": {name: float(values[good][-1]) if np.any(good) else None for name, values in ledger.items()},
+            "step_error": None if self.step_error is None else self.step_error.report,
         }
 
     @property
     def energy_closure(self) -> float:
         """Largest gap between kinetic energy gained and work done, as a share of the largest kinetic energy; NaN where nothing moved."""
         good = np.isfinite(self.samples[:, six_legs.ENERGY])
-        ledger = {name: values[good] for name, values in self.energy_J.items()}
+        ledger = {name: values[good] for name, values in self.work_J.items()}
         most = float(np.max(ledger["kinetic"], initial=0.0))
         if most == 0.0:
             return math.nan
@@ -137,11 +168,12 @@ def deploy(model: Model) -> Deployment:
         The model has no geometry, or would take too many steps.
     """
     step, stride, count = grid(model)
-    samples, good = np.empty((1, count, six_legs.SAMPLE)), np.empty(1, dtype=np.int64)
     acting = without_idle([model])[0]
-    six_legs.deploy_block(row_of(acting)[None], 0, program_of(acting), step, stride, samples, good, ALONE)
+    called = program_of(acting)
+    samples, good = np.empty((1, count, six_legs.SAMPLE + workers(called))), np.empty(1, dtype=np.int64)
+    six_legs.deploy_block(row_of(acting)[None], 0, called, stage(ALONE, True).address, ALONE, step, stride, samples, good)
     time_s = np.arange(count) / model.simulation.sample_rate_Hz
-    return Deployment(model, time_s, samples[0], step, None if good[0] == count else float(time_s[good[0]]))
+    return Deployment(model, time_s, samples[0], step, None if good[0] == count else float(time_s[good[0]]), working_effects(acting))
 
 
 def deploy_many(models: Sequence[Model]) -> list[Deployment]:
@@ -153,19 +185,21 @@ def deploy_many(models: Sequence[Model]) -> list[Deployment]:
     if any(_kinds(model) != _kinds(first) or model.simulation != first.simulation for model in models):
         raise ValueError("deploy_many: models must share the kinds of their effects, and duration, rate and step.")
     step, stride, count = min((grid(model) for model in models), key=lambda g: g[0])
-    samples = np.empty((len(models), count, six_legs.SAMPLE))
-    good = np.empty(len(models), dtype=np.int64)
     acting = without_idle(models)
     rows = np.array([row_of(model) for model in acting])
     called = program_of(acting[0])
+    samples = np.empty((len(models), count, six_legs.SAMPLE + workers(called)))
+    good = np.empty(len(models), dtype=np.int64)
     if len(models) < FEW:
+        alone = stage(ALONE, True).address
         for i in range(len(models)):
-            six_legs.deploy_block(rows[i : i + 1], 0, called, step, stride, samples[i : i + 1], good[i : i + 1], ALONE)
+            six_legs.deploy_block(rows, i, called, alone, ALONE, step, stride, samples, good)
     else:
-        six_legs.deploy_kernel(rows, called, step, stride, samples, good, MANY)
+        six_legs.deploy_kernel(rows, called, stage(MANY, True).address, MANY, step, stride, samples, good)
     time_s = np.arange(count) / first.simulation.sample_rate_Hz
     return [
-        Deployment(model, time_s, samples[i], step, None if good[i] == count else float(time_s[good[i]])) for i, model in enumerate(models)
+        Deployment(model, time_s, samples[i], step, None if good[i] == count else float(time_s[good[i]]), working_effects(acting[0]))
+        for i, model in enumerate(models)
     ]
 
 

@@ -19,12 +19,43 @@ from .compiled import (
     call_platform_wrench,
 )
 from .intrinsics import pointer
-from .layout import ADDED, LEG_BEFORE, LEG_VALUE, LENGTH, MASS, RATE, RIGHT, ROWS, SLOPE, STATES, SYSTEM, TRIAL, G, H, R, U, V
+from .layout import (
+    ADDED,
+    EACH,
+    LEG_BEFORE,
+    LEG_VALUE,
+    LENGTH,
+    MASS,
+    MATRIX,
+    PAIR,
+    POSE,
+    RIGHT,
+    ROWS,
+    SCRATCH,
+    SLOPE,
+    SYSTEM,
+    TRIAL,
+    TWIST,
+    WRENCH,
+    G,
+    H,
+    R,
+    U,
+    V,
+)
 from .packing import FULL, STOWED
 
-# Behind the rows: room for what a formula wants to see as plain vectors.
-POSE, TWIST, WRENCH, MATRIX, PAIR = 0, 7, 13, 19, 55
-SCRATCH = 57
+
+@njit(cache=True, error_model="numpy", forceinline=True)
+def worked(row: int, n: int) -> int:
+    """Where the power of a formula stands; forces along legs come first, then joints, then wrenches."""
+    return ROWS * n + SCRATCH + row * n
+
+
+@njit(cache=True, error_model="numpy", forceinline=True)
+def workers(calls: Calls) -> int:
+    """How many formulas do work."""
+    return calls.leg_force[1] + calls.joint_resistance[1] + calls.platform_wrench[1]
 
 
 @njit(cache=True, error_model="numpy", forceinline=True)
@@ -45,17 +76,23 @@ def leg_asymptotes(w: Array, mine: Array, calls: Calls, t0: float, t: float, n: 
 
 
 @njit(cache=True, error_model="numpy", forceinline=True)
-def leg_forces(w: Array, mine: Array, calls: Calls, t: float, n: int) -> None:
-    """Forces and axial inertia that effects add to the leg at hand."""
+def leg_forces(w: Array, mine: Array, calls: Calls, t: float, n: int, ledger: bool) -> None:
+    """Forces and axial inertia that effects add to the leg at hand, and the power of each."""
     size = len(mine) // n
     u, v, stored, turned = pointer(w, U * n), pointer(w, V * n), pointer(w, R * n), pointer(w, (LEG_BEFORE + 2) * n)
     for row in range(calls.leg_force[1]):
         p = pointer(mine, place(calls.leg_force, row))
+        w[EACH * n : (EACH + 1) * n] = 0.0
         if n == 1:
             travel = w[U] - w[LEG_BEFORE + 2]
-            w[ADDED] += call_leg_force(formula(calls.leg_force, row), (w[U], w[V], t, w[R], travel, p))
+            w[EACH] = call_leg_force(formula(calls.leg_force, row), (w[U], w[V], t, w[R], travel, p))
         else:
-            call_leg_force_lanes(formula_of_lanes(calls.leg_force, row), (u, v, t, stored, turned, p, size, pointer(w, ADDED * n), n))
+            call_leg_force_lanes(formula_of_lanes(calls.leg_force, row), (u, v, t, stored, turned, p, size, pointer(w, EACH * n), n))
+        for i in range(n):
+            w[ADDED * n + i] += w[EACH * n + i]
+        if ledger:
+            for i in range(n):
+                w[worked(row, n) + i] += w[EACH * n + i] * w[V * n + i]
     for row in range(calls.leg_mass[1]):
         p = pointer(mine, place(calls.leg_mass, row))
         if n == 1:
@@ -78,12 +115,15 @@ def transverse_masses(w: Array, mine: Array, calls: Calls, n: int) -> None:
 
 
 @njit(cache=True, error_model="numpy", forceinline=True)
-def joint_resistance(mine: Array, calls: Calls, lane: int, n: int, rate: float) -> float:
-    """Sum of the resistances that effects put into a joint, N m s."""
+def joint_resistance(w: Array, mine: Array, calls: Calls, lane: int, n: int, rate: float, ledger: bool) -> float:
+    """Sum of the resistances that effects put into a joint, N m s, and the power of each."""
     total = 0.0
     for row in range(calls.joint_resistance[1]):
         p = pointer(mine, lane * (len(mine) // n) + place(calls.joint_resistance, row))
-        total += call_joint_resistance(formula(calls.joint_resistance, row), (rate, p))
+        resistance = call_joint_resistance(formula(calls.joint_resistance, row), (rate, p))
+        total += resistance
+        if ledger:
+            w[worked(calls.leg_force[1] + row, n) + lane] -= resistance * rate * rate
     return total
 
 
@@ -107,10 +147,11 @@ def platform_masses(w: Array, mine: Array, calls: Calls, n: int) -> None:
 
 
 @njit(cache=True, error_model="numpy", forceinline=True)
-def platform_wrenches(w: Array, mine: Array, calls: Calls, t: float, n: int) -> None:
-    """Wrenches of effects into the right side, their power into the ledger."""
+def platform_wrenches(w: Array, mine: Array, calls: Calls, t: float, n: int, ledger: bool) -> None:
+    """Wrenches of effects into the right side, the power of each into the ledger."""
     room, size = ROWS * n, len(mine) // n
     for row in range(calls.platform_wrench[1]):
+        power = worked(calls.leg_force[1] + calls.joint_resistance[1] + row, n)
         for i in range(n):
             for k in range(13):
                 w[room + k] = w[(TRIAL + k) * n + i]
@@ -121,4 +162,6 @@ def platform_wrenches(w: Array, mine: Array, calls: Calls, t: float, n: int) -> 
             call_platform_wrench(formula(calls.platform_wrench, row), (t, pose, twist, p, wrench))
             for k in range(6):
                 w[(RIGHT + k) * n + i] += w[room + WRENCH + k]
-                w[(RATE + STATES + 3) * n + i] += w[room + WRENCH + k] * w[room + TWIST + k]
+            if ledger:
+                for k in range(6):
+                    w[power + i] += w[room + WRENCH + k] * w[room + TWIST + k]

@@ -11,7 +11,7 @@ from .packing import LEG_SIZE
 
 LEGS = 6
 STATES = 13  # position of the centre of mass (3), unit quaternion (4), velocity (3), angular velocity (3), world axes
-POWERS = 4  # work done so far, or its rate, by legs, stops, weight, effects
+POWERS = 3  # work done so far, or its rate, by legs, stops, weight; that of effects stands behind everything else
 
 STATE = 0
 SPENT = STATE + STATES
@@ -33,12 +33,16 @@ LEG_BEFORE = LEG_VALUE + LEG_SIZE  # elongation, hysteretic force, elongation at
 LENGTH = LEG_BEFORE + 3
 U, V, BIAS, ARM, AXIS, LEVER = LENGTH + 1, LENGTH + 2, LENGTH + 3, LENGTH + 4, LENGTH + 7, LENGTH + 10
 H = LENGTH + 13  # lower and upper asymptote before, lower and upper now
-R, STOP_FORCE, ADDED, MASS, G, SLOPE = H + 4, H + 5, H + 6, H + 7, H + 8, H + 9
+R, STOP_FORCE, ADDED, MASS, G, SLOPE, EACH = H + 4, H + 5, H + 6, H + 7, H + 8, H + 9, H + 10
 # What the legs do, six rows each: elongation, speed, hysteretic, stop and whole force.
-OUT = H + 10
+OUT = H + 11
 OUT_V, OUT_R, OUT_STOP, OUT_FORCE = OUT + LEGS, OUT + 2 * LEGS, OUT + 3 * LEGS, OUT + 4 * LEGS
 ROWS = OUT + 5 * LEGS
 
-# Two instances of the same code, told apart by a type: one run alone, and as many as fill the registers.
-ALONE: tuple[None, ...] = (None,)
-MANY: tuple[None, ...] = (None,) * 16
+# Behind the rows: room for what a formula wants to see as plain vectors, and then the work of effects, three rows for each
+# formula that does any (its power, the sum over the stages, what it has done so far).
+POSE, TWIST, WRENCH, MATRIX, PAIR = 0, 7, 13, 19, 55
+SCRATCH = 57
+
+# How many runs stand side by side: one alone, or as many as fill the registers.
+ALONE, MANY = 1, 16

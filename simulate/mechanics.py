@@ -4,13 +4,12 @@ The legs are massless but for what effects add along them, so nothing has to be 
 
     (M + sum m_h J'J) a = sum J' (F - m_h c) + wrench - bias,   l' = J v,   l'' = J a + c,   J = [e, r x e]
 
-Rows of `w` are those of `layout`; `lanes` is how many runs stand side by side.
+Rows of `w` are those of `layout`; n is how many runs stand side by side. `stage` puts the pieces together.
 """
 
 from __future__ import annotations
 
 import math
-from typing import Any
 
 from numba import njit
 
@@ -18,7 +17,6 @@ from measure.tables import Array
 
 from . import hooks
 from .calls import Calls
-from .crosswise import leg_crosswise
 from .law import advance
 from .layout import (
     ADDED,
@@ -28,7 +26,6 @@ from .layout import (
     ELONGATION,
     LEG_BEFORE,
     LEG_VALUE,
-    LEGS,
     LENGTH,
     LEVER,
     OUT,
@@ -51,32 +48,7 @@ from .layout import (
     V,
 )
 from .layout import MASS as AXIAL
-from .packing import FULL, INERTIA, JOINT, LEG, LEG_SIZE, LINE, MASS, STOP, STOWED, WEIGHT
-from .solving import kinetic_energy, solve
-
-
-@njit(cache=True, error_model="numpy")
-def derivative(w: Array, fixed: Array, mine: Array, calls: Calls, t0: float, t: float, lanes: Any) -> None:
-    """Rates of the trial states and of the work done, into the rows RATE; what the legs do into OUT, energy into KINETIC.
-
-    fixed : parameters of the runs as rows, read only. mine : the same run after run, for the formulas of effects.
-    t0 : time at which the legs stood as the rows ELONGATION and STORED say.
-    """
-    n = len(lanes)
-    rotate(w, n)
-    start_system(w, fixed, mine, calls, n)
-    for leg in range(LEGS):
-        take_leg(w, fixed, leg, n)
-        leg_kinematics(w, n)
-        leg_forces(w, fixed, mine, calls, t0, t, n)
-        leg_into_system(w, calls, n)
-        if calls.leg_transverse[1] + calls.joint_resistance[1] > 0:
-            leg_crosswise(w, mine, calls, n)
-        give_leg(w, leg, n)
-    hooks.platform_wrenches(w, mine, calls, t, n)
-    kinetic_energy(w, n)
-    solve(w, n)
-    state_rates(w, n)
+from .packing import FULL, INERTIA, JOINT, LEG, LEG_SIZE, LINE, LOWEST, MASS, STOP, STOWED, WEIGHT
 
 
 @njit(cache=True, error_model="numpy", forceinline=True)
@@ -129,7 +101,6 @@ def start_system(w: Array, fixed: Array, mine: Array, calls: Calls, n: int) -> N
         w[(RATE + STATES + 1) * n + i] = 0.0
         lift = fixed[WEIGHT * n + i] * w[(TRIAL + 7) * n + i] + fixed[(WEIGHT + 1) * n + i] * w[(TRIAL + 8) * n + i]
         w[(RATE + STATES + 2) * n + i] = lift + fixed[(WEIGHT + 2) * n + i] * w[(TRIAL + 9) * n + i]
-        w[(RATE + STATES + 3) * n + i] = 0.0
 
 
 @njit(cache=True, error_model="numpy", forceinline=True)
@@ -175,8 +146,8 @@ def leg_kinematics(w: Array, n: int) -> None:
 
 
 @njit(cache=True, error_model="numpy", forceinline=True)
-def leg_forces(w: Array, fixed: Array, mine: Array, calls: Calls, t0: float, t: float, n: int) -> None:
-    """Hysteretic force, stop and effects of the leg at hand."""
+def leg_forces(w: Array, fixed: Array, mine: Array, calls: Calls, t0: float, t: float, n: int, ledger: bool) -> None:
+    """Hysteretic force, stops and effects of the leg at hand."""
     line = LEG_VALUE + LINE
     for i in range(n):
         a_l, b_l, a_u, b_u = w[line * n + i], w[(line + 1) * n + i], w[(line + 2) * n + i], w[(line + 3) * n + i]
@@ -187,34 +158,40 @@ def leg_forces(w: Array, fixed: Array, mine: Array, calls: Calls, t0: float, t: 
     hooks.leg_asymptotes(w, mine, calls, t0, t, n)
     for i in range(n):
         travel = w[U * n + i] - w[LEG_BEFORE * n + i]
-        # read first, choose then: a read under a condition would keep the lanes out of the vector registers
-        lower0, upper0, lower, upper = w[H * n + i], w[(H + 1) * n + i], w[(H + 2) * n + i], w[(H + 3) * n + i]
-        h0, h1 = lower0 if travel > 0.0 else upper0, lower if travel > 0.0 else upper
+        # chosen by arithmetic: a choice between two places would be read lane by lane
+        out, back = (1.0, 0.0) if travel > 0.0 else (0.0, 1.0)
+        h0 = out * w[H * n + i] + back * w[(H + 1) * n + i]
+        h1 = out * w[(H + 2) * n + i] + back * w[(H + 3) * n + i]
         w[R * n + i] = advance(w[(LEG_BEFORE + 1) * n + i], travel, h0, h1, w[(line + 4) * n + i])
     near = 0
     for i in range(n):
-        near |= 1 if w[U * n + i] > w[(LEG_VALUE + FULL) * n + i] else 0
+        near |= 1 if (w[U * n + i] > w[(LEG_VALUE + FULL) * n + i]) | (w[U * n + i] < w[(LEG_VALUE + LOWEST) * n + i]) else 0
     if near:
         stop_forces(w, fixed, n)
-    hooks.leg_forces(w, mine, calls, t, n)
+    hooks.leg_forces(w, mine, calls, t, n, ledger)
 
 
 @njit(cache=True, error_model="numpy", forceinline=True)
 def stop_forces(w: Array, fixed: Array, n: int) -> None:
-    """Force of the stop at full length, negative: -(k p + c v) erf(p / s) for a penetration p above zero."""
+    """Force of the stops at both ends of the stroke, (k p + c |p|') erf(p / s) against a penetration p above zero.
+
+    One stands at full length, the other where the strip is coiled up: at the stowed length, or at the length at the release where
+    that is shorter, for what holds the leg there holds its stop too.
+    """
     for i in range(n):
-        p = w[U * n + i] - w[(LEG_VALUE + FULL) * n + i]
+        over, under = w[U * n + i] - w[(LEG_VALUE + FULL) * n + i], w[(LEG_VALUE + LOWEST) * n + i] - w[U * n + i]
+        p, side = (over, -1.0) if over > 0.0 else (under, 1.0)
         if p > 0.0:
             x = p / fixed[(STOP + 2) * n + i]
             eased = math.erf(x) if x < 6.0 else 1.0
-            w[STOP_FORCE * n + i] = -(fixed[STOP * n + i] * p + fixed[(STOP + 1) * n + i] * w[V * n + i]) * eased
+            speed = -side * w[V * n + i]
+            w[STOP_FORCE * n + i] = side * (fixed[STOP * n + i] * p + fixed[(STOP + 1) * n + i] * speed) * eased
 
 
 @njit(cache=True, error_model="numpy", forceinline=True)
-def leg_into_system(w: Array, calls: Calls, n: int) -> None:
+def leg_into_system(w: Array, calls: Calls, n: int, ledger: bool) -> None:
     """Force and axial inertia of the leg at hand into right side and mass matrix, its power into the ledger."""
     for i in range(n):
-        v = w[V * n + i]
         push = w[R * n + i] + w[STOP_FORCE * n + i] + w[ADDED * n + i] - w[AXIAL * n + i] * w[BIAS * n + i]
         w[RIGHT * n + i] += w[AXIS * n + i] * push
         w[(RIGHT + 1) * n + i] += w[(AXIS + 1) * n + i] * push
@@ -222,9 +199,10 @@ def leg_into_system(w: Array, calls: Calls, n: int) -> None:
         w[(RIGHT + 3) * n + i] += w[LEVER * n + i] * push
         w[(RIGHT + 4) * n + i] += w[(LEVER + 1) * n + i] * push
         w[(RIGHT + 5) * n + i] += w[(LEVER + 2) * n + i] * push
-        w[(RATE + STATES) * n + i] += w[R * n + i] * v
-        w[(RATE + STATES + 1) * n + i] += w[STOP_FORCE * n + i] * v
-        w[(RATE + STATES + 3) * n + i] += w[ADDED * n + i] * v
+    if ledger:
+        for i in range(n):
+            w[(RATE + STATES) * n + i] += w[R * n + i] * w[V * n + i]
+            w[(RATE + STATES + 1) * n + i] += w[STOP_FORCE * n + i] * w[V * n + i]
     if calls.leg_mass[1] > 0:
         for i in range(n):
             m = w[AXIAL * n + i]

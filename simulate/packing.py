@@ -11,7 +11,7 @@ import numpy as np
 from measure.errors import InputError
 from measure.tables import Array
 
-from .compiled import Program, flat_parameters, program
+from .compiled import WORKING, Program, flat_parameters, program
 from .model import LEGS, Geometry, Model, per_leg
 from .rate import with_rate_as_effect
 
@@ -19,8 +19,8 @@ from .rate import with_rate_as_effect
 MASS, INERTIA, WEIGHT, CENTRE = 0, 3, 6, 9
 POSITION, QUATERNION, VELOCITY, ANGULAR = 12, 15, 19, 22
 STOP = 25  # stiffness, damping, smoothing
-LEG, LEG_SIZE = 28, 14
-JOINT, STOWED, FULL, LINE, START_FORCE = 3, 6, 7, 8, 13  # within a leg, behind its base joint
+LEG, LEG_SIZE = 28, 15
+JOINT, STOWED, FULL, LOWEST, LINE, START_FORCE = 3, 6, 7, 8, 9, 14  # within a leg, behind its base joint
 PARAMETERS = LEG + LEGS * LEG_SIZE
 
 
@@ -45,7 +45,7 @@ def row_of(model: Model) -> Array:
     row[CENTRE : CENTRE + 3] = centre
     _put_release(row, at, geometry, centre)
     row[STOP : STOP + 3] = at.end_stop.stiffness_N_per_m, at.end_stop.damping_N_s_per_m, at.end_stop.smoothing_m
-    row[LEG:PARAMETERS] = _legs(at, geometry, centre).ravel()
+    row[LEG:PARAMETERS] = _legs(at, geometry, centre, row).ravel()
     return np.concatenate([row, flat_parameters(model.effects, at)])
 
 
@@ -71,6 +71,12 @@ def program_of(model: Model) -> Program:
     return program(with_rate_as_effect(model).effects, PARAMETERS)
 
 
+def working_effects(model: Model) -> tuple[str, ...]:
+    """Names of the effects whose formulas do work, in the order of the kernel's ledger; one stands there once a formula."""
+    effects = with_rate_as_effect(model).effects
+    return tuple(effect.name for hook in WORKING for effect in effects if getattr(type(effect), hook) is not None)
+
+
 def _put_release(row: Array, model: Model, geometry: Geometry, centre: Array) -> None:
     release = model.release
     quaternion = quaternion_of(np.asarray(release.theta_rad))
@@ -82,7 +88,7 @@ def _put_release(row: Array, model: Model, geometry: Geometry, centre: Array) ->
     row[ANGULAR : ANGULAR + 3] = angular
 
 
-def _legs(model: Model, geometry: Geometry, centre: Array) -> Array:
+def _legs(model: Model, geometry: Geometry, centre: Array, row: Array) -> Array:
     base = np.asarray(geometry.base_joints_m)
     joints = np.asarray(geometry.platform_joints_m)
     stowed = leg_lengths(base, joints, geometry.stowed_height_m)
@@ -92,9 +98,15 @@ def _legs(model: Model, geometry: Geometry, centre: Array) -> Array:
         raise InputError(
             f'model "{model.name}": leg {leg} does not grow between stowed and deployed height. Check the joints and the heights.'
         )
-    law = model.actuator
+    law, lowest = model.actuator, np.minimum(_lengths_at_release(row, base, joints - centre) - stowed, 0.0)
     columns = (law.a_l_N_per_m, law.b_l_N, law.a_u_N_per_m, law.b_u_N, law.beta_per_m, law.initial_force_N)
-    return np.column_stack([base, joints - centre, stowed, full, *(per_leg(c) for c in columns)])
+    return np.column_stack([base, joints - centre, stowed, full, lowest, *(per_leg(c) for c in columns)])
+
+
+def _lengths_at_release(row: Array, base: Array, arms: Array) -> Array:
+    """Lengths (6,) of the legs at the release; the lower stop of a leg that is shorter than stowed stands where it is held."""
+    turned = arms @ rotation_of(row[QUATERNION : QUATERNION + 4]).T
+    return np.linalg.norm(row[POSITION : POSITION + 3] + turned - base, axis=1)
 
 
 def leg_lengths(base: Array, joints: Array, height_m: float) -> Array:

@@ -8,7 +8,7 @@ block's size and the number of cores change no digit.
 from __future__ import annotations
 
 import math
-from typing import Any
+from typing import NamedTuple
 
 import numpy as np
 from numba import njit, prange
@@ -16,89 +16,84 @@ from numpy.typing import NDArray
 
 from measure.tables import Array
 
-from .calls import Calls, calls_of
+from .calls import listed, workers
 from .compiled import Program
-from .hooks import SCRATCH
-from .intrinsics import uncounted
+from .intrinsics import pointer, uncounted
 from .law import NEVER
 from .layout import (
     ELONGATION as AT_ELONGATION,
 )
-from .layout import (
-    HEADING,
-    KINETIC,
-    LEGS,
-    OUT,
-    OUT_FORCE,
-    OUT_R,
-    POWERS,
-    RATE,
-    ROTATION,
-    ROWS,
-    SPENT,
-    STATE,
-    STATES,
-    TOTAL,
-    TRIAL,
-    TURNED,
-)
+from .layout import KINETIC, LEGS, OUT, OUT_FORCE, OUT_R, POWERS, ROTATION, ROWS, SCRATCH, SPENT, STATE, STATES, TRIAL, TURNED
 from .layout import STORED as AT_STORED
-from .mechanics import derivative, rotate
+from .mechanics import rotate
 from .packing import CENTRE, JOINT, LEG, LEG_SIZE, PARAMETERS, POSITION, START_FORCE, STOWED
+from .stage import call_stage
 
-# Columns of a sample: pose (7), twist (6), elongation (6), hysteretic force (6), leg force (6), energies (5).
+# Columns of a sample: pose (7), twist (6), elongation (6), hysteretic force (6), leg force (6), energies (4); behind them the
+# work of each formula that does any.
 POSE, TWIST, ELONGATION, STORED, FORCE, ENERGY = 0, 7, 13, 19, 25, 31
-BY_LEGS, BY_STOPS, BY_WEIGHT, BY_EFFECTS = 1, 2, 3, 4
-SAMPLE = ENERGY + 5
-Views = tuple[Array, Array, Array]  # memory of a block, its parameters as rows, and run after run
+BY_LEGS, BY_STOPS, BY_WEIGHT = 1, 2, 3
+SAMPLE = ENERGY + 4
 BEYOND = 1e6  # a state outside of this has diverged
 
 
+class Block(NamedTuple):
+    """Runs side by side: their memory, parameters as rows and run after run, calls, and how a stage is computed."""
+
+    w: Array
+    fixed: Array
+    mine: Array
+    table: NDArray[np.int64]
+    stage: int
+    n: int
+    workers: int
+
+
 @njit(cache=True, parallel=True, error_model="numpy")
-def deploy_kernel(values: Array, called: Program, step: float, stride: int, samples: Array, good: NDArray[np.int64], lanes: Any) -> None:
+def deploy_kernel(
+    values: Array, called: Program, stage: int, n: int, step: float, stride: int, samples: Array, good: NDArray[np.int64]
+) -> None:
     """Integrate every row of `values`, block by block on all cores.
 
-    samples : (runs, n, SAMPLE), filled with one sample every `stride` steps, NaN from the one on that is not finite.
+    stage, n : address of a compiled stage that keeps a ledger, and its width.
+    samples : (runs, count, SAMPLE + workers), filled with one sample every `stride` steps, NaN from the one on that is not finite.
     good : (runs,) number of good samples.
     """
-    n = len(lanes)
     for block in prange((values.shape[0] + n - 1) // n):
-        deploy_block(values, block * n, called, step, stride, samples, good, lanes)
+        deploy_block(values, block * n, called, stage, n, step, stride, samples, good)
 
 
 @njit(cache=True, error_model="numpy")
 def deploy_block(
-    values: Array, first: int, called: Program, step: float, stride: int, samples: Array, good: NDArray[np.int64], lanes: Any
+    values: Array, first: int, called: Program, stage: int, n: int, step: float, stride: int, samples: Array, good: NDArray[np.int64]
 ) -> None:
     """One block of deployments, from run `first` on."""
-    n = len(lanes)
     runs = min(n, values.shape[0] - first)
     mine = rows_of_block(values, first, n)
     fixed = transposed(mine, n)
-    w = start(fixed, n)
-    views = uncounted(w), uncounted(fixed), uncounted(mine)
-    deploy_runs(views, calls_of(called), step, stride, samples[first : first + runs], good[first : first + runs], lanes)
-    w[0], fixed[0], mine[0] = 0.0, 0.0, 0.0  # kept alive until here
+    w, table = start(fixed, n, workers(called)), listed(called)
+    block = Block(uncounted(w), uncounted(fixed), uncounted(mine), uncounted(table), stage, n, workers(called))
+    deploy_runs(block, step, stride, samples[first : first + runs], good[first : first + runs])
+    w[0], fixed[0], mine[0], table[0] = 0.0, 0.0, 0.0, 0  # kept alive until here
 
 
 @njit(cache=True, error_model="numpy")
-def deploy_runs(views: Views, calls: Calls, step: float, stride: int, samples: Array, good: NDArray[np.int64], lanes: Any) -> None:
+def deploy_runs(block: Block, step: float, stride: int, samples: Array, good: NDArray[np.int64]) -> None:
     """The deployments of one block, from the release on."""
-    w, fixed, mine = views
-    n, count, runs = len(lanes), samples.shape[1], samples.shape[0]
+    count, runs = samples.shape[1], samples.shape[0]
     good[:] = count
     for sample in range(count):
         for j in range(stride):
             time = (sample * stride + j) * step
-            begin_step(w, fixed, mine, calls, time, step, lanes)
+            begin_step(block, time, step)
             if j == 0:
                 for i in range(runs):
-                    if good[i] == count and not record(w, fixed, i, n, samples[i, sample]):
+                    if good[i] == count and not record(block, i, samples[i, sample]):
                         samples[i, sample:, :] = np.nan
                         good[i] = sample
                 if sample + 1 == count:
                     return
-            end_step(w, fixed, mine, calls, time, step, lanes)
+            end_step(block, time, step)
 
 
 @njit(cache=True, error_model="numpy")
@@ -123,9 +118,9 @@ def transposed(mine: Array, n: int) -> Array:
 
 
 @njit(cache=True, error_model="numpy")
-def start(fixed: Array, n: int) -> Array:
-    """Memory of a block at the release."""
-    w = np.zeros(ROWS * n + SCRATCH)
+def start(fixed: Array, n: int, working: int) -> Array:
+    """Memory of a block at the release, with room for the work of so many formulas."""
+    w = np.zeros(ROWS * n + SCRATCH + 3 * working * n)
     for k in range(STATES * n):
         w[STATE * n + k] = w[TRIAL * n + k] = fixed[POSITION * n + k]
     rotate(w, n)
@@ -144,42 +139,25 @@ def start(fixed: Array, n: int) -> Array:
 
 
 @njit(cache=True, error_model="numpy")
-def begin_step(w: Array, fixed: Array, mine: Array, calls: Calls, time: float, step: float, lanes: Any) -> None:
-    """Rates at the start of a step; and the legs are carried to it: elongation, hysteretic force, last reversal."""
-    n = len(lanes)
-    for k in range(STATES * n):
-        w[TRIAL * n + k] = w[STATE * n + k]
-    derivative(w, fixed, mine, calls, max(time - step, 0.0), time, lanes)
-    for k in range(LEGS * n):
-        before, turned, heading = w[AT_ELONGATION * n + k], w[TURNED * n + k], w[HEADING * n + k]
-        travel = w[OUT * n + k] - before
-        w[TURNED * n + k] = before if travel * heading < 0.0 else turned
-        w[HEADING * n + k] = travel if travel != 0.0 else heading
-        w[AT_ELONGATION * n + k] = w[OUT * n + k]
-        w[AT_STORED * n + k] = w[OUT_R * n + k]
+def begin_step(block: Block, time: float, step: float) -> None:
+    """End the step before, and compute the rates at the start of this one."""
+    look(block, time, 0.0, step)
 
 
 @njit(cache=True, error_model="numpy")
-def end_step(w: Array, fixed: Array, mine: Array, calls: Calls, time: float, step: float, lanes: Any) -> None:
-    """The other three stages of the classical Runge-Kutta method, and the step itself, of states and work done."""
-    n = len(lanes)
-    for k in range((STATES + POWERS) * n):
-        w[TOTAL * n + k] = w[RATE * n + k]
-    for stage in range(3):
-        reach = step if stage == 2 else 0.5 * step
-        weight = 1.0 if stage == 2 else 2.0
-        for k in range(STATES * n):
-            w[TRIAL * n + k] = w[STATE * n + k] + reach * w[RATE * n + k]
-        derivative(w, fixed, mine, calls, time, time + reach, lanes)
-        for k in range((STATES + POWERS) * n):
-            w[TOTAL * n + k] += weight * w[RATE * n + k]
-    for k in range((STATES + POWERS) * n):
-        w[STATE * n + k] += step / 6.0 * w[TOTAL * n + k]
-    for i in range(n):
-        a, b, c, d = w[(STATE + 3) * n + i], w[(STATE + 4) * n + i], w[(STATE + 5) * n + i], w[(STATE + 6) * n + i]
-        per = 1.0 / math.sqrt(a * a + b * b + c * c + d * d)
-        w[(STATE + 3) * n + i], w[(STATE + 4) * n + i] = a * per, b * per
-        w[(STATE + 5) * n + i], w[(STATE + 6) * n + i] = c * per, d * per
+def end_step(block: Block, time: float, step: float) -> None:
+    """The other three stages of the step; the next one's start ends it."""
+    look(block, time, 0.5 * step, step)
+    look(block, time, 0.5 * step, step)
+    look(block, time, step, step)
+
+
+@njit(cache=True, error_model="numpy")
+def look(block: Block, time: float, reach: float, step: float) -> None:
+    """One stage of a step, by its address."""
+    numbers, parameters, every = pointer(block.w, 0), pointer(block.fixed, 0), pointer(block.mine, 0)
+    sizes = len(block.w), len(block.mine)
+    call_stage(block.stage, (numbers, sizes[0], parameters, every, sizes[1], pointer(block.table, 0), time, reach, step))
 
 
 @njit(cache=True, error_model="numpy")
@@ -192,8 +170,9 @@ def bounded(w: Array, i: int, n: int) -> bool:
 
 
 @njit(cache=True, error_model="numpy")
-def record(w: Array, fixed: Array, i: int, n: int, sample: Array) -> bool:
+def record(block: Block, i: int, sample: Array) -> bool:
     """Fill one sample of a run at the start of a step; false where it has diverged."""
+    w, fixed, n = block.w, block.fixed, block.n
     if not bounded(w, i, n):
         return False
     for k in range(3):
@@ -211,7 +190,10 @@ def record(w: Array, fixed: Array, i: int, n: int, sample: Array) -> bool:
     sample[TWIST + 3], sample[TWIST + 4], sample[TWIST + 5] = a, b, c
     for k in range(4):
         sample[POSE + 3 + k] = w[(STATE + 3 + k) * n + i]
+    for k in range(POWERS):
         sample[ENERGY + BY_LEGS + k] = w[(SPENT + k) * n + i]
+    for k in range(block.workers):
+        sample[SAMPLE + k] = w[ROWS * n + SCRATCH + (2 * block.workers + k) * n + i]
     for leg in range(LEGS):
         sample[ELONGATION + leg] = w[(OUT + leg) * n + i]
         sample[STORED + leg] = w[(OUT_R + leg) * n + i]

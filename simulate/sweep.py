@@ -21,6 +21,7 @@ from .designs import Design, Factor
 from .layout import MANY
 from .model import Model
 from .packing import geometry_of, program_of, row_of, without_idle
+from .stage import stage
 
 PIECE = 512
 _CORES = get_num_threads()
@@ -62,7 +63,9 @@ class Sweep:
         step, stride, count = self._grid
         answers = np.empty((last - first, responses.COUNT))
         full_height = geometry_of(self.model).deployed_height_m
-        watching.respond_kernel(self.rows(first, last), self._program, step, stride, count, full_height, answers, MANY)
+        side_by_side = stage(MANY, False).address
+        rows = self.rows(first, last)
+        watching.respond_kernel(rows, self._program, side_by_side, MANY, step, stride, count, full_height, answers)
         return answers
 
     def rows(self, first: int, last: int) -> Array:

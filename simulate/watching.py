@@ -3,65 +3,64 @@
 from __future__ import annotations
 
 import math
-from typing import Any
 
 import numpy as np
 from numba import njit, prange
 
 from measure.tables import Array
 
-from .calls import Calls, calls_of
+from .calls import listed
 from .compiled import Program
 from .intrinsics import uncounted
 from .layout import LEGS, OUT_STOP, ROTATION, STATE
 from .packing import CENTRE
 from .responses import DIVERGED, FULL_HEIGHT, LATERAL, STOP_FORCE, THETA_Z, TILT
-from .six_legs import Views, begin_step, bounded, end_step, rows_of_block, start, transposed
+from .six_legs import Block, begin_step, bounded, end_step, rows_of_block, start, transposed
 
 
 @njit(cache=True, parallel=True, error_model="numpy")
 def respond_kernel(
-    values: Array, called: Program, step: float, stride: int, count: int, full_height: float, answers: Array, lanes: Any
+    values: Array, called: Program, stage: int, n: int, step: float, stride: int, count: int, full_height: float, answers: Array
 ) -> None:
-    """Responses of every row of `values`, on all cores, into answers (runs, COUNT); each run by itself, whatever the cores."""
-    n = len(lanes)
+    """Responses of every row of `values`, on all cores, into answers (runs, COUNT); each run by itself, whatever the cores.
+
+    stage, n : address of a compiled stage without a ledger, and its width.
+    """
     for block in prange((values.shape[0] + n - 1) // n):
-        respond_block(values, block * n, called, step, stride, count, full_height, answers, lanes)
+        respond_block(values, block * n, called, stage, n, step, stride, count, full_height, answers)
 
 
 @njit(cache=True, error_model="numpy")
 def respond_block(
-    values: Array, first: int, called: Program, step: float, stride: int, count: int, full_height: float, answers: Array, lanes: Any
+    values: Array, first: int, called: Program, stage: int, n: int, step: float, stride: int, count: int, full_height: float, answers: Array
 ) -> None:
     """Responses of one block of deployments, sampled `count` times."""
-    n = len(lanes)
     runs = min(n, values.shape[0] - first)
     mine = rows_of_block(values, first, n)
     fixed = transposed(mine, n)
-    w = start(fixed, n)
-    views = uncounted(w), uncounted(fixed), uncounted(mine)
-    respond_runs(views, calls_of(called), step, stride, count, full_height, answers[first : first + runs], lanes)
-    w[0], fixed[0], mine[0] = 0.0, 0.0, 0.0  # kept alive until here
+    w, table = start(fixed, n, 0), listed(called)
+    block = Block(uncounted(w), uncounted(fixed), uncounted(mine), uncounted(table), stage, n, 0)
+    respond_runs(block, step, stride, count, full_height, answers[first : first + runs])
+    w[0], fixed[0], mine[0], table[0] = 0.0, 0.0, 0.0, 0  # kept alive until here
 
 
 @njit(cache=True, error_model="numpy")
-def respond_runs(views: Views, calls: Calls, step: float, stride: int, count: int, full_height: float, answers: Array, lanes: Any) -> None:
+def respond_runs(block: Block, step: float, stride: int, count: int, full_height: float, answers: Array) -> None:
     """The deployments of one block, from the release on."""
-    w, fixed, mine = views
-    n, runs, turn = len(lanes), answers.shape[0], np.zeros((len(lanes), 2))
+    runs, turn = answers.shape[0], np.zeros((block.n, 2))
     answers[:] = 0.0
     answers[:, FULL_HEIGHT] = answers[:, DIVERGED] = np.nan
     for sample in range(count):
         for j in range(stride):
             time = (sample * stride + j) * step
-            begin_step(w, fixed, mine, calls, time, step, lanes)
+            begin_step(block, time, step)
             if j == 0:
                 for i in range(runs):
-                    watch(w, fixed, i, n, time, full_height, turn[i], answers[i])
+                    watch(block.w, block.fixed, i, block.n, time, full_height, turn[i], answers[i])
                 if sample + 1 == count:
                     conclude(answers)
                     return
-            end_step(w, fixed, mine, calls, time, step, lanes)
+            end_step(block, time, step)
 
 
 @njit(cache=True, error_model="numpy")

@@ -25,6 +25,7 @@ def _parser() -> Any:
     made.add_argument("model", type=Path, metavar="MODEL", help="model file (TOML)")
     made.add_argument("--set", action="append", default=[], metavar="KEY=VALUE", help="change a value, as platform.mass_kg=0.9; repeatable")
     made.add_argument("--legs", type=Path, metavar="FILE", help="write elongation, length and force of each leg (CSV)")
+    made.add_argument("--energy", type=Path, metavar="FILE", help="write the energy ledger against time (CSV)")
     made.add_argument("--mjcf", type=Path, metavar="FILE", help="write the rig for MuJoCo (XML), to be driven by six motors")
     made.add_argument("--figure", type=Path, metavar="FILE", help="draw the deviations and forces (.png, .svg or .pdf)")
     return made
@@ -35,7 +36,7 @@ def _work(arguments: Sequence[str]) -> int:
     _require_distinct(options)
 
     from measure.output import provenance
-    from simulate.deployment import deploy
+    from simulate.accuracy import deploy_checked
     from simulate.mjcf import require_expressed
     from simulate.model_file import read_model
     from simulate.settings import with_settings
@@ -43,7 +44,7 @@ def _work(arguments: Sequence[str]) -> int:
     model = with_settings(read_model(options.model), options.set)
     if options.mjcf is not None:
         require_expressed(model)
-    deployed = deploy(model)
+    deployed = deploy_checked(model)
     note = provenance([options.model], command=[NAME, *arguments])
     result = {**deployed.summary, "provenance": note}
     _write(options, deployed, result)
@@ -53,7 +54,7 @@ def _work(arguments: Sequence[str]) -> int:
 
 
 def _require_distinct(options: Any) -> None:
-    named = (options.model, options.output, options.json, options.legs, options.figure, options.mjcf)
+    named = (options.model, options.output, options.json, options.legs, options.energy, options.figure, options.mjcf)
     paths = [path.resolve() for path in named if path is not None]
     if len(set(paths)) < len(paths):
         raise InputError("two files have the same name; give each output its own, and none that of the model.")
@@ -74,6 +75,8 @@ def _write(options: Any, deployed: Deployment, result: dict[str, Any]) -> None:
     write_provenance(options.output, result["provenance"])
     if options.legs is not None:
         write_columns(deployed.leg_columns, options.legs)
+    if options.energy is not None:
+        write_columns(deployed.energy_columns, options.energy)
     if options.figure is not None:
         with replacing(options.figure) as temporary:
             temporary.write_bytes(drawn)
@@ -95,8 +98,16 @@ def _sentences(result: dict[str, Any], output: Path) -> str:
     return (
         f"simulate  six legs, {result['duration_s']:.2f} s, step {1e3 * result['step_s']:.3g} ms   {verdict}\n"
         f"          {height}; theta_z at its largest {result['theta_z_deg']:.3f} deg\n"
+        f"          half the step changes {_changes(result['step_error'])}\n"
         f"          written to {output}"
     )
+
+
+def _changes(error: dict[str, Any]) -> str:
+    whole = error["whole_run"]
+    place = 1e3 * max(value for name, value in whole.items() if name.endswith("_m"))
+    turn = 57.29577951308232 * max(value for name, value in whole.items() if name.endswith("_rad"))
+    return f"{place:.1g} mm, {turn:.1g} deg"
 
 
 if __name__ == "__main__":

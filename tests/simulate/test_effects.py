@@ -10,7 +10,7 @@ from scipy.spatial.transform import Rotation
 from simulate import effects as known
 from simulate.deployment import deploy
 from simulate.law import loop_force
-from simulate.model import Geometry, Release, Simulation
+from simulate.model import EndStop, Geometry, Release, Simulation
 
 FLAT = np.array([0.0, 2.79, 0.0, 2.89, 400.0])
 MASS = 1.6
@@ -30,12 +30,13 @@ def lost(force):
 
 @pytest.fixture
 def free(prototype):
-    """A platform without forces, its six legs joined at its centre: it flies and spins as it was let go."""
+    """A platform without forces and stops, its six legs joined at its centre: it flies and spins as it was let go."""
     ring: Any = tuple((0.5 * float(np.cos(a)), 0.5 * float(np.sin(a)), 0.0) for a in np.arange(6) * np.pi / 3)
     none = replace(prototype.actuator, a_l_N_per_m=0.0, b_l_N=0.0, a_u_N_per_m=0.0, b_u_N=0.0, initial_force_N=0.0)
     centre: Any = ((0.0, 0.0, 0.0),) * 6
     geometry = Geometry(ring, centre)
-    return replace(prototype, actuator=none, geometry=geometry, effects=(), simulation=Simulation(0.3, 200.0))
+    quiet = replace(prototype, actuator=none, end_stop=EndStop(0.0, 0.0))
+    return replace(quiet, geometry=geometry, effects=(), simulation=Simulation(0.3, 200.0))
 
 
 def thrown(model, velocity=(0.0, 0.0, 0.0), spin=(0.0, 0.0, 0.0), position=(0.0, 0.0, 0.0)):
@@ -103,7 +104,8 @@ def test_leg_mass_obeys_lagranges_equations_across_the_legs_too(lopsided):
     none = replace(law, a_l_N_per_m=0.0, b_l_N=0.0, a_u_N_per_m=0.0, b_u_N=0.0, initial_force_N=0.0)
     release = replace(lopsided.release, velocity_m_per_s=(0.3, -0.2, 0.4), angular_velocity_rad_per_s=(1.0, -2.0, 1.5))
     brief = Simulation(0.1, 4000.0, 1.25e-4)
-    model = replace(lopsided, actuator=none, release=release, effects=(known.LegMass(mass),), simulation=brief)
+    free = replace(lopsided, actuator=none, end_stop=EndStop(0.0, 0.0), release=release)
+    model = replace(free, effects=(known.LegMass(mass),), simulation=brief)
     run = deploy(model)
     g = model.geometry
     centre = np.asarray(model.platform.centre_of_mass_m)
@@ -150,7 +152,7 @@ def test_dry_joints_stop_a_spinning_platform_for_good(free):
 
 
 def test_joint_friction_only_takes_energy_out(lopsided):
-    work = deploy(replace(lopsided, effects=(known.JointFriction(2e-3, 5e-3),))).energy_J["by_effects"]
+    work = deploy(replace(lopsided, effects=(known.JointFriction(2e-3, 5e-3),))).work_J["by_effects"]
     assert np.all(np.diff(work) < 0)
 
 

@@ -76,7 +76,7 @@ def played_in_mujoco(model):
 def test_elevation_and_theta_z_agree_with_mujoco_up_to_the_stops(lopsided, seed):
     model = random_rig(lopsided, seed)
     run = deploy(model)
-    assert min(run.energy_J["by_stops"]) == 0, "the stops are not in the other engine"
+    assert min(run.work_J["by_stops"]) == 0, "the stops are not in the other engine"
     poses = played_in_mujoco(model)
     assert np.max(np.abs(poses[:, 2] - run.channels["z_m"])) < 1e-8
     theta_z = np.unwrap(2 * np.arctan2(poses[:, 6], poses[:, 3]))

@@ -26,9 +26,9 @@ def files(folder):
 
 
 def test_a_deployment_is_written_as_trajectory_legs_figure_and_json(folder, capsys):
-    words = ["prototype.toml", "-o", "t.csv", "--legs", "legs.csv", "--figure", "f.png", "--json", "r.json"]
+    words = ["prototype.toml", "-o", "t.csv", "--legs", "legs.csv", "--energy", "e.csv", "--figure", "f.png", "--json", "r.json"]
     assert simulate_deployment.main(words) == 0
-    assert files(folder) == ["f.png", "legs.csv", "prototype.toml", "r.json", "t.csv", "t.csv.provenance.json"]
+    assert files(folder) == ["e.csv", "f.png", "legs.csv", "prototype.toml", "r.json", "t.csv", "t.csv.provenance.json"]
     trajectory = read_trajectory(folder / "t.csv")
     assert trajectory.channels["z_m"][0] == 0.252
     result = json.loads((folder / "r.json").read_text())
@@ -39,6 +39,10 @@ def test_a_deployment_is_written_as_trajectory_legs_figure_and_json(folder, caps
     legs = np.loadtxt(folder / "legs.csv", delimiter=",", skiprows=1)
     assert legs[0, header.index("elongation_3_m")] == 0
     assert legs[0, header.index("force_3_N")] == 2.79
+    assert max(result["step_error"]["whole_run"].values()) < 1e-5
+    names = (folder / "e.csv").read_text().splitlines()[0].split(",")
+    ledger = dict(zip(names, np.loadtxt(folder / "e.csv", delimiter=",", skiprows=1).T, strict=True))
+    assert ledger["lost_in_stops_J"][-1] == pytest.approx(work["lost_in_stops"])
     assert (folder / "f.png").read_bytes().startswith(b"\x89PNG")
     assert "energy closes" in capsys.readouterr().out
 

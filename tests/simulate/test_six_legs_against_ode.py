@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 from scipy.spatial.transform import Rotation
+from scipy.special import erf
 
 from simulate.deployment import deploy
 from simulate.model import Simulation
@@ -24,6 +25,9 @@ class PlatformInBodyAxes:
         self.inertia = np.diag(model.platform.inertia_kg_m2) * model.gravity.mass_factor
         self.hub_mass, self.damping, self.law = hub_mass, damping, model.actuator
         self.model = model
+        self.full = np.linalg.norm(np.add(g.platform_joints_m, (0.0, 0.0, g.deployed_height_m)) - self.base, axis=1) - self.stowed
+        place, rotation = self.start()[:3], self.start()[3:12].reshape(3, 3)
+        self.lowest = np.minimum(np.linalg.norm(place + self.joints @ rotation.T - self.base, axis=1) - self.stowed, 0.0)
 
     def start(self):
         r, g = self.model.release, self.model.geometry
@@ -49,7 +53,7 @@ class PlatformInBodyAxes:
         jacobian = np.hstack([axis, np.cross(self.joints, axis @ rotation)])
         centripetal = np.cross(spin_world, np.cross(spin_world, arms))
         rest = np.einsum("ij,ij->i", axis_rate, joint_velocity) + np.einsum("ij,ij->i", axis, centripetal)
-        pushed = force - self.damping * rate - self.hub_mass * rest
+        pushed = force - self.damping * rate - self.hub_mass * rest + self.stops(length - self.stowed, rate)
         matrix = np.zeros((6, 6))
         matrix[:3, :3] = self.mass * np.eye(3)
         matrix[3:, 3:] = self.inertia
@@ -61,6 +65,12 @@ class PlatformInBodyAxes:
         return np.concatenate(
             [velocity, (rotation @ cross).ravel(), acceleration[:3], acceleration[3:], self.force_rate(length - self.stowed, rate, force)]
         )
+
+    def stops(self, u, rate):
+        stop = self.model.end_stop
+        over, under = np.maximum(u - self.full, 0.0), np.maximum(self.lowest - u, 0.0)
+        spring = stop.stiffness_N_per_m * (under - over) - stop.damping_N_s_per_m * rate
+        return spring * erf((over + under) / stop.smoothing_m)
 
     def force_rate(self, u, rate, force):
         law = self.law
