@@ -1,0 +1,75 @@
+"""What camera and clock make of a motion, written apart from the project's own way of saying it.
+
+true time = (shown - t_0) / (1 + r) - instant of the release;  then the roll of the picture, then its scale
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.interpolate import CubicSpline
+from scipy.spatial.transform import Rotation
+
+from measure.tables import CHANNELS, Trajectory
+from simulate.effect import Effect
+
+from .campaigns import Deployment
+
+Array = np.ndarray
+
+
+@dataclass(frozen=True)
+class Motion:
+    """The platform from the release on: time (n,), its origin (n, 3), and its rotation as unit quaternions (n, 4), scalar first."""
+
+    time_s: Array
+    place_m: Array
+    quaternion: Array
+
+    def at(self, time_s: Array) -> tuple[Array, Rotation]:
+        """Origin (k, 3) and rotations at any instants, between samples by cubic spline."""
+        turn = CubicSpline(self.time_s, self.quaternion)(time_s)
+        return CubicSpline(self.time_s, self.place_m)(time_s), Rotation.from_quat(turn, scalar_first=True)
+
+
+def values_of(effects: tuple[Effect, ...]) -> dict[str, Array]:
+    """The parameters of each effect by its name."""
+    return {effect.name: effect.flat() for effect in effects}
+
+
+def shown(motion: Motion, run: Deployment, effects: tuple[Effect, ...]) -> dict[str, Array]:
+    """The channels of a run's table without noise, each (frames,)."""
+    acting = values_of(effects)
+    offset, rate = acting.get("time-offset", (0.0, 0.0))
+    at = np.clip((run.time_s - offset) / (1.0 + rate) - run.instant_s, 0.0, motion.time_s[-1])
+    place, turn = motion.at(at)
+    if run.zeroed:
+        turn = turn * turn[0].inv()
+    x, z = place[:, 0].copy(), place[:, 2].copy()
+    roll = float(acting.get("camera-roll", (0.0,))[0])
+    place[:, 0], place[:, 2] = np.cos(roll) * x + np.sin(roll) * z, np.cos(roll) * z - np.sin(roll) * x
+    place *= 1.0 + float(acting.get("scale-error", (0.0,))[0])
+    return dict(zip(CHANNELS, (*place.T, *angles_of(turn)), strict=True))
+
+
+def angles_of(turn: Rotation) -> tuple[Array, Array, Array]:
+    """theta_x, theta_y of the swing's rotation vector and theta_z = 2 atan2(q_z, q_w): the swing is what is left without the twist."""
+    w, _, _, z = turn.as_quat(scalar_first=True).T
+    theta_z = np.unwrap(2.0 * np.arctan2(z, w))
+    twist = Rotation.from_rotvec(np.column_stack([np.zeros_like(theta_z), np.zeros_like(theta_z), theta_z]))
+    swing = (turn * twist.inv()).as_rotvec()
+    return swing[:, 0], swing[:, 1], theta_z
+
+
+def table_of(channels: Mapping[str, Array], run: Deployment, start_height_m: float, chance: np.random.Generator) -> Trajectory:
+    """The table as it is written: with noise, counted from the first frame where the run is zeroed."""
+    noisy = {}
+    for name in run.channels:
+        values = channels[name] + chance.normal(0.0, run.sigma[name], len(run.time_s))
+        if run.zeroed:
+            values = values - values[0] + (start_height_m if name == "z_m" else 0.0)
+        noisy[name] = np.round(values, 8)
+    sigma = {name: np.full(len(run.time_s), run.sigma[name]) for name in run.channels} if run.tells_sigma else {}
+    return Trajectory(run.time_s, noisy, sigma)

@@ -1,0 +1,126 @@
+"""Runs a method over cases, each in a process of its own that is given a copy of the case's folder and nothing else.
+
+Answers are appended as JSON lines, so that a run that was interrupted goes on where it stopped. An answer counts for the sources that
+gave it: where these have changed the case is asked again.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+import shutil
+import subprocess
+import sys
+import tempfile
+import threading
+import time
+from collections.abc import Callable, Iterable, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+from .making import made
+from .specs import Spec
+
+HERE = Path(__file__).resolve().parents[1]
+ROOT = HERE.parents[1]
+OURS = "explain-gap"
+# A rival is a module beside this folder that takes the same words as the command.
+METHODS = {OURS: "identify.commands.explain_gap"}
+_KEPT = ("verdict", "effects", "gap", "next_experiment", "missing_force", "sentence")
+_CALL = "import sys; from {} import main; raise SystemExit(main(sys.argv[1:]))"
+_CALM = {"OMP_WAIT_POLICY": "passive", "OPENBLAS_NUM_THREADS": "1", "NUMBA_NUM_THREADS": "1"}
+Say = Callable[[str], None]
+
+
+@dataclass(frozen=True)
+class Answer:
+    """What a method said to a case. status : of its process; 0 or 1 with an answer, anything else is a failure."""
+
+    token: str
+    method: str
+    version: str
+    status: int
+    wall_s: float
+    result: dict[str, Any]
+
+    @property
+    def failed(self) -> bool:
+        """Whether there is no answer."""
+        return self.status not in (0, 1) or "verdict" not in self.result
+
+
+@cache
+def version() -> str:
+    """A short hash of the sources under test."""
+    files = [path for room in ("measure", "simulate", "identify") for path in sorted((ROOT / room).rglob("*.py"))]
+    digest = hashlib.sha256()
+    for path in files:
+        digest.update(path.read_bytes())
+    return digest.hexdigest()[:12]
+
+
+def asked(method: str, folder: Path, patience_s: float) -> tuple[int, float, dict[str, Any]]:
+    """Ask a method about a case: status, wall time and what it said."""
+    with tempfile.TemporaryDirectory() as place:
+        copy = Path(place) / "case"
+        shutil.copytree(folder, copy)
+        command = [sys.executable, "-c", _CALL.format(METHODS[method]), "model.toml", "campaign.toml", "-o", "out", "--quiet"]
+        paths = os.pathsep.join([str(ROOT), str(HERE)])
+        began = time.perf_counter()
+        try:
+            ran = subprocess.run(
+                command, cwd=copy, env={**os.environ, **_CALM, "PYTHONPATH": paths}, capture_output=True, text=True, timeout=patience_s
+            )
+        except subprocess.TimeoutExpired:
+            return 124, time.perf_counter() - began, {"error": f"no answer after {patience_s:g} s"}
+        wall = time.perf_counter() - began
+        file = copy / "out" / "result.json"
+        if ran.returncode not in (0, 1) or not file.exists():
+            return max(ran.returncode, 2), wall, {"error": ran.stderr[-2000:]}
+        result = json.loads(file.read_text(encoding="utf-8"))
+        return ran.returncode, wall, {key: result[key] for key in _KEPT if key in result}
+
+
+def read_answers(file: Path) -> list[Answer]:
+    """All answers of a file; a last line that was cut off is left out."""
+    lines = file.read_text(encoding="utf-8").splitlines() if file.exists() else []
+    return [Answer(**json.loads(line)) for line in lines if line.endswith("}")]
+
+
+def run(
+    specs: Sequence[Spec], method: str, folder: Path, *, processes: int = 2, patience_s: float = 900.0, say: Say = lambda text: None
+) -> list[Answer]:
+    """The answers of a method to these cases; those already given by the same sources are taken as they are."""
+    file = folder / f"{method}.jsonl"
+    have = {answer.token: answer for answer in read_answers(file) if answer.version == version()}
+    missing = [spec for spec in specs if spec.token not in have]
+    lock = threading.Lock()
+
+    def one(spec: Spec) -> None:
+        with lock:  # cases are made one at a time, for a simulation of many uses all cores
+            case = made(spec, folder)
+        answer = Answer(spec.token, method, version(), *asked(method, case, patience_s))
+        with lock:
+            _append(file, answer)
+            have[spec.token] = answer
+            say(f"{len(have):4d}  {spec.token}  {method}  {answer.wall_s:6.1f} s  {answer.result.get('verdict', 'FAILED')}")
+
+    with ThreadPoolExecutor(processes) as pool:
+        for _ in pool.map(one, missing):
+            pass
+    return [have[spec.token] for spec in specs]
+
+
+def _append(file: Path, answer: Answer) -> None:
+    file.parent.mkdir(parents=True, exist_ok=True)
+    with file.open("a", encoding="utf-8") as stream:
+        stream.write(json.dumps(answer.__dict__) + "\n")
+
+
+def methods() -> Iterable[str]:
+    """Names of what can be asked."""
+    return METHODS

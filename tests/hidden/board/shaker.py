@@ -1,0 +1,70 @@
+"""What laser and load cell make of an actuator on the shaker."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from measure.tables import Loop
+from simulate.effect import Effect
+from simulate.law import loop_force
+from simulate.model import Actuator, Model
+
+from .camera import values_of
+from .campaigns import LASER_SIGMA_M, Shaking
+
+Array = np.ndarray
+
+_FINE = 20  # points between two samples
+_BEFORE = 0.1  # of a cycle, so that a late load cell has something to show
+
+
+@dataclass(frozen=True)
+class Stroke:
+    """A motion imposed by the shaker, fine in time: from a little before the record on."""
+
+    time_s: Array
+    u: Array
+    v: Array
+    a: Array
+
+
+def stroke_of(run: Shaking) -> Stroke:
+    """u = mean + drift t / T + A sin(w t), finely from a tenth of a cycle before the record."""
+    w, last = 2.0 * np.pi * run.frequency_Hz, run.time_s[-1]
+    step = run.time_s[1] / _FINE
+    t = np.arange(-round(_BEFORE / run.frequency_Hz / step), round(last / step) + 1) * step
+    walk = run.drift_m / last
+    sine = run.amplitude_m * np.sin(w * t)
+    return Stroke(t, run.mean_m + walk * t + sine, walk + run.amplitude_m * w * np.cos(w * t), -(w**2) * sine)
+
+
+def line_values(law: Actuator) -> Array:
+    """a_l, b_l, a_u, b_u, beta of the actuator on the shaker."""
+    return np.array([np.mean(v) for v in (law.a_l_N_per_m, law.b_l_N, law.a_u_N_per_m, law.b_u_N, law.beta_per_m)])
+
+
+def kernel_force(model: Model, stroke: Stroke, start_force_N: float) -> Array:
+    """The actuator's force by the project's own law, twenty times finer than the record."""
+    return loop_force(line_values(model.actuator), stroke.time_s, stroke.u, stroke.v, stroke.a, start_force_N, model.effects)
+
+
+def cell_shows(force_N: Array, stroke: Stroke, run: Shaking, effects: tuple[Effect, ...]) -> Array:
+    """What the load cell shows at the samples: late, with a zero of its own."""
+    acting = values_of(effects)
+    delay = float(acting.get("sensor-lag", (0.0,))[0])
+    tare, drift = acting.get("force-offset", (0.0, 0.0))
+    late = np.interp(run.time_s - delay, stroke.time_s, force_N)
+    return late + run.tare_N + tare + (run.drift_N_per_s + drift) * run.time_s
+
+
+def loop_of(shown_N: Array, stroke: Stroke, run: Shaking, chance: np.random.Generator) -> Loop:
+    """The table as it is written: laser and load cell with their noise, rounded as their electronics do."""
+    u = np.interp(run.time_s, stroke.time_s, stroke.u) + chance.normal(0.0, LASER_SIGMA_M, len(run.time_s))
+    force = shown_N + chance.normal(0.0, run.sigma_N, len(run.time_s))
+    return Loop(np.round(run.time_s, 7), _rounded(u, run.laser_step_m), _rounded(force, run.cell_step_N))
+
+
+def _rounded(values: Array, step: float) -> Array:
+    return np.round(np.round(values / step) * step, 9)

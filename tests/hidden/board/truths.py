@@ -1,0 +1,114 @@
+"""The truth of a case: what acts, how much of it, whether these runs can see it, and from what they cannot tell it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from simulate.effects import CATALOGUE
+from simulate.model import Model
+
+from .bench import Bench
+from .detectable import Variant, class_of, left_by_any_pair, needed, unexplained
+from .shapes import NOT_A_SIZE, Hidden, drawn, rivals
+from .specs import OUTSIDE, Spec
+
+UNSEEN_AMOUNT = 3.0  # typical sizes of an effect that these runs cannot show
+LEAST = {"backlash": 3e-5}  # a play below three times the laser's noise shows in no loop, whatever the force says
+_ROUNDS = 6
+
+
+@dataclass(frozen=True)
+class Truth:
+    """One thing that acts. detectable : the amount that these runs can detect, None where they cannot.
+
+    multiple : size in detectable sizes, as drawn or as far as the effect's bounds allow. alike : names that cannot be told from it.
+    """
+
+    hidden: Hidden
+    amount: float
+    detectable: float | None
+    multiple: float
+    alike: tuple[str, ...]
+
+    def as_dict(self) -> dict[str, Any]:
+        """For the sealed file."""
+        effect = self.hidden.at(self.amount)
+        excluded = NOT_A_SIZE.get(effect.name, ())
+        values = dict(zip(effect.flat_names(), effect.flat().tolist(), strict=True))
+        at = self.hidden.at(self.detectable).flat() - self.hidden.off if self.detectable is not None else None
+        return {
+            "name": effect.name,
+            "values": values,
+            "sizes": [name for name in values if name not in excluded],
+            "identifiable": self.detectable is not None,
+            "detectable": None if at is None else dict(zip(effect.flat_names(), at.tolist(), strict=True)),
+            "multiple": self.multiple,
+            "class": list(self.alike),
+        }
+
+
+def truths_of(spec: Spec, bench: Bench, chance: np.random.Generator) -> list[Truth]:
+    """Draw what is hidden in a case, and size it by what its runs can detect."""
+    if not spec.hidden:
+        return []
+    variants = bench.variants([lines for kind in CATALOGUE.values() for lines in rivals(kind, bench.rig.true, bench.reach_m)])
+    return [_truth(spec, drawn(name, bench.rig.true, bench.reach_m, chance), bench, variants) for name in spec.hidden]
+
+
+def _truth(spec: Spec, hidden: Hidden, bench: Bench, variants: Sequence[Variant]) -> Truth:
+    """An effect of the catalogue counts by all that shows of it, one from outside by what no pair of effects can say."""
+
+    def shows(amount: float) -> float:
+        change = bench.change(hidden, amount)
+        return left_by_any_pair(change, variants) if hidden.name in OUTSIDE else float(change @ change)
+
+    wanted = needed(1 if hidden.name in OUTSIDE else hidden.parameters)
+    detectable = amount_for(shows, wanted, hidden.most)
+    if detectable is not None and hidden.name in LEAST:
+        detectable = max(detectable, LEAST[hidden.name] / float(np.max(np.abs(hidden.direction))))
+    if detectable is None:
+        return Truth(hidden, min(UNSEEN_AMOUNT, 0.5 * hidden.most), None, 0.0, ())
+    amount = min(spec.size * detectable, 0.9 * hidden.most)
+    change = bench.change(hidden, detectable)
+    alike = class_of(change * amount / detectable, [v for v in variants if v.name != hidden.name])
+    return Truth(hidden, amount, detectable, amount / detectable, tuple(alike))
+
+
+def amount_for(shows: Any, wanted: float, most: float) -> float | None:
+    """The amount at which an effect shows as much as is wanted; None where it never does.
+
+    What shows grows with the square of the amount, so a few steps of that rule are enough; where it does not (a play of the
+    legs) the steps are halved.
+    """
+    amount = min(1.0, most)
+    for i in range(_ROUNDS):
+        seen = shows(amount)
+        if abs(seen / wanted - 1.0) < 0.02:
+            break
+        step = np.sqrt(wanted / max(seen, 1e-12 * wanted))
+        amount = min(amount * float(np.clip(step if i < 3 else np.sqrt(step), 1e-3, 1e3)), most)
+    return float(amount) if shows(amount) > 0.5 * wanted else None
+
+
+def true_model(model: Model, truths: Sequence[Truth]) -> Model:
+    """The rig with all that is hidden in it."""
+    for truth in truths:
+        model = model.with_effect(truth.hidden.at(truth.amount))
+    return model
+
+
+def expected(truths: Sequence[Truth]) -> str:
+    """The kind of answer that is right: none, effect, several, or unknown."""
+    seen = [truth for truth in truths if truth.detectable is not None]
+    if not seen:
+        return "none"
+    if any(truth.hidden.name in OUTSIDE for truth in seen):
+        return "unknown"
+    return "effect" if len(seen) == 1 else "several"
+
+
+__all__ = ["Truth", "amount_for", "expected", "true_model", "truths_of", "unexplained"]

@@ -1,0 +1,57 @@
+"""The public scoreboard of explain-gap: `python tests/hidden/scoreboard.py --subset fast|standard|full`.
+
+Makes the cases that are not there yet, asks each method about each of them, breaks the seals, and writes `scoreboard.json` and
+`scoreboard.md` beside the answers. What has been answered by the same sources is not asked again.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from pathlib import Path
+from typing import Any
+
+sys.path.insert(0, str(Path(__file__).resolve().parent))
+
+from board.page import markdown, printed
+from board.running import METHODS, OURS, run, version
+from board.scoring import scored
+from board.specs import board, chosen
+from board.tally import tally
+
+from measure.output import json_text, write_text
+
+
+def _parser() -> argparse.ArgumentParser:
+    made = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    made.add_argument("--subset", choices=("fast", "standard", "full"), default="standard")
+    made.add_argument("--cases", type=int, metavar="N", help="only the first N of the board, which is in a random order")
+    made.add_argument("--only", metavar="WORD", help="only cases that hide this effect, or of this run set, noise or engine")
+    made.add_argument("--method", action="append", choices=tuple(METHODS), help=f"repeatable; default {OURS}")
+    made.add_argument("--processes", type=int, default=2)
+    made.add_argument("--patience", type=float, default=900.0, metavar="S", help="after which a case counts as failed")
+    made.add_argument("-o", "--output", type=Path, default=Path("out/hidden"), metavar="FOLDER")
+    return made
+
+
+def _say(text: str) -> None:
+    print(text, file=sys.stderr, flush=True)
+
+
+def main(arguments: list[str] | None = None) -> int:
+    given = _parser().parse_args(arguments)
+    specs = chosen(board(given.subset), given.only, given.cases)
+    found: dict[str, Any] = {}
+    for method in given.method or [OURS]:
+        answers = run(specs, method, given.output, processes=given.processes, patience_s=given.patience, say=_say)
+        rows = scored(specs, answers, given.output)
+        found[method] = tally(rows)
+        print(printed(method, rows))
+    write_text(given.output / "scoreboard.json", json_text({"subset": given.subset, "sources": version(), "methods": found}))
+    write_text(given.output / "scoreboard.md", markdown(found, given.subset, version()))
+    print(f"scoreboard  {given.output / 'scoreboard.md'}")
+    return 0
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())

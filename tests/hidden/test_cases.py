@@ -1,0 +1,112 @@
+"""The board itself: what is detectable, what is one class, and that a case's folder tells nothing."""
+
+from __future__ import annotations
+
+import hashlib
+import re
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from board.bench import Bench
+from board.campaigns import planned
+from board.detectable import class_of, free_of, needed
+from board.making import made, sealed_file
+from board.rigs import drawn_rig
+from board.shapes import drawn, rivals
+from board.specs import OUTSIDE, Spec, board
+from board.truths import amount_for
+from scipy.stats import chi2
+
+from identify.campaign import read_campaign
+from simulate.effects import CATALOGUE
+from simulate.model_file import read_model
+
+
+def bench_of(spec: Spec) -> Bench:
+    chance = spec.chance
+    rig = drawn_rig(chance)
+    return Bench(rig, planned(spec, rig.known, chance))
+
+
+def test_an_effect_of_the_detectable_size_is_found_half_of_the_time():
+    # the definition, played: noise drawn, law and releases fitted linearly, the gain of the effect's own columns tested
+    chance = np.random.default_rng(1)
+    free = free_of(chance.normal(size=(300, 7)))
+    effect = free.left(chance.normal(size=(300, 2)))
+    signal = effect @ [0.6, -0.8]
+    signal *= np.sqrt(needed(2)) / np.linalg.norm(signal)
+    q, _ = np.linalg.qr(effect)
+    gains = np.sum((q.T @ (signal[:, None] + chance.normal(size=(300, 4000)))) ** 2, axis=0)
+    assert np.mean(gains > chi2.isf(1e-3, 2)) == pytest.approx(0.5, abs=0.03)
+
+
+def test_loops_cannot_tell_a_strip_that_moves_from_a_spool_that_turns():
+    # along the leg both are a mass times the acceleration; only a deployment shows the strip swinging
+    spec = Spec(("leg-mass",), run_set="loops")
+    bench = bench_of(spec)
+    hidden = drawn("leg-mass", bench.rig.true, bench.reach_m, spec.chance)
+    variants = bench.variants(
+        [lines for name in ("hub-inertia", "viscous-friction") for lines in rivals(CATALOGUE[name], bench.rig.true, 1e-3)]
+    )
+    assert class_of(100.0 * bench.change(hidden, 1e-2), variants) == ["hub-inertia"]
+
+
+def test_a_force_on_the_platform_shows_in_no_loop():
+    spec = Spec(("gravity-imbalance",), run_set="loops")
+    bench = bench_of(spec)
+    hidden = drawn("gravity-imbalance", bench.rig.true, bench.reach_m, spec.chance)
+    assert amount_for(lambda a: float(np.sum(bench.change(hidden, a) ** 2)), needed(1), hidden.most) is None
+
+
+def test_loops_beside_a_deployment_lower_the_detectable_hub_inertia():
+    alone, together = (bench_of(Spec(("hub-inertia",), run_set=name)) for name in ("single", "standard"))
+    together = replace(together, rig=alone.rig, campaign=replace(together.campaign, deployments=alone.campaign.deployments))
+    sizes = []
+    for bench in (alone, together):
+        hidden = drawn("hub-inertia", bench.rig.true, 1e-3, np.random.default_rng(3))
+        sizes.append(amount_for(lambda a, b=bench, h=hidden: float(np.sum(b.change(h, a) ** 2)), needed(1), hidden.most))
+    assert sizes[1] is not None
+    assert sizes[0] is None or sizes[1] < 0.1 * sizes[0]
+
+
+def test_a_case_made_again_is_the_same_to_the_byte_and_its_folder_tells_nothing(tmp_path: Path):
+    spec = Spec(("gravity-imbalance",), 10.0, run_set="single")
+    first, again = made(spec, tmp_path / "a"), made(spec, tmp_path / "b")
+    assert _bytes(first) == _bytes(again)
+    sealed = sealed_file(tmp_path / "a", spec)
+    assert "gravity-imbalance" in sealed.read_text()
+    assert not sealed.is_relative_to(first)
+    words = "|".join((*CATALOGUE, *OUTSIDE, "sealed", "detectable"))
+    names = {path.name for path in first.iterdir()}
+    assert all(re.fullmatch(r"run-\d+\.csv|model\.toml|campaign\.toml", name) for name in names)
+    known = {effect.name for effect in read_model(first / "model.toml").effects}
+    for path in first.iterdir():
+        assert set(re.findall(words, path.name + path.read_text())) <= known
+    assert re.fullmatch(r"[0-9a-f]{12}", first.name)
+
+
+def test_cases_are_read_by_the_project_and_hold_out_one_run_where_there_are_several(tmp_path: Path):
+    folder = made(Spec((), run_set="standard", seed=3), tmp_path)
+    runs = read_campaign([folder / "campaign.toml"])
+    model = read_model(folder / "model.toml")
+    assert [run.is_loop for run in runs] == [False] * 5 + [True] * 6
+    assert [run.hold_out for run in runs] == [False] * 4 + [True] + [False] * 6
+    heights = {run.model(model).geometry.stowed_height_m for run in runs if not run.is_loop and not run.hold_out}  # type: ignore[union-attr]
+    masses = {run.model(model).platform.mass_kg for run in runs if not run.is_loop and not run.hold_out}
+    assert len(heights) == len(masses) == 2
+
+
+def test_the_board_hides_every_effect_of_the_catalogue_at_three_sizes_and_nothing_and_what_nobody_knows():
+    specs = board("standard")
+    assert len({spec.token for spec in specs}) == len(specs)
+    alone = {(spec.hidden[0], spec.size) for spec in specs if len(spec.hidden) == 1 and spec.run_set == "standard"}
+    assert {(name, size) for name in CATALOGUE for size in (1.0, 3.0, 10.0)} <= alone
+    assert {name for name, _ in alone} == {*CATALOGUE, *OUTSIDE}
+    assert sum(not spec.hidden for spec in specs) >= 15
+    assert board("standard")[:20] == specs[:20]
+
+
+def _bytes(folder: Path) -> dict[str, str]:
+    return {path.name: hashlib.sha256(path.read_bytes()).hexdigest() for path in sorted(folder.iterdir())}
