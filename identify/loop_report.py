@@ -16,6 +16,7 @@ from .actuator import ActuatorFit
 from .loops import LoopData, area, gap
 from .parameters import BETA_NAME, LINE_NAMES
 from .stiffness import effective_stiffness, friction_of
+from .transition import Level, level_against_length
 from .usage import sentence
 from .verdicts import errors, pooled_error
 
@@ -36,6 +37,7 @@ def result_of(fit: ActuatorFit, loops: Sequence[LoopData], notes: Sequence[str] 
         "loops": [_loop(fit, k, data, error) for k, (data, error) in enumerate(zip(loops, errors(loops, fit.residuals), strict=True))],
         "pooled_nrmse_percent": 100.0 * pooled_error(loops, fit.residuals),
         "friction": friction_of(loops, fit.effects).sentence,
+        "transition": _transition(fit, loops),
         "frequency_amplitude_correlation": frequency_amplitude_correlation(loops),
         "effects": [{"name": effect.name, **dict(zip(effect.flat_names(), effect.flat(), strict=True))} for effect in fit.effects],
         "residual_depends_on": fit.left.sentence,
@@ -55,6 +57,18 @@ def drift_per_cycle(data: LoopData) -> float:
     """How much the mean force of a cycle grows from one full cycle to the next, N; by least squares, NaN below two cycles."""
     means = [float(np.mean(data.force_N[a:b])) for a, b in data.cycles.spans]
     return float(np.polyfit(np.arange(len(means)), means, 1)[0]) if len(means) > 1 else float("nan")
+
+
+def transition_of(fit: ActuatorFit, loops: Sequence[LoopData]) -> Level:
+    """Force level against elongation of the fitted loops, tares and inertia taken out."""
+    known = fit.estimates[BETA_NAME].verdict == "ok" and fit.verdict.word != "model-does-not-apply"
+    return level_against_length(loops, float(fit.lines[4]) if known else float("nan"), fit.effects, fit.tares_N)
+
+
+def _transition(fit: ActuatorFit, loops: Sequence[LoopData]) -> dict[str, Any]:
+    level = transition_of(fit, loops)
+    columns = {key: getattr(level, key).tolist() for key in ("elongation_m", "level_N", "stderr_N", "departure_N")}
+    return {**columns, "complete_from_m": level.complete_from_m, "sentence": level.sentence}
 
 
 def _covariate(fit: ActuatorFit, loops: Sequence[LoopData]) -> dict[str, Any] | None:
@@ -170,6 +184,7 @@ def _remarks(result: Mapping[str, Any]) -> list[str]:
     lines.append(f"error    pooled {result['pooled_nrmse_percent']:.2f} % of the range of all forces")
     lines.append(f"residual depends on {result['residual_depends_on']}")
     lines.append(f"friction {result['friction']}")
+    lines.append(f"transition zone {result['transition']['sentence']}")
     recipe = result["paper_recipe"]
     lines.append(f"paper's recipe: {recipe['statement'] if recipe else 'no straight parts on both branches'}")
     covariate = result["covariate"]

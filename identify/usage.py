@@ -86,13 +86,14 @@ def parts(time_s: Array, elongation_m: Array, use: Usage, all_spans: tuple[tuple
     motion, a ramp what leads to the first reversal, a rest what follows the last full cycle.
     """
     n = len(time_s)
-    first, last = (all_spans[0][0], all_spans[-1][1] - 1) if all_spans else (use.moves.stop, use.moves.stop)
-    edges: list[tuple[Kind, int, int]] = [("idle", 0, use.moves.start), ("ramp", use.moves.start, first)]
+    first, last = (all_spans[0][0], all_spans[-1][1] - 1) if all_spans else (use.moves.stop,) * 2
+    starts, stops = (use.moves.start if use.moves.start > ENDS else 0), (use.moves.stop if use.moves.stop < n - ENDS else n)
+    edges: list[tuple[Kind, int, int]] = [("idle", 0, starts), ("ramp", starts, first)]
     usual = float(np.median([np.ptp(elongation_m[a:b]) for a, b in all_spans])) if all_spans else 1.0
     for a, b in all_spans:
         steady = abs(np.ptp(elongation_m[a:b]) - usual) <= _STEADY * usual
         edges.append(("cycle" if steady else "transient", a, b - 1))
-    edges += [("rest", last, use.moves.stop), ("idle", use.moves.stop, n)]
+    edges += [("rest", last, stops), ("idle", stops, n)]
     return [_part(time_s, kind, a, b, use) for kind, a, b in edges if b > a]
 
 
@@ -100,7 +101,7 @@ def _part(time_s: Array, kind: Kind, a: int, b: int, use: Usage) -> Part:
     kept, behind_gap = int(use.used[a:b].sum()), any(first < b and a < last for first, last in use.lost)
     why = ""
     if kept < b - a:
-        ends = "poorly known at the ends of the record"
+        ends = "the record ends"
         why = "nothing moves" if kind == "idle" else "the motion may have turned in a gap" if behind_gap else ends
     return Part(kind, float(time_s[a]), float(time_s[min(b, len(time_s) - 1)]), b - a, kept, why)
 
@@ -122,5 +123,5 @@ def _named(group: list[Part]) -> str:
     name = words.get(kind, kind)
     name = f"{len(group)} {name}s" if many else name
     left_out = sum(part.samples - part.used for part in group)
-    tail = f", {left_out} of {sum(part.samples for part in group)} samples left out: {group[0].why}" if left_out else ""
+    tail = f" ({left_out} of {sum(part.samples for part in group)} samples left out: {group[0].why})" if left_out else ""
     return f"{name} {group[0].from_s:.4g} to {group[-1].to_s:.4g} s{tail}"
