@@ -16,6 +16,7 @@ from .loops import LoopData, gap, gap_and_level
 from .parameters import Layout
 
 _BETAS = 12  # from which the best is taken to begin with
+_STEP, _STEP_FROM = 1e-6, 1e-3  # of a difference, relative to a number of at least this size
 _OUTLIER = 2.0  # robust standard deviations from which on a residual counts less, where asked for
 
 
@@ -31,22 +32,53 @@ class LoopProblem:
 
     def residuals(self, theta: Array) -> tuple[Array, ...]:
         """Measured minus modelled of each loop, the nuisances taken out; of the levels only their mean stays in."""
-        effects = self.shape.effects(theta)
-        seen = enumerate(self._without_covariate(theta))
-        if not self.own_levels:
-            return tuple(gap(self.shape.lines(theta, k), data, effects) for k, data in seen)
-        found = [gap_and_level(self.shape.lines(theta, k), data, effects) for k, data in seen]
-        mean = float(np.mean([level for _, level in found]))
-        return tuple(r + mean for r, _ in found)
+        left, levels = self._left(theta)
+        mean = float(np.mean(levels))
+        return tuple(r + mean for r in left)
 
     def tares(self, theta: Array) -> tuple[float, ...]:
         """What is taken off the force of each loop."""
-        if not self.own_levels:
-            return (0.0,) * len(self.loops)
+        _, levels = self._left(theta)
+        return tuple(float(x) for x in levels - levels.mean())
+
+    def _left(self, theta: Array) -> tuple[list[Array], Array]:
+        """What is left of each loop, and the level taken out of it, zero where all have one."""
         effects = self.shape.effects(theta)
         seen = enumerate(self._without_covariate(theta))
-        levels = np.array([gap_and_level(self.shape.lines(theta, k), data, effects)[1] for k, data in seen])
-        return tuple(float(x) for x in levels - levels.mean())
+        if not self.own_levels:
+            return [gap(self.shape.lines(theta, k), data, effects) for k, data in seen], np.zeros(len(self.loops))
+        found = [gap_and_level(self.shape.lines(theta, k), data, effects) for k, data in seen]
+        return [r for r, _ in found], np.array([level for _, level in found])
+
+    def jacobian(self, theta: Array) -> Array:
+        """Derivative of the residuals, all loops below each other, (n, p), by differences inside the bounds.
+
+        A coefficient of order j acts on a loop through its lines only, z^j times as strongly as the constant one: four differences
+        serve the polynomials of any order.
+        """
+        at, before = self._left(theta), self.bounds()[1]
+        columns = []
+        for place in self._differenced():
+            step = _STEP * max(abs(theta[place]), _STEP_FROM)
+            step = -step if theta[place] + step > before[place] else step
+            moved = theta.copy()
+            moved[place] += step
+            after = self._left(moved)
+            slopes = [(a - b) / step for a, b in zip(after[0], at[0], strict=True)], (after[1] - at[1]) / step
+            orders = range(self.shape.order + 1) if place < self.shape.line_values else (0,)
+            columns += [self._joined(*slopes, self.shape.z**j) for j in orders]
+        return np.stack(columns, axis=1)
+
+    def _differenced(self) -> list[int]:
+        """Places of the vector that a difference is taken for: of each polynomial the constant one, and all behind the lines."""
+        n = self.shape.line_values
+        size = n + 1 + sum(len(kind.flat_names()) for kind in self.shape.kinds) + bool(self.shape.covariate)
+        return [*range(0, n, self.shape.order + 1), *range(n, size)]
+
+    @staticmethod
+    def _joined(slopes: Sequence[Array], of_levels: Array, share: Array) -> Array:
+        mean = float(np.mean(of_levels * share))
+        return np.concatenate([slope * part + mean for slope, part in zip(slopes, share, strict=True)])
 
     def _without_covariate(self, theta: Array) -> tuple[LoopData, ...]:
         if not self.shape.covariate:
@@ -118,8 +150,14 @@ def beta_bounds(loops: Sequence[LoopData]) -> tuple[float, float]:
     return 0.3 / stroke, max(3.0 / max(finest, 1e-9 * stroke), 100.0 / stroke)
 
 
-def minimise(problem: LoopProblem, start: Array | None = None) -> tuple[Array, bool]:
-    """Least squares by lmfit; the vector, and whether it has converged."""
+def minimise(problem: LoopProblem, start: Array | None = None, *, roughly: bool = False) -> tuple[Array, bool]:
+    """Least squares by lmfit; the vector, and whether it has converged.
+
+    Parameters
+    ----------
+    start : where to begin; found where not given.
+    roughly : stop where a step gains less than a millionth of the sum of squares: enough for a prediction, not for a result.
+    """
     import lmfit
 
     low, high = problem.bounds()
@@ -132,7 +170,12 @@ def minimise(problem: LoopProblem, start: Array | None = None) -> tuple[Array, b
     def residual(trial: Any) -> Array:
         return np.concatenate(problem.residuals(np.array([trial[name].value for name in names])))
 
-    options: dict[str, Any] = {"x_scale": "jac", "xtol": 1e-10, "ftol": 1e-12, "gtol": 1e-12, "max_nfev": 200}
+    def slopes(trial: Any) -> Array:
+        return problem.jacobian(np.array([trial[name].value for name in names]))
+
+    options: dict[str, Any] = {"jac": slopes, "x_scale": "jac", "xtol": 1e-10, "ftol": 1e-12, "gtol": 1e-12, "max_nfev": 200}
+    if roughly:
+        options |= {"xtol": 1e-6, "ftol": 1e-6, "gtol": 1e-6}
     if problem.robust:
         at_start = np.concatenate(problem.residuals(begin))
         options |= {"loss": "soft_l1", "f_scale": _OUTLIER * 1.4826 * max(float(np.median(np.abs(at_start))), 1e-12)}

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -12,7 +12,7 @@ from simulate.effect import Effect
 
 from .loop_problem import LoopProblem, beta_bounds, minimise
 from .loops import LoopData, gap
-from .parameters import DISTINCT, Abscissa, abscissa_of, distinct, layout
+from .parameters import DISTINCT, Abscissa, Layout, abscissa_of, distinct, layout
 
 PAPERS_ORDER = 2
 _WORTH_AN_ORDER = 0.03  # relative gain in left-out error that justifies one order more
@@ -20,16 +20,26 @@ _WORTH_AN_ORDER = 0.03  # relative gain in left-out error that justifies one ord
 
 @dataclass(frozen=True)
 class RateOrder:
-    """Error on frequencies left out, in parts of the force range, by order; and the order to take."""
+    """Error on frequencies left out, in parts of the force range, by order; the order to take; and the paper's polynomials.
+
+    papers : coefficients of order 2 by name, lowest power first, fitted to all loops whatever order is taken; None with fewer than
+    three frequencies.
+    """
 
     left_out: dict[int, float]
     chosen: int
+    papers: dict[str, tuple[float, ...]] | None
 
-    @property
-    def sentence(self) -> str:
-        """The orders with their errors, for people."""
+    def sentences(self, taken: int) -> list[str]:
+        """The orders with their errors, and the paper's polynomials, for people."""
         listed = ", ".join(f"order {order}: {100 * error:.2f} %" for order, error in self.left_out.items())
-        return f"error on frequencies left out of the fit: {listed}; order {self.chosen} is taken"
+        untold = [str(order) for order in range(PAPERS_ORDER + 1) if order not in self.left_out]
+        tail = f"; too few frequencies to judge order {' and '.join(untold)}" if untold else ""
+        said = [f"error on frequencies left out of the fit: {listed or 'none'}{tail}; order {taken} is taken"]
+        if self.papers is None:
+            return [*said, "the paper's polynomials of order 2 want three frequencies"]
+        shown = ("{} = {:.5g} {:+.3g} x {:+.3g} x^2".format(name, *row) for name, row in self.papers.items())
+        return [*said, f"the paper's polynomials of order 2: {', '.join(shown)}"]
 
 
 def choose_order(
@@ -45,20 +55,34 @@ def choose_order(
     """
     x = abscissa_of(loops, abscissa)
     groups = _groups(x)
-    most = min(PAPERS_ORDER, len(groups) - 2)
     left_out: dict[int, float] = {}
-    made = 0
-    for order in range(most + 1):
-        parts = []
-        for group in groups:
-            parts += _predicted(loops, x, group, kinds, abscissa, order)
-            made += 1
-            watch(made)
-        left_out[order] = float(np.sqrt(np.mean(np.concatenate(parts) ** 2)))
+    shape = layout(loops, kinds, abscissa, 0)
+    theta, papers = None, None
+    for order in range(min(PAPERS_ORDER, len(groups) - 1) + 1):
+        shape, theta = _whole(loops, kinds, abscissa, order, theta)
+        papers = shape.polynomials(theta) if order == PAPERS_ORDER else None
+        if order <= len(groups) - 2:
+            parts = [r for group in groups for r in _predicted(loops, x, group, shape, theta)]
+            left_out[order] = float(np.sqrt(np.mean(np.concatenate(parts) ** 2)))
+            watch((order + 1) * len(groups))
     if not left_out:
-        return RateOrder({}, 0)
+        return RateOrder({}, 0, papers)
     best = min(left_out.values())
-    return RateOrder(left_out, next(order for order, error in left_out.items() if error <= (1.0 + _WORTH_AN_ORDER) * best))
+    chosen = next(order for order, error in left_out.items() if error <= (1.0 + _WORTH_AN_ORDER) * best)
+    return RateOrder(left_out, chosen, papers)
+
+
+def _whole(
+    loops: Sequence[LoopData], kinds: tuple[type[Effect], ...], abscissa: Abscissa, order: int, lower: Array | None
+) -> tuple[Layout, Array]:
+    """The fit to all loops, begun from that of one order less."""
+    shape = layout(loops, kinds, abscissa, order)
+    start = None
+    if lower is not None:
+        lines = np.pad(lower[: 4 * order].reshape(4, order), ((0, 0), (0, 1)))
+        start = np.concatenate([lines.ravel(), lower[4 * order :]])
+    theta, _ = minimise(LoopProblem(shape, tuple(loops), False, beta_bounds(loops)), start, roughly=True)
+    return shape, theta
 
 
 def _groups(x: Array) -> list[list[int]]:
@@ -73,12 +97,13 @@ def _groups(x: Array) -> list[list[int]]:
     return groups
 
 
-def _predicted(
-    loops: Sequence[LoopData], x: Array, group: list[int], kinds: tuple[type[Effect], ...], abscissa: Abscissa, order: int
-) -> list[Array]:
-    """Residuals of the loops of one frequency under a fit of all the others, in parts of their force range."""
-    others = tuple(data for k, data in enumerate(loops) if k not in group)
-    shape = layout(others, kinds, abscissa, order)
-    theta, _ = minimise(LoopProblem(shape, others, False, beta_bounds(others)))
+def _predicted(loops: Sequence[LoopData], x: Array, group: list[int], whole: Layout, theta: Array) -> list[Array]:
+    """Residuals of the loops of one frequency under a fit of all the others, in parts of their force range.
+
+    The fit begins from that to all loops, which is near, and so takes a few steps.
+    """
+    kept = [k for k in range(len(loops)) if k not in group]
+    shape, others = replace(whole, z=whole.z[kept]), tuple(loops[k] for k in kept)
+    theta, _ = minimise(LoopProblem(shape, others, False, beta_bounds(others)), theta, roughly=True)
     effects = shape.effects(theta)
     return [gap(shape.lines_at(theta, float(x[k])), loops[k], effects) / loops[k].force_range_N for k in group]

@@ -152,10 +152,11 @@ def _fitted(given: Namespace, data: Sequence[LoopData], notes: list[str]) -> tup
     if any(fit.tares_N):
         said = [*said, f"the force level differs from loop to loop by up to {_spread(fit.tares_N):.3g} N; each loop was given its own"]
     said = [*said, *filter(None, [hint(fit.covariate_shares)])]
-    said += [chosen.sentence] if chosen else []
+    said += chosen.sentences(order) if chosen else []
     result = result_of(fit, data, [*notes, *said])
     if chosen:
-        result["rate"] |= {"order": order, "left_out_nrmse_percent": {str(k): 100.0 * error for k, error in chosen.left_out.items()}}
+        left_out = {str(k): 100.0 * error for k, error in chosen.left_out.items()}
+        result["rate"] |= {"order": order, "left_out_nrmse_percent": left_out, "papers_order_2": chosen.papers}
     return fit, result
 
 
@@ -173,17 +174,16 @@ def _order(given: Namespace, data: Sequence[LoopData], kinds: Any, abscissa: Any
     """The order of the polynomials, and what it was chosen by."""
     if abscissa == "none":
         return 0, None
-    if given.rate_order != "auto":
-        return int(given.rate_order), None
     from tqdm import tqdm
 
     from ..parameters import require_abscissa
     from ..rate_order import choose_order
 
-    require_abscissa(data, abscissa, 0)
+    wanted = None if given.rate_order == "auto" else int(given.rate_order)
+    require_abscissa(data, abscissa, wanted or 0)
     with tqdm(desc="frequencies left out", disable=given.quiet or not sys.stderr.isatty(), leave=False) as bar:
         chosen = choose_order(data, kinds, abscissa, lambda made: bar.update(1))
-    return chosen.chosen, chosen
+    return (chosen.chosen if wanted is None else wanted), chosen
 
 
 def _resampled(given: Namespace, fit: Any, data: Any, result: dict[str, Any]) -> Any:

@@ -4,8 +4,11 @@ import numpy as np
 import pytest
 
 from identify.actuator import fit_actuator
-from identify.loops import prepare
+from identify.loop_problem import LoopProblem
+from identify.loops import gap, prepare
+from identify.parameters import layout
 from identify.rate_order import choose_order
+from identify.uncertainty import jacobians
 from measure import InputError, Loop
 from simulate.effects import GravityImbalance, HubInertia, ViscousFriction
 from simulate.law import loop_force
@@ -93,6 +96,35 @@ def test_frequencies_left_out_choose_the_order_that_the_loops_have():
     assert choice.chosen == 1
     assert set(choice.left_out) == {0, 1, 2}
     assert choice.left_out[0] > 2.0 * choice.left_out[1]
+    assert choice.papers is not None
+    assert choice.papers["b_l"][:2] == pytest.approx((2.79, 0.02), abs=6e-3)
+
+
+def test_frequencies_are_left_out_as_by_fits_from_scratch():
+    loops = [shaken(f, seed=i, lines=LINES + np.array([0, 0.02 * f, 0, 0.03 * f, 0])) for i, f in enumerate((0.5, 1.0, 1.6, 3.0))]
+    quick = choose_order(loops, (), "frequency_Hz").left_out
+    for order in (0, 1, 2):
+        parts = []
+        for data in loops:
+            others = [other for other in loops if other is not data]
+            fit = fit_actuator(others, abscissa="frequency_Hz", order=order)
+            parts.append(gap(fit.layout.lines_at(fit.theta, data.frequency_Hz), data) / data.force_range_N)
+        assert quick[order] == pytest.approx(np.sqrt(np.mean(np.concatenate(parts) ** 2)), rel=1e-3)
+
+
+@pytest.mark.parametrize("tare", ["common", "each"])
+def test_slopes_of_the_residuals_are_those_of_differences(tare):
+    loops = tuple(shaken(f, seed=i, level=0.01 * i) for i, f in enumerate((0.5, 1.0, 3.0)))
+    shape = layout(loops, (HubInertia,), "frequency_Hz", 2)
+    problem = LoopProblem(shape, loops, tare == "each", (10.0, 4000.0))
+    theta = np.concatenate([np.tile([0.3, 0.1, 0.05], 4), [6.0, 0.02]]) + np.repeat([-0.5, 2.4, -0.5, 2.5, 0.0], [3, 3, 3, 3, 2]) * 0.9
+    assert problem.jacobian(theta) == pytest.approx(np.concatenate(jacobians(problem.residuals, theta, *problem.bounds())), abs=2e-3)
+
+
+def test_loops_of_two_frequencies_are_no_ground_for_the_papers_polynomials():
+    choice = choose_order([shaken(1.0), shaken(2.0)], (), "frequency_Hz")
+    assert choice.papers is None
+    assert "three frequencies" in choice.sentences(0)[1]
 
 
 def test_a_tare_that_differs_from_loop_to_loop_is_noticed_and_taken_out():
