@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy import fft, stats
 
 from measure.tables import Array
@@ -12,6 +13,7 @@ from measure.tables import Array
 from .fit import Fit
 
 GAP_P = 1e-3  # less likely than this as noise: a gap
+EFFECT_P = 1e-3  # less likely than this to be found in noise: an effect
 _LOW_SHARE = 0.25
 _LEAST_SAMPLES = 16
 
@@ -91,12 +93,13 @@ def gain(before: Fit, after: Fit, dilution: float | None = None) -> Gain:
 class Signature:
     """What an effect would add to the gaps, free of what base and releases can do themselves.
 
-    columns : (m, k) per typical size of each parameter that shows at all. chi2 : what fitting them linearly would gain.
+    columns : (m, k) per typical size of each parameter that shows at all. shown : which parameters these are.
+    chi2 : what fitting them linearly would gain.
     """
 
     columns: Array
+    shown: NDArray[np.intp]
     chi2: float
-    size: Array
 
     @property
     def knobs(self) -> int:
@@ -106,23 +109,15 @@ class Signature:
 
 def signature(fit: Fit, columns: Array) -> Signature:
     """Project an effect's columns free of the knobs of a fit; what is left can be told from them."""
-    q, _ = np.linalg.qr(_scaled(fit.jacobian))
-    free = columns - q @ (q.T @ columns)
+    free = fit.free_of_knobs(columns)
     shows = np.linalg.norm(free, axis=0) > 1e-6 * np.maximum(np.linalg.norm(columns, axis=0), 1e-12)
     shows &= np.linalg.norm(columns, axis=0) > 1e-9
     free = free[:, shows]
     if not free.shape[1]:
-        return Signature(free, 0.0, np.zeros(columns.shape[1]))
+        return Signature(free, np.flatnonzero(shows), 0.0)
     amount = -np.linalg.lstsq(free, fit.gaps, rcond=1e-10)[0]
     gained = fit.cost - float(np.sum((fit.gaps + free @ amount) ** 2))
-    size = np.zeros(columns.shape[1])
-    size[shows] = amount
-    return Signature(free, max(gained, 0.0), size)
-
-
-def _scaled(jacobian: Array) -> Array:
-    norms = np.linalg.norm(jacobian, axis=0)
-    return jacobian[:, norms > 0] / norms[norms > 0]
+    return Signature(free, np.flatnonzero(shows), max(gained, 0.0))
 
 
 def likeness(a: Signature, b: Signature) -> float:

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
 from measure.tables import Array
@@ -14,7 +15,9 @@ from measure.tables import Array
 from .loops import effective_number
 from .problem import Block, Problem
 
-_TOLERANCE = 1e-6
+ENOUGH, ROUGHLY = 0.05, 1.0  # fall of the sum of squares at which a fit stops, in units of the noise squared
+_SAME_COURSE, _SAME_PLACE = 1e-3, 0.2  # relative change of the sum of squares, and way in scales, within which a Jacobian is still good
+_SMOOTH_STEP_S = 5e-4  # up to the stops; behind them a film sees what such a step leaves
 _EARLY_SPREAD = 30.0  # typical sizes
 _FIRST_LEG, _NEXT_LEG, _LAST_LEG = 12, 6, 60
 _MET = 1.25  # times the noise
@@ -39,6 +42,16 @@ class Fit:
     def cost(self) -> float:
         """Sum of squares of gaps and priors."""
         return float(self.gaps @ self.gaps)
+
+    @cached_property
+    def basis(self) -> Array:
+        """Orthonormal columns (m, k) of what the knobs can do to the gaps, each knob by its own measure."""
+        norms = np.linalg.norm(self.jacobian, axis=0)
+        return np.linalg.qr(self.jacobian[:, norms > 0] / norms[norms > 0])[0]
+
+    def free_of_knobs(self, columns: Array) -> Array:
+        """Columns (m, n) freed of what the knobs can do themselves: projected on what is perpendicular to that."""
+        return columns - self.basis @ (self.basis.T @ columns)
 
     @property
     def measured_gaps(self) -> Array:
@@ -86,7 +99,9 @@ class Fit:
         return self.gaps[block.rows]
 
 
-def solve(problem: Problem, start: Array | None = None, *, free: Sequence[int] | None = None, most_steps: int = 25) -> Fit:
+def solve(
+    problem: Problem, start: Array | None = None, *, free: Sequence[int] | None = None, most_steps: int = 25, enough: float = ENOUGH
+) -> Fit:
     """Find the knobs with the least sum of squares, within their bounds (trust region reflective, scipy).
 
     Parameters
@@ -94,6 +109,7 @@ def solve(problem: Problem, start: Array | None = None, *, free: Sequence[int] |
     start : knobs to start from; by default the model file's values.
     free : indices of the knobs that may move; by default all.
     most_steps : bound on the number of evaluations.
+    enough : a fall of the sum of squares below which it stops.
     """
     knobs = problem.knobs
     moving = np.arange(len(knobs)) if free is None else np.asarray(free, dtype=int)
@@ -108,18 +124,45 @@ def solve(problem: Problem, start: Array | None = None, *, free: Sequence[int] |
         filled[moving] = part
         return filled
 
+    course = _Course(problem, whole, moving)
     found = least_squares(
-        lambda part: problem.gaps(whole(part)),
+        course.gaps,
         np.clip(q[moving], low + inside, high - inside),
-        jac=lambda part: problem.jacobian(whole(part), moving)[1],  # type: ignore[arg-type]
+        jac=course.jacobian,  # type: ignore[arg-type]
         bounds=(low, high),
         x_scale=1.0,
-        ftol=_TOLERANCE,
+        ftol=enough / max(problem.measured, 1),
         xtol=1e-7,
         gtol=1e-9,
         max_nfev=most_steps,
     )
     return Fit(problem, whole(found.x), found.fun, np.asarray(found.jac), found.status > 0)
+
+
+class _Course:
+    """The way of a fit: gaps as they are asked for, and a Jacobian that is worked out again only where it may have changed."""
+
+    def __init__(self, problem: Problem, whole: Callable[[Array], Array], moving: NDArray[np.intp]) -> None:
+        self.problem, self.whole, self.moving = problem, whole, moving
+        self.seen: tuple[Array, Array] | None = None
+        self.slopes: tuple[Array, float, Array] | None = None
+
+    def gaps(self, part: Array) -> Array:
+        if self.seen is None or not np.array_equal(self.seen[0], part):
+            self.seen = part.copy(), self.problem.gaps(self.whole(part))
+        return self.seen[1]
+
+    def jacobian(self, part: Array) -> Array:
+        here = self.gaps(part)
+        cost = float(here @ here)
+        if self.slopes is None or not self._near(part, cost):
+            self.slopes = part.copy(), cost, self.problem.jacobian(self.whole(part), self.moving.tolist(), here)[1]
+        return self.slopes[2]
+
+    def _near(self, part: Array, cost: float) -> bool:
+        assert self.slopes is not None
+        at, before, _ = self.slopes
+        return abs(cost - before) < _SAME_COURSE * before and bool(np.max(np.abs(part - at)) < _SAME_PLACE)
 
 
 def solve_from_afar(problem: Problem, start: Array | None = None, *, free: Sequence[int] | None = None, most_steps: int = 20) -> Fit:
@@ -130,8 +173,8 @@ def solve_from_afar(problem: Problem, start: Array | None = None, *, free: Seque
     """
     q = start
     for i, horizon in enumerate(horizons(problem)):
-        shorter = replace(problem.until(horizon), effect_spread=_EARLY_SPREAD)
-        q = solve(shorter, q, free=free, most_steps=_FIRST_LEG if i == 0 else _NEXT_LEG).q
+        shorter = replace(problem.until(horizon, _SMOOTH_STEP_S if i == 0 else None), effect_spread=_EARLY_SPREAD)
+        q = solve(shorter, q, free=free, most_steps=_FIRST_LEG if i == 0 else _NEXT_LEG, enough=ROUGHLY).q
     found = solve(problem, q, free=free, most_steps=most_steps)
     for index in _strayed(found):
         found = _released_again(found, index, free)
@@ -171,7 +214,11 @@ def _released_again(fit: Fit, index: int, free: Sequence[int] | None) -> Fit:
     root = np.linalg.cholesky(spread[np.ix_(own, own)] + 1e-12 * np.eye(len(own)))
     starts = [_with(early.q, own, early.q[own] + root @ chance.normal(size=len(own))) for _ in range(_DRAWS)]
     costs = [float(gaps @ gaps) for gaps in problem.gaps_many(starts)]
-    valleys = [solve(problem, starts[i], free=own, most_steps=_FIRST_LEG) for i in np.argsort(costs)[:_TRIED]]
+    valleys: list[Fit] = []
+    for i in np.argsort(costs)[:_TRIED]:
+        valleys.append(solve(problem, starts[i], free=own, most_steps=_FIRST_LEG, enough=ROUGHLY))
+        if len(valleys) > 1 and len(_distinct(valleys)) == 1:
+            break
     # the rest was fitted to the wrong valley, so a valley shows how deep it is only when everything moves
     return min([fit, *(solve(problem, valley.q, free=free) for valley in _distinct(valleys))], key=lambda f: f.cost)
 
@@ -209,7 +256,7 @@ def horizons(problem: Problem) -> list[float]:
 def before_the_stops(problem: Problem) -> Problem:
     """The films cut where the first of them reaches the stops; the same problem where none does."""
     found = horizons(problem)
-    return problem.until(found[0]) if found else problem
+    return problem.until(found[0], _SMOOTH_STEP_S) if found else problem
 
 
 def _last_frame_s(problem: Problem) -> float:

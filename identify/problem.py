@@ -57,8 +57,8 @@ class Block:
 class Problem:
     """Measurements, base model and the effects whose parameters are unknown.
 
-    until_s : films are cut there. effect_spread : prior of an effect's parameter around the model's value, in typical sizes;
-    none unless given.
+    until_s : films are cut there. step_s : of the simulations; the usual one unless given. effect_spread : prior of an
+    effect's parameter around the model's value, in typical sizes; none unless given.
     """
 
     model: Model
@@ -66,6 +66,7 @@ class Problem:
     loops: tuple[LoopRun, ...]
     effects: tuple[Effect, ...] = ()
     until_s: float = np.inf
+    step_s: float | None = None
     effect_spread: float = np.inf
 
     @cached_property
@@ -116,9 +117,9 @@ class Problem:
         """The same measurements with other unknown effects."""
         return replace(self, effects=tuple(effects))
 
-    def until(self, horizon_s: float) -> Problem:
-        """The same with the films cut at a time; loops are whole."""
-        return replace(self, until_s=horizon_s)
+    def until(self, horizon_s: float, step_s: float | None = None) -> Problem:
+        """The same with the films cut at a time, where larger steps may do; loops are whole."""
+        return replace(self, until_s=horizon_s, step_s=step_s)
 
     # From knobs to models -------------------------------------------------------------------------------------------
 
@@ -168,30 +169,42 @@ class Problem:
         """Measured minus modelled, over the noise, film by film and loop by loop; behind them the knobs over their priors."""
         return self.gaps_many([q])[0]
 
-    def gaps_many(self, points: Sequence[Array], only: Sequence[int | None] | None = None) -> list[Array]:
+    def gaps_many(self, points: Sequence[Array], only: Sequence[int | None] | None = None, known: Array | None = None) -> list[Array]:
         """`gaps` at several points; the simulations run side by side.
 
         only : for each point the one film that it can differ in from the first point, or None where all may differ.
+        known : the gaps at the first point, where they have been worked out before.
         """
         touched = list(only) if only is not None else [None] * len(points)
-        films, loops = self._film_gaps(points, touched), self._loop_gaps(points[0])
+        first = {} if known is None else dict(enumerate(known[rows] for rows in self._film_rows))
+        films = self._film_gaps(points, touched, first)
+        loops = self._loop_gaps(points[0]) if known is None else [known[b.rows] for b in self.blocks if b.channel == "force_N"]
         return [
             np.concatenate([*films[k], *(loops if k == 0 or touched[k] is not None else self._loop_gaps(q)), self._prior(q)])
             for k, q in enumerate(points)
         ]
 
-    def _film_gaps(self, points: Sequence[Array], touched: Sequence[int | None]) -> list[list[Array]]:
-        wanted = [(k, i) for k in range(len(points)) for i in range(len(self.films)) if k == 0 or touched[k] in (None, i)]
-        if not wanted:
-            return [[] for _ in points]
-        cases = [self._case(points[k], i) for k, i in wanted]
-        seen = dict(zip(wanted, observe_many(*zip(*cases, strict=True)), strict=True))
-        made = {(k, i): self._film_gap(self.films[i], shown, *self._datum_at(points[k], i)) for (k, i), shown in seen.items()}
+    @cached_property
+    def _film_rows(self) -> list[slice]:
+        """Where each film stands in the vector of gaps, all its channels."""
+        own = [[block.rows for block in self.blocks if block.run == film.run.name] for film in self.films]
+        return [slice(rows[0].start, rows[-1].stop) for rows in own]
+
+    def _film_gaps(self, points: Sequence[Array], touched: Sequence[int | None], first: dict[int, Array]) -> list[list[Array]]:
+        made = {(0, i): gaps for i, gaps in first.items()}
+        every = [(k, i) for k in range(len(points)) for i in range(len(self.films)) if k == 0 or touched[k] in (None, i)]
+        wanted = [at for at in every if at not in made]
+        if wanted:
+            cases = [self._case(points[k], i) for k, i in wanted]
+            for (k, i), shown in zip(wanted, observe_many(*zip(*cases, strict=True)), strict=True):
+                made[k, i] = self._film_gap(self.films[i], shown, *self._datum_at(points[k], i))
         return [[made.get((k, i), made[0, i]) for i in range(len(self.films))] for k in range(len(points))]
 
     def _case(self, q: Array, index: int) -> tuple[Model, Array, RunRelease, bool]:
-        film = self.films[index]
-        return self.model_at(q, film.model), film.time_s[film.time_s <= self.until_s], self.release_at(q, index), film.turned
+        film, model = self.films[index], self.model_at(q, self.films[index].model)
+        if self.step_s is not None and model.simulation.step_s is None:
+            model = replace(model, simulation=replace(model.simulation, step_s=self.step_s))
+        return model, film.time_s[film.time_s <= self.until_s], self.release_at(q, index), film.turned
 
     def _film_gap(self, film: Film, seen: dict[str, Array], datum: Array, scale: float) -> Array:
         n = len(next(iter(seen.values())))
@@ -243,15 +256,15 @@ class Problem:
             place += len(own)
         return None
 
-    def jacobian(self, q: Array, columns: Sequence[int] | None = None) -> tuple[Array, Array]:
+    def jacobian(self, q: Array, columns: Sequence[int] | None = None, known: Array | None = None) -> tuple[Array, Array]:
         """Gaps (m,) and their rate of change with the knobs (m, k), by forward differences, all simulations side by side.
 
-        A knob at its upper bound is stepped downwards.
+        A knob at its upper bound is stepped downwards. known : the gaps, where they have been worked out before.
         """
         chosen = list(range(len(q))) if columns is None else list(columns)
         steps = [-_STEP if q[i] + _STEP > self.knobs[i].high else _STEP for i in chosen]
         points = [q, *(_stepped(q, i, step) for i, step in zip(chosen, steps, strict=True))]
-        here, *there = self.gaps_many(points, [None, *(self._owner(i) for i in chosen)])
+        here, *there = self.gaps_many(points, [None, *(self._owner(i) for i in chosen)], known)
         return here, np.stack([(g - here) / step for g, step in zip(there, steps, strict=True)], axis=1)
 
 

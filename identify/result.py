@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from .explain import Explanation, Finding
+from .next_test import NextTest
 from .where import locate
 
 _PLACES = 12
@@ -30,11 +31,14 @@ def result_of(found: Explanation, missing_force_file: str | None = None) -> dict
                 "delta_bic": rival.delta_bic,
                 "held_out_rms_over_noise": rival.held_out_rms,
                 "fitted_jointly": rival.fitted,
+                "chance_of_lead": rival.chance,
             }
             for rival in found.ranking
         ],
         "missing_force": _missing_force(found, missing_force_file),
         "next_experiment": next_experiment(found),
+        "next_experiments": [_foreseen(test) for test in found.next_tests],
+        "detectable": [{"name": one.effect.name, "parameters": dict(one.sizes)} for one in found.sights],
         "base": base_moves(found),
         "sentence": sentence(found),
     }
@@ -143,12 +147,22 @@ def _named(finding: Finding) -> str:
 
 def next_experiment(found: Explanation) -> str | None:
     """Which further test would split a class or settle a doubt."""
-    if found.verdict == "class":
-        names = " from ".join((found.findings[0].name, found.findings[0].equivalents[0]))
-        return f"To tell {names}, add {_other_condition(found)}."
+    if found.next_tests:
+        best = found.next_tests[0]
+        split = ", ".join(f"{name} in {100 * chance:.0f} %" for name, chance in best.chances.items())
+        return f"To tell {found.findings[0].name} from its rivals, add {best.condition.words}; foreseen to split off {split} of cases."
     if found.verdict == "unknown":
         return f"Repeat the run with {_other_condition(found)}: a force that follows time, place or speed moves differently then."
     return None
+
+
+def _foreseen(test: NextTest) -> dict[str, Any]:
+    """A further test for programs: what to change, and how likely it splits off each rival."""
+    of = test.condition
+    row: dict[str, Any] = {"condition": of.words, "model": dict(of.changes), "splits": dict(test.chances)}
+    if of.frequency_Hz:
+        return {**row, "kind": "loop", "frequency_Hz": of.frequency_Hz, "amplitude_m": of.amplitude_m}
+    return {**row, "kind": "deployment", "times_as_long": of.longer, "channels": list(of.channels) or None}
 
 
 def _other_condition(found: Explanation) -> str:

@@ -13,6 +13,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field, fields, replace
+from itertools import product
 from typing import TYPE_CHECKING, Any, ClassVar, Self
 
 import numpy as np
@@ -26,7 +27,17 @@ if TYPE_CHECKING:
 Bounds = dict[str, tuple[float, float]]
 
 
-def parameter(default: float | tuple[float, ...], *, low: float, high: float, typical: float, doc: str, source: str = "") -> Any:
+def parameter(
+    default: float | tuple[float, ...],
+    *,
+    low: float,
+    high: float,
+    typical: float,
+    doc: str,
+    source: str = "",
+    starts: tuple[float | tuple[float, ...], ...] = (),
+    straight: bool = True,
+) -> Any:
     """A parameter of an effect; its unit stands in its name.
 
     Parameters
@@ -35,8 +46,12 @@ def parameter(default: float | tuple[float, ...], *, low: float, high: float, ty
     low, high : bounds, the same for every entry of a vector. A sign that physics excludes is excluded here.
     typical : a size at which the effect would be noticed; a search starts there.
     doc, source : what it is, and where the formula or the bounds come from.
+    starts : values from which a search starts, for a parameter that shapes an effect (a time constant, a frequency) and shows
+        nothing of itself while the effect is off.
+    straight : whether the effect grows with it in a straight line from where it is switched off; a gap that opens does not.
     """
-    return field(default=default, metadata={"low": low, "high": high, "typical": typical, "doc": doc, "source": source})
+    limits = {"low": low, "high": high, "typical": typical, "doc": doc, "source": source}
+    return field(default=default, metadata={**limits, "starts": starts, "straight": straight})
 
 
 class Formulas:
@@ -142,6 +157,11 @@ class Effect(Formulas):
         return np.array([meta["typical"] for _, meta in cls._flat_metadata()])
 
     @classmethod
+    def is_straight(cls) -> bool:
+        """Whether the effect begins as a straight line, so that its rate of change at zero says how it begins."""
+        return all(meta["straight"] for _, meta in cls._flat_metadata())
+
+    @classmethod
     def flat_names(cls) -> list[str]:
         """Names of the parameters with vectors laid flat: `force_N[0]`, `force_N[1]` ..."""
         return [name for name, _ in cls._flat_metadata()]
@@ -158,6 +178,14 @@ class Effect(Formulas):
         """The parameters as one vector, in the order of `flat_names`."""
         values = [getattr(self, item.name) for item in fields(self)]
         return np.array([entry for value in values for entry in (value if isinstance(value, tuple) else (value,))], dtype=float)
+
+    def starts(self) -> tuple[Self, ...]:
+        """The effect with its shape at every combination of the values from which a search starts; itself where there are none."""
+        shapes = [(item.name, item.metadata["starts"]) for item in fields(self) if item.metadata["starts"]]
+        return tuple(
+            replace(self, **dict(zip([name for name, _ in shapes], values, strict=True)))
+            for values in product(*(values for _, values in shapes))
+        )
 
     def with_flat(self, vector: Array) -> Self:
         """The same effect with other parameters, given as one vector."""

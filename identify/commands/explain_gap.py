@@ -28,6 +28,9 @@ def _parser() -> Any:
     made.add_argument("measured", nargs="+", type=Path, metavar="MEASURED", help="loops, trajectories, or lists of runs (TOML)")
     made.add_argument("--effects", action="append", default=[], type=Path, metavar="FILE", help="Python file with effects of your own")
     add_reading_options(made)
+    made.add_argument(
+        "--budget", choices=("quick", "normal", "thorough"), default="normal", help="how many effects are fitted; default: %(default)s"
+    )
     return made
 
 
@@ -35,13 +38,14 @@ def _work(arguments: Sequence[str]) -> int:
     given = _parser().parse_args(arguments)
     from identify.campaign import read_campaign
     from identify.explain import explain
+    from identify.naming import BUDGETS
     from simulate.model_file import read_model
     from simulate.own_effects import catalogue_with
 
     catalogue = catalogue_with(given.effects)
     model = read_model(given.model, catalogue)
     runs = read_campaign(given.measured, mapping_from(given))
-    found = explain(model, runs, catalogue, say=_say(given))
+    found = explain(model, runs, catalogue, budget=BUDGETS[given.budget], say=_say(given))
     _write(given, found, [given.model, *(r.path for r in runs if r.path), *given.effects])
     if not given.quiet:
         print("\n".join(summary(found)))

@@ -24,9 +24,13 @@ class BaseExcitation(PlatformEffect):
     name = "base-excitation"
     constants = 1
     acceleration_m_per_s2: float = parameter(0.0, low=0.0, high=50.0, typical=0.3, doc="amplitude of the base's acceleration, a")
-    frequency_Hz: float = parameter(5.0, low=0.1, high=200.0, typical=5.0, doc="frequency of the base's motion, f")
-    phase_rad: float = parameter(0.0, low=-7.0, high=7.0, typical=0.5, doc="phase at the release, phi")
-    axis: tuple[float, ...] = parameter((1.0, 0.0, 0.0), low=-1.0, high=1.0, typical=0.5, doc="direction of the acceleration, n")
+    frequency_Hz: float = parameter(
+        5.0, low=0.1, high=200.0, typical=5.0, starts=(2.0, 4.0, 7.0, 12.0, 20.0, 35.0, 60.0), doc="frequency of the base's motion, f"
+    )
+    phase_rad: float = parameter(0.0, low=-7.0, high=7.0, typical=0.5, starts=(0.0, 1.57, 3.14, -1.57), doc="phase at the release, phi")
+    axis: tuple[float, ...] = parameter(
+        (1.0, 0.0, 0.0), low=-1.0, high=1.0, typical=0.5, starts=((1.0, 0.0, 0.0), (0.0, 0.0, 1.0)), doc="direction of the acceleration, n"
+    )
 
     def constants_of(self, model: Model) -> tuple[float, ...]:
         """The moving mass, kg."""

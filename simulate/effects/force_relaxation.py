@@ -18,7 +18,7 @@ class ForceRelaxation(LegEffect):
 
     name = "force-relaxation"
     fraction: float = parameter(0.0, low=0.0, high=0.9, typical=0.05, doc="share of the force that is lost in the end, r")
-    time_s: float = parameter(0.5, low=0.01, high=1e4, typical=0.3, doc="time constant, tau")
+    time_s: float = parameter(0.5, low=0.01, high=1e4, typical=0.3, starts=(0.03, 0.1, 0.3, 1.0, 5.0), doc="time constant, tau")
 
     @staticmethod
     def leg_force(u: float, v: float, t: float, R: float, travel: float, p: Any) -> float:

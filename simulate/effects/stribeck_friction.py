@@ -20,7 +20,9 @@ class StribeckFriction(LegEffect):
 
     name = "stribeck-friction"
     force_N: float = parameter(0.0, low=0.0, high=2.0, typical=0.05, doc="additional force at low speed, dF")
-    speed_m_per_s: float = parameter(0.05, low=1e-3, high=2.0, typical=0.1, doc="speed at which it has fallen to 37 %, v_s")
+    speed_m_per_s: float = parameter(
+        0.05, low=1e-3, high=2.0, typical=0.1, starts=(0.01, 0.03, 0.1, 0.3, 1.0), doc="speed at which it has fallen to 37 %, v_s"
+    )
 
     @staticmethod
     def leg_force(u: float, v: float, t: float, R: float, travel: float, p: Any) -> float:

@@ -21,7 +21,9 @@ class TransitionZone(LegEffect):
 
     name = "transition-zone"
     force_N: float = parameter(0.0, low=-3.0, high=3.0, typical=0.1, doc="force missing at the stowed length, dF")
-    length_m: float = parameter(0.08, low=5e-3, high=1.0, typical=0.08, doc="over this elongation it falls to 37 %, L")
+    length_m: float = parameter(
+        0.08, low=5e-3, high=1.0, typical=0.08, starts=(0.02, 0.08, 0.3), doc="over this elongation it falls to 37 %, L"
+    )
 
     @staticmethod
     def leg_force(u: float, v: float, t: float, R: float, travel: float, p: Any) -> float:

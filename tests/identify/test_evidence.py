@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 from identify.campaign import Run
-from identify.candidates import kinds_to_try, screen
 from identify.evidence import gain, gap_test, likeness, signature
 from identify.fit import solve
 from identify.problem import problem_of
+from identify.screening import kinds_to_try, screen
 from identify.where import locate
 from measure.tables import Loop
 from simulate.effects import CATALOGUE, HubInertia, ViscousFriction

@@ -1,0 +1,195 @@
+"""One effect more: which of a catalogue closes most of what is left, and which others might as well.
+
+Effects are screened by their signatures, the foremost fitted together with base and releases: up to the stops first, where
+the motion is steady, then whole. What chance alone would do decides who is named and who cannot be told from whom.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy import stats
+
+from measure.tables import Array
+from simulate.effect import Effect
+
+from .candidates import Candidate, carried_to_the_end, fit_screened, held_out_rms
+from .chance import Family, chance_of_lead, family, inflation, noise_like
+from .evidence import EFFECT_P, GAP_P, Gain, gap_test, likeness
+from .fit import Fit, before_the_stops, solve
+from .screening import Screened, kinds_to_try, screen
+
+RIVAL_P = 0.01  # a rival that would be led so far less often than this is excluded
+_HOPELESS, _CLOSED_BY_FAR = 0.5, 1000.0
+
+Say = Callable[[str], None]
+
+
+@dataclass(frozen=True)
+class Budget:
+    """How much is tried, in fits and not in seconds, so that every machine comes to the same answer.
+
+    fitted : effects fitted in a hurry, after screening. whole : of these, how many are fitted whole. effects : most that are added.
+    """
+
+    fitted: int
+    whole: int
+    effects: int
+
+
+BUDGETS = {"quick": Budget(4, 2, 2), "normal": Budget(8, 4, 3), "thorough": Budget(28, 8, 4)}
+
+
+@dataclass(frozen=True)
+class Rival:
+    """A row of the ranking. fitted : whether it was fitted jointly, or only screened by its signature.
+
+    chance : how often the foremost would lead it so far if it were the truth; NaN where only signatures were compared.
+    """
+
+    name: str
+    delta_bic: float
+    held_out_rms: float
+    fitted: bool
+    chance: float = float("nan")
+
+
+@dataclass(frozen=True)
+class Step:
+    """One effect added: the fit before, the best candidate, those it cannot be told from, and all rows of the ranking."""
+
+    before: Fit
+    best: Candidate
+    equivalents: tuple[Candidate, ...]
+    ranking: tuple[Rival, ...]
+
+
+@dataclass(frozen=True)
+class Look:
+    """A part of a fit looked at: where, by which signatures, and how many independent tests that was."""
+
+    hint: Fit
+    screened: tuple[Screened, ...]
+    tests: Family
+
+
+def next_effect(current: Fit, catalogue: Mapping[str, type[Effect]], budget: Budget, say: Say) -> tuple[Look, Step | None]:
+    """The effect that closes most of what is left, or None where only noise is left or nothing helps; and where it was looked for."""
+    look = _look(current, catalogue)
+    if gap_test(current).p_value > GAP_P and not _promising(look):
+        return look, None
+    return look, _best_of(current, look, budget, say)
+
+
+def _best_of(current: Fit, look: Look, budget: Budget, say: Say) -> Step | None:
+    quick: list[Candidate] = []
+    for one in [s for s in look.screened if s.worth_fitting][: budget.fitted]:
+        if not _hopeless(one, quick):
+            say(f"trying {one.effect.name}")
+            quick.append(fit_screened(look.hint, one))
+    if not quick:
+        return None
+    foremost = _foremost(quick, budget.whole)
+    say("fitting the foremost to the end: " + ", ".join(c.name for c in foremost))
+    return _step(current, look, quick, [carried_to_the_end(current, c) for c in foremost])
+
+
+def _look(current: Fit, catalogue: Mapping[str, type[Effect]]) -> Look:
+    hint = _hint(current)
+    screened = tuple(screen(hint, kinds_to_try(catalogue, current)))
+    return Look(hint, screened, family([s for one in screened for s in one.looked_at], noise_like(hint)))
+
+
+def _hint(current: Fit) -> Fit:
+    """The part of a fit in which a gap can be looked at best: up to the stops, if it shows there."""
+    early = before_the_stops(current.problem)
+    if early is current.problem:
+        return current
+    fitted = solve(early, current.q)
+    return fitted if gap_test(fitted).p_value < GAP_P else current
+
+
+def _promising(look: Look) -> bool:
+    """Whether a single signature is too strong for chance, all that were looked at counted; it is keener than the gap's own test."""
+    single = min((float(stats.chi2.sf(s.promise, max(s.signature.knobs, 1))) for s in look.screened), default=1.0)
+    return look.tests.p_value(single) < GAP_P
+
+
+def _hopeless(one: Screened, tried: Sequence[Candidate]) -> bool:
+    """Whether an effect cannot rival one that has already closed the gap: its signature points elsewhere."""
+    closed = [c for c in tried if gap_test(c.fit).p_value > GAP_P and c.gain.chi2 > _CLOSED_BY_FAR]
+    return any(likeness(one.signature, c.signature) ** 2 < _HOPELESS for c in closed)
+
+
+def _foremost(quick: Sequence[Candidate], most: int) -> list[Candidate]:
+    """The candidates worth fitting whole: the best ones; where the best closed what was looked at, only those not excluded by it."""
+    ranked = _best_first(quick)
+    best = ranked[0]
+    if gap_test(best.fit).p_value < GAP_P:
+        return ranked[:most]
+    noise = noise_like(best.fit)
+    return [best, *(c for c in ranked[1:] if not _excluded(c, best, noise))][:most]
+
+
+def _step(current: Fit, look: Look, quick: Sequence[Candidate], whole: Sequence[Candidate]) -> Step | None:
+    tried = _best_first(whole)
+    noise = noise_like(tried[0].fit)
+    best = replace(tried[0], gain=_gain(current, tried[0].fit, noise, look.tests))
+    if best.gain.p_value > EFFECT_P or best.gain.delta_bic < 0.0:
+        return None
+    chances = {c.name: chance_of_lead(best.fit, c.fit, noise) for c in tried[1:]}
+    equivalents = tuple(c for c in tried[1:] if not _excluded(c, best, noise))
+    rows = [Rival(c.name, _delta_bic(c, current, best.fit), held_out_rms(c.fit), True, chances.get(c.name, 1.0)) for c in tried]
+    return Step(current, best, equivalents, (*rows, *_not_fitted_whole(look, quick, tried)))
+
+
+def _not_fitted_whole(look: Look, quick: Sequence[Candidate], tried: Sequence[Candidate]) -> list[Rival]:
+    """Rows of the ranking for effects that were not fitted whole: what they gained where they were looked at."""
+    whole, hurried = {c.name for c in tried}, {c.name: c for c in quick}
+    foremost = hurried[tried[0].name].fit
+    rows = []
+    for one in look.screened:
+        name = one.effect.name
+        if name in whole:
+            continue
+        gained = _delta_bic(hurried[name], look.hint, foremost) if name in hurried else one.promise
+        rows.append(Rival(name, gained, float("nan"), name in hurried))
+    return sorted(rows, key=lambda row: -row.delta_bic)
+
+
+def _gain(before: Fit, after: Fit, noise: Array, tests: Family) -> Gain:
+    """What an effect gains, in units of what chance gains in the noise that is left, all effects that were looked at counted."""
+    knobs = len(after.q) - len(before.q)
+    chi2 = max(0.0, before.cost - after.cost) / inflation(after, knobs, noise)
+    bic = chi2 - knobs * float(np.log(max(after.effective_samples, 2.0)))
+    return Gain(chi2, knobs, tests.p_value(float(stats.chi2.sf(chi2, knobs))), bic)
+
+
+def _excluded(rival: Candidate, best: Candidate, noise: Array) -> bool:
+    """Whether a rival is led by more than chance explains, were it the truth; or says the same with more words.
+
+    One with more parameters has to close more of the gap than they would by chance: a power law that comes out as viscous
+    friction is no rival of viscous friction but a detour.
+    """
+    extra = len(rival.fit.q) - len(best.fit.q)
+    if extra > 0:
+        unit = inflation(rival.fit, len(rival.effect.flat()), noise)
+        closed_more = (best.fit.cost - rival.fit.cost) / unit
+        if stats.chi2.sf(max(closed_more, 0.0), extra) > RIVAL_P:
+            return True
+    return chance_of_lead(best.fit, rival.fit, noise) < RIVAL_P
+
+
+def _best_first(tried: Sequence[Candidate]) -> list[Candidate]:
+    """By the sum of squares left, with its price for parameters, all in the noise that the best one leaves."""
+    best = min(tried, key=lambda c: c.fit.cost).fit
+    return sorted(tried, key=lambda c: -_delta_bic(c, best, best))
+
+
+def _delta_bic(candidate: Candidate, before: Fit, best: Fit) -> float:
+    """Against another fit, in the noise that the best one leaves, so that rows can be compared."""
+    unit = best.dilution * max(1.0, best.rms**2)
+    price = (len(candidate.fit.q) - len(before.q)) * float(np.log(max(best.effective_samples, 2.0)))
+    return (before.cost - candidate.fit.cost) / unit - price

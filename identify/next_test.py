@@ -1,0 +1,219 @@
+"""Which further test would split a class best: each is foreseen with the rivals' own fits, before anyone measures it.
+
+The foremost effect makes the measurement, its rival is fitted to it along straight lines, with base, effects and the new
+run's release free as far as everything measured before lets them. What is left, in units of the noise, is what the test
+would show:
+
+    delta^2 = min |g + J x|^2 + |R x|^2 + |release|^2        P(split) = Phi(sqrt(delta^2 + delta_before^2) - z)
+
+g the gap of the rival's model to the foremost one's, J its Jacobian, R the root of the information so far, and z the lead
+that excludes a rival.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import numpy as np
+from scipy import stats
+
+from measure.tables import Array, Loop, Trajectory
+from simulate.model import Geometry
+
+from .campaign import Run
+from .candidates import Candidate
+from .fit import Fit
+from .loops import prepare
+from .measured import Film, LoopRun
+from .naming import RIVAL_P
+from .problem import Problem
+
+_FURTHER = 0.2  # of the stroke that is left, above the start heights there are
+_HEAVIER = 1.25
+_OFF_CENTRE_M, _TILT_RAD, _TURN_RAD = 0.005, 0.02, 0.03
+_FASTER, _WIDER = 2.0, 2.0
+_FREE_LOOP = (1.0, 0.1, 1e-3)  # frequency in Hz, amplitude over the stroke, noise over the force, where no loop was measured
+_SAMPLES, _CYCLES = 400, 3
+
+
+@dataclass(frozen=True)
+class Condition:
+    """What is done differently. changes : as in [run.model]; a loop has its frequency and amplitude instead."""
+
+    words: str
+    changes: Mapping[str, Any] = field(default_factory=dict)
+    channels: tuple[str, ...] = ()
+    longer: float = 1.0
+    frequency_Hz: float = 0.0
+    amplitude_m: float = 0.0
+
+
+@dataclass(frozen=True)
+class NextTest:
+    """A test and how likely it would split the foremost effect from each of its rivals, by name."""
+
+    condition: Condition
+    chances: Mapping[str, float]
+
+    @property
+    def worst(self) -> float:
+        """The chance for the rival that is hardest to split off."""
+        return min(self.chances.values())
+
+
+def next_tests(best: Fit, rivals: Sequence[Candidate]) -> tuple[NextTest, ...]:
+    """Every test that can be foreseen with these runs, the most telling first."""
+    problem = best.problem
+    found = [NextTest(c, {r.name: _chance(best, r.fit, c) for r in rivals}) for c in (*_deployments(problem), *_loops(problem))]
+    return tuple(sorted(found, key=lambda test: (-sum(test.chances.values()), test.condition.words)))
+
+
+def _deployments(problem: Problem) -> list[Condition]:
+    """Deployments that differ from those there are."""
+    if not problem.films or problem.model.geometry is None:
+        return []
+    g = problem.model.geometry
+    heights = [film.model.geometry.stowed_height_m for film in problem.films if film.model.geometry is not None]
+    masses = [film.model.platform.mass_kg for film in problem.films]
+    height = max(heights) + _FURTHER * (g.deployed_height_m - max(heights))
+    ballast = max(masses) * _HEAVIER
+    heavier = {"platform": {"mass_kg": ballast}}
+    return [
+        Condition(f"a deployment from a start height of {height:.3f} m", _at_height(height)),
+        Condition(f"a deployment with a platform of {ballast:.2f} kg", heavier),
+        Condition(f"a deployment from {height:.3f} m with a platform of {ballast:.2f} kg", {**_at_height(height), **heavier}),
+        Condition(f"a deployment released {1e3 * _OFF_CENTRE_M:.0f} mm off the centre", _released(position_m=[_OFF_CENTRE_M, 0.0, 0.0])),
+        Condition(f"a deployment released with a tilt of {_TILT_RAD:g} rad", _released(theta_rad=[0.0, _TILT_RAD, 0.0])),
+        Condition(f"a deployment released turned by {_TURN_RAD:g} rad", _released(theta_rad=[0.0, 0.0, _TURN_RAD])),
+        Condition("a film twice as long, with the free bounce on the stops", longer=2.0),
+        Condition("a film of the same deployment from the side", channels=("y_m", "z_m", "theta_x_rad")),
+        Condition("a deployment with the legs moved on by a third of a turn", {"geometry": _third_of_a_turn(g)}),
+    ]
+
+
+def _released(**pose: list[float]) -> dict[str, Any]:
+    return {"release": pose}
+
+
+def _at_height(height_m: float) -> dict[str, Any]:
+    return {"geometry": {"stowed_height_m": height_m}}
+
+
+def _third_of_a_turn(g: Geometry) -> dict[str, Any]:
+    """Each leg with its joints where the leg two places on had them."""
+    return {key: [list(joint) for joint in (*joints[2:], *joints[:2])] for key, joints in _joints(g).items()}
+
+
+def _joints(g: Geometry) -> dict[str, Any]:
+    return {"base_joints_m": g.base_joints_m, "platform_joints_m": g.platform_joints_m}
+
+
+def _loops(problem: Problem) -> list[Condition]:
+    """Loops that differ from those there are; where there are none, a plain one."""
+    if not problem.loops:
+        stroke = (
+            0.4 if problem.model.geometry is None else problem.model.geometry.deployed_height_m - problem.model.geometry.stowed_height_m
+        )
+        return [_loop(_FREE_LOOP[0], _FREE_LOOP[1] * stroke), _loop(3 * _FREE_LOOP[0], _FREE_LOOP[1] * stroke)]
+    seen = [(loop.data.frequency_Hz, float(np.ptp(loop.data.elongation_m)) / 2) for loop in problem.loops]
+    fastest, slowest = max(f for f, _ in seen), min(f for f, _ in seen)
+    widest, narrowest = max(a for _, a in seen), min(a for _, a in seen)
+    return [
+        _loop(_FASTER * fastest, widest),
+        _loop(_FASTER * fastest, narrowest),
+        _loop(slowest, _WIDER * widest),
+        _loop(fastest, _WIDER * widest),
+    ]
+
+
+def _loop(frequency_Hz: float, amplitude_m: float) -> Condition:
+    words = f"a loop at {frequency_Hz:.3g} Hz with an amplitude of {1e3 * amplitude_m:.3g} mm"
+    return Condition(words, frequency_Hz=frequency_Hz, amplitude_m=amplitude_m)
+
+
+def _chance(best: Fit, rival: Fit, condition: Condition) -> float:
+    before = rival.free_of_knobs((best.gaps - rival.gaps)[:, None])
+    shown = float(np.sum(before**2)) + _shown(best, rival, condition)
+    return float(stats.norm.cdf(np.sqrt(shown) - stats.norm.isf(RIVAL_P)))
+
+
+def _shown(best: Fit, rival: Fit, condition: Condition) -> float:
+    """delta^2 of a further run."""
+    made = _made(best, condition)
+    problem = replace(rival.problem, films=made.films, loops=made.loops)
+    q = _without_releases(rival, problem)
+    gaps, jacobian = problem.jacobian(q)
+    gaps, jacobian = gaps[: problem.measured], jacobian[: problem.measured]
+    own = np.arange(problem.first_nuisance, problem.first_effect)
+    shared = np.setdiff1d(np.arange(len(q)), own)
+    old = len(rival.q)
+    kept = np.setdiff1d(np.arange(old), np.arange(rival.problem.first_nuisance, rival.problem.first_effect))
+    stacked = np.zeros((len(gaps) + old + len(own), old + len(own)))
+    stacked[: len(gaps), kept] = jacobian[:, shared]
+    stacked[: len(gaps), old:] = jacobian[:, own]
+    stacked[len(gaps) : len(gaps) + old, :old] = np.linalg.qr(rival.jacobian, mode="r")
+    stacked[len(gaps) + old :, old:] = np.eye(len(own))
+    right = np.concatenate([gaps, np.zeros(old + len(own))])
+    step = np.linalg.lstsq(stacked, -right, rcond=1e-12)[0]
+    return float(np.sum((right + stacked @ step) ** 2))
+
+
+def _without_releases(fit: Fit, problem: Problem) -> Array:
+    """Base and effects of a fit for a run whose release is as planned."""
+    of = fit.problem
+    return np.concatenate([fit.q[: of.first_nuisance], np.zeros(problem.first_effect - problem.first_nuisance), fit.q[of.first_effect :]])
+
+
+def _made(best: Fit, condition: Condition) -> Problem:
+    """The further run as the foremost effect would make it, without noise."""
+    if condition.frequency_Hz:
+        blank = replace(best.problem, films=(), loops=(_blank_loop(best.problem, condition),))
+    else:
+        blank = replace(best.problem, films=(_blank_film(best.problem, condition),), loops=())
+    foreseen = -blank.gaps(_without_releases(best, blank))
+    if blank.loops:
+        (loop,) = blank.loops
+        force = loop.data.force_N.copy()
+        force[loop.data.used] += foreseen[: blank.measured] * loop.data.force_sigma_N
+        return replace(blank, loops=(replace(loop, data=replace(loop.data, force_N=force)),))
+    (film,) = blank.films
+    values = np.stack([film.values[i] + foreseen[block.rows] * film.sigma[i] for i, block in enumerate(blank.blocks)])
+    return replace(blank, films=(replace(film, values=values),))
+
+
+def _blank_film(problem: Problem, condition: Condition) -> Film:
+    """A film like the first one, under another condition, that has seen nothing yet."""
+    like = problem.films[0]
+    channels = condition.channels or like.channels
+    step = float(np.median(np.diff(like.time_s)))
+    time = like.time_s[0] + step * np.arange(round(condition.longer * len(like.time_s)))
+    run = Run(Trajectory(time, {name: np.zeros(len(time)) for name in channels}), condition.changes, name="further")
+    model = run.model(problem.model)
+    sigma = np.array([_typical_sigma(problem, name) for name in channels])
+    nominal = np.array([model.geometry.stowed_height_m if name == "z_m" and model.geometry else 0.0 for name in channels])
+    zeroed = np.full(len(channels), bool(like.zeroed.any()))
+    blank = np.zeros((len(channels), len(time)))
+    return Film(run, model, time, channels, blank, blank + sigma[:, None], blank == 0.0, nominal, zeroed, like.expected_s)
+
+
+def _typical_sigma(problem: Problem, channel: str) -> float:
+    """The noise of a channel of the same kind, a length or a rotation, in the films there are."""
+    kind = channel.rpartition("_")[2]
+    same = [film.sigma[i] for film in problem.films for i, name in enumerate(film.channels) if name.endswith(kind)]
+    lengths = [film.sigma[i] for film in problem.films for i, name in enumerate(film.channels) if name.endswith("_m")]
+    return float(np.nanmedian(np.concatenate(same or lengths)))
+
+
+def _blank_loop(problem: Problem, condition: Condition) -> LoopRun:
+    """A loop on a shaker that has seen no force yet."""
+    time = np.linspace(0.0, _CYCLES / condition.frequency_Hz, _SAMPLES * _CYCLES + 1)
+    middle = float(np.mean([np.mean(loop.data.elongation_m) for loop in problem.loops])) if problem.loops else condition.amplitude_m
+    u = middle + condition.amplitude_m * np.sin(2 * np.pi * condition.frequency_Hz * time)
+    level = float(np.mean(problem.model.actuator.b_l_N))
+    data = prepare(Loop(time, u, np.full(len(time), level), name="further"))
+    sigmas = [loop.data.force_sigma_N for loop in problem.loops]
+    sigma = float(np.median(sigmas)) if sigmas else _FREE_LOOP[2] * abs(level)
+    run = Run(Loop(time, u, np.full(len(time), level), name="further"), name="further")
+    return LoopRun(run, problem.model, replace(data, force_sigma_N=sigma))

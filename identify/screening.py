@@ -1,0 +1,124 @@
+"""Every effect of a catalogue looked at by its signature: what it would add to the gaps, freed of base and releases."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.optimize import lsq_linear
+
+from measure.tables import Array
+from simulate.effect import Effect
+
+from .evidence import Signature, signature
+from .fit import Fit
+from .problem import Problem
+
+_WORTH_FITTING = 6.0
+_STEP = 1e-5
+_SIZES = (0.1, 0.3, 1.0, 3.0)  # typical ones
+
+
+@dataclass(frozen=True)
+class Screened:
+    """An effect and what its signature promises.
+
+    effect : with its shape (a frequency, a time constant) where it promises most. promise : sum of squares gained, within
+    bounds, on independent samples. start : sizes of its parameters that would gain it, as knobs. looked_at : the signatures
+    of all shapes that were tried.
+    """
+
+    effect: Effect
+    signature: Signature
+    promise: float
+    start: Array
+    looked_at: tuple[Signature, ...]
+
+    @property
+    def worth_fitting(self) -> bool:
+        """Whether it promises anything."""
+        return self.promise > _WORTH_FITTING
+
+
+def kinds_to_try(catalogue: Mapping[str, type[Effect]], fit: Fit) -> list[Effect]:
+    """One effect of each kind that is not among the unknown yet: as the model has it, or switched off."""
+    taken = {effect.name for effect in fit.problem.effects}
+    return [fit.problem.model.effect(kind) for name, kind in catalogue.items() if name not in taken]
+
+
+def screen(fit: Fit, effects: Iterable[Effect]) -> list[Screened]:
+    """All effects that show at all, those that promise most first."""
+    found = [_screened(fit, effect) for effect in effects]
+    return sorted((s for s in found if s is not None), key=lambda s: -s.promise)
+
+
+def _screened(fit: Fit, effect: Effect) -> Screened | None:
+    shapes = effect.starts() if _is_off(effect) else (effect,)
+    problem = fit.problem.with_effects((*fit.problem.effects, shapes[0]))
+    new = range(len(fit.q), len(fit.q) + len(effect.flat()))
+    if not effect.is_straight():
+        return _tried_at_sizes(fit, problem, shapes[0])
+    _, columns = problem.jacobian(np.concatenate([fit.q, np.zeros(len(new))]), new, fit.gaps)
+    first = signature(fit, columns)
+    if not first.knobs:
+        return None
+    all_columns = [columns, *_other_shapes(fit, problem, shapes, first.shown)]
+    signatures = tuple(signature(fit, columns) for columns in all_columns)
+    promised = [_bounded(fit, problem, columns, new) for columns in all_columns]
+    best = int(np.argmax([gained for _, gained in promised]))
+    start, gained = promised[best]
+    return Screened(shapes[best], signatures[best], gained / fit.dilution, start, signatures)
+
+
+def _is_off(effect: Effect) -> bool:
+    return effect == type(effect)()
+
+
+def _other_shapes(fit: Fit, problem: Problem, shapes: Sequence[Effect], shown: Iterable[int]) -> list[Array]:
+    """Columns of an effect for each further shape, simulated side by side; its shape shows nothing while its size is zero."""
+    size, scales, shown = len(shapes[0].flat()), problem.scales[len(fit.q) :], list(shown)
+    points = []
+    for shape in shapes[1:]:
+        for knob in shown:
+            moved = (shape.flat() - shapes[0].flat()) / scales
+            moved[knob] += _STEP
+            points.append(np.concatenate([fit.q, moved]))
+    columns = []
+    for i, gaps in enumerate(problem.gaps_many(points) if points else []):
+        if i % len(shown) == 0:
+            columns.append(np.zeros((len(fit.gaps), size)))
+        columns[-1][:, shown[i % len(shown)]] = (gaps - fit.gaps) / _STEP
+    return columns
+
+
+def _bounded(fit: Fit, problem: Problem, columns: Array, new: Sequence[int]) -> tuple[Array, float]:
+    """Sizes within their bounds that linearly close most of the gap together with the other knobs, and the gain."""
+    free = fit.free_of_knobs(columns)
+    norms = np.linalg.norm(free, axis=0)
+    used = np.flatnonzero(norms > 1e-9)
+    low, high = (np.array([getattr(problem.knobs[i], side) for i in new])[used] * norms[used] for side in ("low", "high"))
+    low, high = np.minimum(low, -0.0), np.maximum(high, 0.0)
+    r, triangle = np.linalg.qr(free[:, used] / norms[used])
+    found = lsq_linear(triangle, -(r.T @ fit.gaps), bounds=(low, np.maximum(high, low + 1e-9)))
+    start = np.zeros(len(new))
+    start[used] = found.x / norms[used]
+    left = fit.gaps + free @ start
+    return start, max(0.0, fit.cost - float(left @ left))
+
+
+def _tried_at_sizes(fit: Fit, problem: Problem, effect: Effect) -> Screened | None:
+    """An effect that does not begin as a straight line (a gap that opens) is looked at in several sizes, each taken whole."""
+    sizes = [size * np.ones(len(effect.flat())) for size in _SIZES]
+    changes = [gaps - fit.gaps for gaps in problem.gaps_many([np.concatenate([fit.q, size]) for size in sizes])]
+    found = [signature(fit, change[:, None]) for change in changes]
+    promised = [_whole(fit, s) for s in found]
+    best = int(np.argmax(promised))
+    if not found[best].knobs:
+        return None
+    return Screened(effect, found[best], promised[best] / fit.dilution, sizes[best], tuple(found))
+
+
+def _whole(fit: Fit, found: Signature) -> float:
+    """What the effect gains as large as it was looked at, neither more nor less of it."""
+    return max(0.0, fit.cost - float(np.sum((fit.gaps + found.columns.sum(axis=1)) ** 2)))
