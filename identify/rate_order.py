@@ -12,7 +12,8 @@ from simulate.effect import Effect
 
 from .loop_problem import LoopProblem, beta_bounds, minimise
 from .loops import LoopData, gap
-from .parameters import DISTINCT, Abscissa, Layout, abscissa_of, distinct, layout
+from .parameters import DISTINCT, LINE_NAMES, Abscissa, Layout, abscissa_of, distinct, layout
+from .uncertainty import OWN_SHARE, own_shares
 
 PAPERS_ORDER = 2
 _WORTH_AN_ORDER = 0.03  # relative gain in left-out error that justifies one order more
@@ -23,12 +24,14 @@ class RateOrder:
     """Error on frequencies left out, in parts of the force range, by order; the order to take; and the paper's polynomials.
 
     papers : coefficients of order 2 by name, lowest power first, fitted to all loops whatever order is taken; None with fewer than
-    three frequencies.
+    three frequencies. imitated : parameters of effects that polynomials of order 2 can imitate, as slopes in the frequency
+    squared do a hub's inertia.
     """
 
     left_out: dict[int, float]
     chosen: int
     papers: dict[str, tuple[float, ...]] | None
+    imitated: tuple[str, ...] = ()
 
     def sentences(self, taken: int) -> list[str]:
         """The orders with their errors, and the paper's polynomials, for people."""
@@ -39,7 +42,8 @@ class RateOrder:
         if self.papers is None:
             return [*said, "the paper's polynomials of order 2 want three frequencies"]
         shown = ("{} = {:.5g} {:+.3g} x {:+.3g} x^2".format(name, *row) for name, row in self.papers.items())
-        return [*said, f"the paper's polynomials of order 2: {', '.join(shown)}"]
+        tail = f"; with them {', '.join(self.imitated)} cannot be told from the lines" if self.imitated else ""
+        return [*said, f"the paper's polynomials of order 2: {', '.join(shown)}{tail}"]
 
 
 def choose_order(
@@ -57,19 +61,20 @@ def choose_order(
     groups = _groups(x)
     left_out: dict[int, float] = {}
     shape = layout(loops, kinds, abscissa, 0)
-    theta, papers = None, None
+    theta, papers, imitated = None, None, ()
     for order in range(min(PAPERS_ORDER, len(groups) - 1) + 1):
         shape, theta = _whole(loops, kinds, abscissa, order, theta)
-        papers = shape.polynomials(theta) if order == PAPERS_ORDER else None
+        if order == PAPERS_ORDER:
+            papers, imitated = shape.polynomials(theta), _imitated(loops, shape, theta)
         if order <= len(groups) - 2:
             parts = [r for group in groups for r in _predicted(loops, x, group, shape, theta)]
             left_out[order] = float(np.sqrt(np.mean(np.concatenate(parts) ** 2)))
             watch((order + 1) * len(groups))
     if not left_out:
-        return RateOrder({}, 0, papers)
+        return RateOrder({}, 0, papers, imitated)
     best = min(left_out.values())
     chosen = next(order for order, error in left_out.items() if error <= (1.0 + _WORTH_AN_ORDER) * best)
-    return RateOrder(left_out, chosen, papers)
+    return RateOrder(left_out, chosen, papers, imitated)
 
 
 def _whole(
@@ -83,6 +88,12 @@ def _whole(
         start = np.concatenate([lines.ravel(), lower[4 * order :]])
     theta, _ = minimise(LoopProblem(shape, tuple(loops), False, beta_bounds(loops)), start, roughly=True)
     return shape, theta
+
+
+def _imitated(loops: Sequence[LoopData], shape: Layout, theta: Array) -> tuple[str, ...]:
+    own = own_shares([LoopProblem(shape, tuple(loops), False, beta_bounds(loops)).jacobian(theta)])
+    named = enumerate(shape.names()[len(LINE_NAMES) + 1 :], start=shape.line_values + 1)
+    return tuple(name for place, name in named if own[place] < OWN_SHARE)
 
 
 def _groups(x: Array) -> list[list[int]]:

@@ -110,7 +110,9 @@ def _judged(u: Array, level: Array, stderr: Array, height: float) -> Level:
             u, level, stderr, departure, float(u[0]), f"complete from {u[0]:.3g} m on, the shortest seen: {said}, nowhere off that line"
         )
     last = float(u[off[-1] + 1])
-    first = f"{abs(departure[0]):.2g} N {'below' if departure[0] < 0.0 else 'above'} that line at {u[0]:.3g} m"
-    effect = "transition-zone" if departure[0] < 0.0 else "curved-asymptotes"
-    tail = f"fit --effect {effect}, or leave shorter elongations out"
+    if departure[0] > 0.0:
+        bent = f"no transition zone, where force would be missing, but a bend: {departure[0]:.2g} N above that line at {u[0]:.3g} m"
+        return Level(u, level, stderr, departure, last, f"straight from about {last:.3g} m on: {said}; {bent}")
+    first = f"{abs(departure[0]):.2g} N below that line at {u[0]:.3g} m"
+    tail = "fit --effect transition-zone, or leave shorter elongations out"
     return Level(u, level, stderr, departure, last, f"complete from about {last:.3g} m on: {said}, and {first}; {tail}")

@@ -156,7 +156,7 @@ def _fitted(given: Namespace, data: Sequence[LoopData], notes: list[str]) -> tup
     result = result_of(fit, data, [*notes, *said])
     if chosen:
         left_out = {str(k): 100.0 * error for k, error in chosen.left_out.items()}
-        result["rate"] |= {"order": order, "left_out_nrmse_percent": left_out, "papers_order_2": chosen.papers}
+        result["rate"] |= {"order": order, "left_out_nrmse_percent": left_out, "papers_order_2": chosen.papers, "imitated": chosen.imitated}
     return fit, result
 
 
