@@ -16,6 +16,7 @@ import numpy as np
 from simulate.effects import CATALOGUE
 
 MASTER_SEED = 2009
+GENERATION = 2  # counts up when cases are made in another way, so that old ones are not taken for new
 SIZES = (1.0, 3.0, 10.0)
 RUN_SETS = ("standard", "two-heights", "single", "loops")
 OUTSIDE = ("gust", "coil-ripple", "side-wind", "snag", "stage-drive")
@@ -57,7 +58,7 @@ class Spec:
     @property
     def token(self) -> str:
         """A name for files that tells nothing."""
-        return hashlib.sha256(f"{MASTER_SEED}{self}".encode()).hexdigest()[:12]
+        return hashlib.sha256(f"{MASTER_SEED}.{GENERATION}{self}".encode()).hexdigest()[:12]
 
     @property
     def chance(self) -> np.random.Generator:

@@ -12,7 +12,7 @@ from simulate.effects import CATALOGUE
 from simulate.model import Model
 
 from .bench import Bench
-from .detectable import Variant, class_of, left_by_any_pair, needed, unexplained
+from .detectable import Variant, class_of, left_by_any_pair, needed
 from .shapes import NOT_A_SIZE, Hidden, drawn, rivals
 from .specs import OUTSIDE, Spec
 
@@ -109,6 +109,3 @@ def expected(truths: Sequence[Truth]) -> str:
     if any(truth.hidden.name in OUTSIDE for truth in seen):
         return "unknown"
     return "effect" if len(seen) == 1 else "several"
-
-
-__all__ = ["Truth", "amount_for", "expected", "true_model", "truths_of", "unexplained"]
