@@ -64,8 +64,18 @@ class Pattern:
 _KNOWN: dict = {}
 
 
-def picture(pattern, *, shift=(0.0, 0.0), matrix=None, blur=(0.0, 0.0), light=None, noise_seed=0, cover=None, noise=NOISE, size=SIZE):
-    """A picture of size px, downwards, and SIZE across, of the mark with its centre at MIDDLE + shift.
+def picture(pattern, *, noise_seed=0, noise=NOISE, **scene):
+    """A picture of a mark as a camera delivers it: `bare` with noise, in whole grey levels."""
+    return noisy(bare(pattern, **scene), noise_seed, noise)
+
+
+def noisy(grey, noise_seed, noise=NOISE):
+    """Grey values with noise added, rounded to 8 bit."""
+    return np.clip(np.rint(grey + np.random.default_rng(noise_seed).normal(0.0, noise, grey.shape)), 0, 255).astype(np.uint8)
+
+
+def bare(pattern, *, shift=(0.0, 0.0), matrix=None, blur=(0.0, 0.0), light=None, cover=None, size=SIZE):
+    """Grey values without noise, size px downwards and SIZE across, of the mark with its centre at MIDDLE + shift.
 
     matrix : (2, 2) turn and stretch. blur : motion during the exposure, px. light : function of (grey, x, y).
     cover : function of (grey, x, y) that puts something in front.
@@ -80,9 +90,7 @@ def picture(pattern, *, shift=(0.0, 0.0), matrix=None, blur=(0.0, 0.0), light=No
         grey += pattern.values(u, v) / len(steps)
     grey = 60.0 + CONTRAST * grey
     grey = grey if light is None else light(grey, x - MIDDLE, y - MIDDLE)
-    grey = grey if cover is None else cover(grey, x, y)
-    noisy = grey + np.random.default_rng(noise_seed).normal(0.0, noise, grey.shape)
-    return np.clip(np.rint(noisy), 0, 255).astype(np.uint8)
+    return grey if cover is None else cover(grey, x, y)
 
 
 def bound_px(pattern):
