@@ -126,7 +126,7 @@ def _completed(project: Project, footage: Footage, marks: Marks, fps: float, ori
 
 
 def _fit(marks: Marks, view: Camera, project: Project) -> Fit:
-    points = body_points(marks, view, project.marks.subset_px, project.platform.radius_m)
+    points = body_points(marks, view, project.platform.radius_m)
     return fit_platform(marks, view, points, free_channels(len(marks.names), project))
 
 

@@ -15,6 +15,8 @@ discard_stale(Path(__file__).parent)
 
 SETTLED_PX = 2e-3
 _STEPS = 20
+_MOST_CHANGED = 0.05
+"""Share of the variance beyond which a changed look is no longer that of the same mark, moved as its warp says."""
 
 
 @njit(cache=True, nogil=True)
@@ -83,8 +85,12 @@ def solve(
     light: NDArray[np.float32],
     values: NDArray[np.float32],
     inverse_hessian: NDArray[np.float64],
+    look: NDArray[np.float32],
+    uneven: NDArray[np.float32],
+    least: float,
 ) -> tuple[NDArray[np.float64], float, float, float, float, float, bool]:
-    """Iterate with all pixels alike. Returns warp, gain, residual variance, share explained, 0, 0, settled."""
+    """Iterate with all pixels alike. Returns warp, gain, residual variance, share explained, 0, share of the residual
+    variance that the images `uneven` (u, n) take up beyond the light's, per image, settled. least : variance of whole grey levels."""
     warp, k, m, n = guess.copy(), len(free), len(light), len(values)
     shift_only = k == 2 and warp[0] == 1.0 and warp[4] == 1.0 and warp[1] == 0.0 and warp[3] == 0.0
     g, slope, even = np.empty(n, np.float32), np.empty(k), values.copy()
@@ -107,5 +113,13 @@ def solve(
             left_over = total - gain * np.dot(slope, dp)
             for j in range(m):
                 left_over -= dot(light[j], g) ** 2
-            return warp, gain, max(left_over, 1e-9) / (n - k - m), 1.0 - left_over / total, 0.0, 0.0, True
+            changed = 0.0
+            for j in range(len(look)):
+                changed += dot(look[j], g) ** 2
+            left_over -= changed if changed < _MOST_CHANGED * total else 0.0
+            variance = max(left_over, 1e-9) / (n - k - m - len(look))
+            taken = 0.0
+            for j in range(len(uneven)):
+                taken += dot(uneven[j], g) ** 2 / (max(variance, least) * len(uneven))
+            return warp, gain, variance, 1.0 - left_over / total, 0.0, taken, True
     return warp, np.nan, np.nan, np.nan, 0.0, 0.0, False

@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from .response import Response
 from .tables import write_columns
 
 OK, OCCLUDED, LOST, AMBIGUOUS, OUT, MISSING = "ok", "occluded", "lost", "ambiguous", "out-of-frame", "missing"
@@ -42,19 +43,24 @@ def unseen(status: str, zncc: float = np.nan) -> Sighting:
 class Marks:
     """All sightings: arrays (frames, marks), positions NaN where the status is not ok.
 
-    time_s : (frames,), zero at the first frame. names : of the marks. reference_px : (marks, 2), where they were in the reference image.
+    time_s : (frames,), zero at the first frame. names : of the marks. response : what bent motion makes of their places.
     covariance_px2 : (frames, marks, 2, 2).
     """
 
     time_s: NDArray[np.float64]
     names: Sequence[str]
-    reference_px: NDArray[np.float64]
+    response: Response
     x_px: NDArray[np.float64]
     y_px: NDArray[np.float64]
     covariance_px2: NDArray[np.float64]
     zncc: NDArray[np.float64]
     hidden: NDArray[np.float64]
     status: NDArray[np.str_]
+
+    @property
+    def reference_px(self) -> NDArray[np.float64]:
+        """(marks, 2): where they were in the reference image."""
+        return self.response.reference_px
 
     @property
     def seen(self) -> NDArray[np.bool_]:
@@ -70,16 +76,14 @@ class Marks:
         """The same without some of the marks; kept : (marks,)."""
         names = [name for name, keep in zip(self.names, kept, strict=True) if keep]
         arrays = {field: getattr(self, field)[:, kept] for field in _ARRAYS}
-        return Marks(self.time_s, names, self.reference_px[kept], **arrays)
+        return Marks(self.time_s, names, self.response.only(kept), **arrays)
 
 
-def gather(
-    time_s: NDArray[np.float64], names: Sequence[str], reference_px: NDArray[np.float64], rows: Sequence[Sequence[Sighting]]
-) -> Marks:
+def gather(time_s: NDArray[np.float64], names: Sequence[str], response: Response, rows: Sequence[Sequence[Sighting]]) -> Marks:
     """Put the sightings of every frame (rows) into arrays."""
     columns = (*_ARRAYS[:2], "covariance", *_ARRAYS[3:])
     arrays = [np.array([[getattr(sighting, column) for sighting in row] for row in rows]) for column in columns]
-    return Marks(time_s, names, reference_px, **dict(zip(_ARRAYS, arrays, strict=True)))
+    return Marks(time_s, names, response, **dict(zip(_ARRAYS, arrays, strict=True)))
 
 
 def write_marks(marks: Marks, path: Path) -> None:

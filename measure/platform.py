@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from .camera import Camera, on_cylinder, rotation
 from .errors import InputError
 from .marks import LOST, MISSING, OK, Marks
+from .response import Response
 from .tables import CHANNELS, Trajectory
 
 Array = NDArray[np.float64]
@@ -24,9 +25,7 @@ PERSPECTIVE = CHANNELS
 PARTIAL = "partial"
 """Status of a frame whose pose does not rest on all marks."""
 
-_NODES = np.array([-1.0, 0.0, 1.0]) * np.sqrt(0.6)
-_SHARES = np.outer([5.0, 8.0, 5.0], [5.0, 8.0, 5.0]).ravel() / 324.0
-_MODEL_ERROR_PX = 0.002
+_MODEL_ERROR_PX = 0.0005
 _STEP = 1e-5
 _DISAGREE = 10.0
 _CULPRIT = 0.2
@@ -56,20 +55,17 @@ class Fit:
         return np.isfinite(self.covariance[:, 0, 0])
 
 
-def body_points(marks: Marks, camera: Camera, subset: int, radius_m: float | None) -> Array:
-    """Where the marks sit on the platform, relative to its origin in the first frame; (marks, 9, 3), m.
+def body_points(marks: Marks, camera: Camera, radius_m: float | None) -> Array:
+    """Where the nodes of the marks sit on the platform, relative to its origin in the first frame; (marks, 9, 3), m.
 
-    On a cylinder of known radius about the vertical through the origin, or else all at the origin's depth. A mark is
-    nine points spread over its subset as Gauss and Legendre have it: on a curved surface their weighted mean moves
-    as the refined subset does, the centre alone does not (0.05 px on a subset of 31 px turning by 9 deg).
+    On a cylinder of known radius about the vertical through the origin, or else all at the origin's depth.
 
     Raises
     ------
     InputError
         A mark beside the cylinder.
     """
-    spread = np.stack(np.meshgrid(_NODES, _NODES), axis=-1).reshape(9, 2) * subset / 2
-    picture = marks.reference_px[:, None] + spread
+    picture = marks.response.nodes_px
     if radius_m is None:
         return camera.place(picture, np.zeros(picture.shape[:2]))
     points = on_cylinder(camera, picture, radius_m)
@@ -84,12 +80,34 @@ def body_points(marks: Marks, camera: Camera, subset: int, radius_m: float | Non
     return points
 
 
+@dataclass(frozen=True)
+class Body:
+    """The platform as the camera sees it. points : (marks, 9, 3), m, from `body_points`."""
+
+    camera: Camera
+    points: Array
+    response: Response
+
+    def seen(self, poses: Array) -> Array:
+        """Places of the marks in the picture under poses (..., 6). Returns (..., marks, 2), px."""
+        world = np.einsum("...ij,nqj->...nqi", rotation(poses[..., 3:]), self.points) + poses[..., None, None, :3]
+        return self.response.apparent(self.camera.project(world))
+
+    def slopes(self, pose: Array, at: list[int]) -> tuple[Array, Array]:
+        """Places under a pose (6,), and their slopes along the channels `at`: (marks, 2), (marks, 2, k)."""
+        steps = _STEP * np.eye(6)[at]
+        places = self.seen(np.concatenate([pose[None], pose + steps, pose - steps]))
+        ahead, behind = places[1 : 1 + len(at)], places[1 + len(at) :]
+        return places[0], np.moveaxis((ahead - behind) / (2 * _STEP), 0, -1)
+
+
 def fit_platform(marks: Marks, camera: Camera, points: Array, free: Sequence[str]) -> Fit:
     """Fit the pose of a rigid body to the marks of every frame, weighted by their covariances, outliers left out.
 
     points : (marks, 9, 3) on the body, from `body_points`. free : the channels to fit. A frame with
     too few marks has no pose.
     """
+    body = Body(camera, points, marks.response)
     frames, count = marks.x_px.shape
     at = [CHANNELS.index(channel) for channel in free]
     picture = np.stack([marks.x_px, marks.y_px], axis=-1)
@@ -99,7 +117,7 @@ def fit_platform(marks: Marks, camera: Camera, points: Array, free: Sequence[str
     weights = _weights(marks)
     for t in range(frames):
         kept = marks.seen[t].copy()
-        found = _fit_frame(camera, points, at, picture[t], weights[t], kept, last)
+        found = _fit_frame(body, at, picture[t], weights[t], kept, last)
         if found is None:
             pose[t] = np.nan
             continue
@@ -117,7 +135,7 @@ def _weights(marks: Marks) -> Array:
     return np.asarray(np.linalg.inv(covariance) * marks.seen[..., None, None], float)
 
 
-def _fit_frame(camera: Camera, points: Array, at: list[int], picture: Array, weights: Array, kept: NDArray[np.bool_], start: Array):
+def _fit_frame(body: Body, at: list[int], picture: Array, weights: Array, kept: NDArray[np.bool_], start: Array):
     """One frame. While the marks disagree and one of them alone explains it, that mark is left out.
 
     Returns pose, covariance, residuals, marks used, misfit (chi-square per degree of freedom); None without a pose.
@@ -125,9 +143,7 @@ def _fit_frame(camera: Camera, points: Array, at: list[int], picture: Array, wei
 
     def solve(kept: NDArray[np.bool_]):
         freedom = 2 * int(kept.sum()) - len(at)
-        solved = (
-            _solve(camera, points, at, picture, weights, kept, start) if freedom >= 0 and kept.sum() >= (2 if len(at) > 2 else 1) else None
-        )
+        solved = _solve(body, at, picture, weights, kept, start) if freedom >= 0 and kept.sum() >= (2 if len(at) > 2 else 1) else None
         if solved is None:
             return None
         misfit = np.einsum("ni,nij,nj->", solved[2][kept], weights[kept], solved[2][kept]) / freedom if freedom else np.nan
@@ -143,11 +159,11 @@ def _fit_frame(camera: Camera, points: Array, at: list[int], picture: Array, wei
     return found
 
 
-def _solve(camera: Camera, points: Array, at: list[int], picture: Array, weights: Array, kept: NDArray[np.bool_], start: Array):
+def _solve(body: Body, at: list[int], picture: Array, weights: Array, kept: NDArray[np.bool_], start: Array):
     """Gauss-Newton on the pose: minimise sum r' C^-1 r, r = seen - projected. Returns pose, covariance, residuals."""
     pose = start.copy()
     for _ in range(30):
-        projected, slopes = _projected(camera, points, pose, at)
+        projected, slopes = body.slopes(pose, at)
         residual = picture - projected
         j, r, w = slopes[kept], residual[kept], weights[kept]
         normal = np.einsum("nik,nij,njl->kl", j, w, j)
@@ -157,25 +173,8 @@ def _solve(camera: Camera, points: Array, at: list[int], picture: Array, weights
         step = covariance @ np.einsum("nik,nij,nj->k", j, w, r)
         pose[at] += step
         if (np.abs(step) < 1e-4 * np.sqrt(np.diag(covariance))).all():
-            residual = picture - _moved(camera, points, pose)
-            return pose, covariance, residual
+            return pose, covariance, picture - body.seen(pose)
     return None
-
-
-def _moved(camera: Camera, points: Array, pose: Array) -> Array:
-    return _SHARES @ camera.project(points @ rotation(pose[3:]).T + pose[:3])
-
-
-def _projected(camera: Camera, points: Array, pose: Array, at: list[int]) -> tuple[Array, Array]:
-    """Picture of the body's points and its slopes along the free channels: (marks, 2), (marks, 2, k)."""
-    poses = np.repeat(pose[None], 2 * len(at) + 1, axis=0)
-    for k, i in enumerate(at):
-        poses[1 + k, i] += _STEP
-        poses[1 + len(at) + k, i] -= _STEP
-    world = np.einsum("pij,nqj->pnqi", rotation(poses[:, 3:]), points) + poses[:, None, None, :3]
-    pictures = np.einsum("pnqi,q->pni", camera.project(world), _SHARES)
-    slopes = (pictures[1 : 1 + len(at)] - pictures[1 + len(at) :]) / (2 * _STEP)
-    return pictures[0], np.moveaxis(slopes, 0, -1)
 
 
 def trajectory(marks: Marks, fit: Fit, start_height_m: float, name: str = "trajectory") -> Trajectory:

@@ -7,13 +7,20 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import convolve1d
 
 from .errors import InputError
-from .spline import BLUR, BLUR_PX, FILTER, coefficients, sample_shifted
-
-TRANSLATION, EUCLIDEAN, AFFINE = 2, 3, 6
-"""Warps by their number of parameters."""
+from .spline import BLUR_PX, FILTER, coefficients, sample_shifted
+from .variation import (
+    AFFINE,
+    EUCLIDEAN,
+    TRANSLATION,
+    covariance_of_unit_noise,
+    curvatures,
+    descent_images,
+    directions,
+    orthonormal,
+    without,
+)
 
 WARP_NAMES = {TRANSLATION: "translation", EUCLIDEAN: "euclidean", AFFINE: "affine"}
 
@@ -24,6 +31,9 @@ _NOISE_SLOPE = 1.0 / (8.0 * math.pi * BLUR_PX**4)
 """Variance of a slope of blurred white noise of variance one."""
 
 _TEXTURE_OVER_NOISE = 2.0
+_MANY_PIXELS = 400
+"""A smaller subset is too easily explained by light and sharpness that change: each of their 15 images needs some pixels."""
+
 
 Place = tuple[int, int, int, NDArray[np.float64], NDArray[np.float32]]
 """The first five fields of a reference."""
@@ -35,9 +45,10 @@ class Reference:
 
     column, row : the subset's centre pixel. offset : (2,) from it to the reference point, px. surface : spline
     coefficients around it. values : (n,) blurred grey values f. light : (m, n) orthonormal images that light can add: 1
-    and f, or these and their products with x and y. descent : (k, n) slopes along the warp's parameters; free : the
+    and f, or these and their products with x and y. look : (b, n) orthonormal images of what else may change: motion that
+    bends across the mark; it moves nothing, and is no noise. descent : (k, n) slopes along the warp's parameters; free : the
     same, projected off the light. inverse_hessian : (k, k) of `free`. noise : (k, k), covariance of the parameters for pixel noise
-    of variance one. shaded : the same mark under light that changes across it, where that can be told from motion.
+    of variance one. altered : the same mark when light and sharpness may change across it, where that can be told from motion.
     """
 
     column: int
@@ -47,16 +58,32 @@ class Reference:
     surface: NDArray[np.float32]
     values: NDArray[np.float32]
     light: NDArray[np.float32]
+    look: NDArray[np.float32]
     descent: NDArray[np.float32]
     free: NDArray[np.float32]
     inverse_hessian: NDArray[np.float64]
     noise: NDArray[np.float64]
-    shaded: Reference | None = None
+    altered: Reference | None = None
 
     @property
     def warp(self) -> int:
         """The number of parameters of the warp."""
         return len(self.descent)
+
+    @property
+    def uneven(self) -> NDArray[np.float32]:
+        """(4 or 0, n): orthonormal images that light changing across the mark adds, where that can be told from motion."""
+        return self.light[:0] if self.altered is None else self.altered.light[2:]
+
+    @property
+    def added(self) -> NDArray[np.float32]:
+        """(m + b, n): all that comes on top of the warp."""
+        return np.concatenate([self.light, self.look])
+
+    @property
+    def is_altered(self) -> bool:
+        """Whether the light may change across the mark."""
+        return len(self.light) > 2
 
     @property
     def contrast(self) -> float:
@@ -67,6 +94,17 @@ class Reference:
     def start(self) -> NDArray[np.float64]:
         """The warp that leaves the mark where the reference image has it."""
         return np.array([1.0, 0.0, self.column, 0.0, 1.0, self.row])
+
+    @property
+    def point_slopes(self) -> NDArray[np.float64]:
+        """(2, k): how the reference point moves with the parameters."""
+        x, y = self.offset
+        slopes = {
+            TRANSLATION: [[1, 0], [0, 1]],
+            EUCLIDEAN: [[1, 0, -y], [0, 1, x]],
+            AFFINE: [[1, 0, x, y, 0, 0], [0, 1, 0, 0, x, y]],
+        }
+        return np.array(slopes[self.warp], float)
 
     def point(self, warp: NDArray[np.float64]) -> NDArray[np.float64]:
         """Where a warp puts the reference point, px."""
@@ -131,44 +169,26 @@ def _prepared(place: Place, images: tuple[NDArray, NDArray, NDArray], warp: int)
     across = np.arange(-half, half + 1) / half
     x, y = (image.ravel() for image in np.meshgrid(across, across))
     even = f - f.mean()
-    descent = _descent(fx, fy, half * x, half * y, warp)
-    plain = _under(place, f, _orthonormal([np.ones(f.size), even]), descent)
-    shaded = _under(place, f, _orthonormal([np.ones(f.size), even, x, y, x * even, y * even]), descent)
-    told = np.trace(shaded.noise[:2, :2]) < 4.0 * np.trace(plain.noise[:2, :2])
-    return replace(plain, shaded=shaded if told else None)
+    descent = descent_images(fx, fy, half * x, half * y, warp)
+    many = f.size > _MANY_PIXELS
+    sharpness = curvatures(fx, fy) if many else ()
+    light = orthonormal([np.ones(f.size), even])
+    bends = np.stack([slope * part for slope in (fx, fy) for part in (x * x, x * y, y * y)])
+    look = directions(without(without(bends, light), directions(without(descent, light))))[: None if many else 0]
+    plain = _under(place, f, light, descent, look)
+    across_too = [side * image for side in (x, y) for image in (np.ones(f.size), even, *sharpness)]
+    # The same `look` keeps both answers to a motion that bends the same, whatever else is allowed for.
+    altered = _under(place, f, orthonormal([np.ones(f.size), even, *sharpness, *across_too]), descent, look)
+    told = np.trace(altered.noise[:2, :2]) < 4.0 * np.trace(plain.noise[:2, :2])
+    return replace(plain, altered=altered if told else None)
 
 
-def _under(place: Place, f: NDArray, light: NDArray, descent: NDArray) -> Reference:
-    free = descent - (descent @ light.T) @ light
-    noise, inverse_hessian = _covariance_of_unit_noise(free, 2 * place[2] + 1)
-    f32, l32, d32, p32 = (np.ascontiguousarray(a, np.float32) for a in (f, light, descent, free))
-    return Reference(*place, f32, l32, d32, p32, inverse_hessian, noise)
-
-
-def _orthonormal(rows: list[NDArray]) -> NDArray:
-    """Gram and Schmidt, by the Cholesky factor of the products; twice, so that rounding does not show."""
-    made = np.stack([row / np.sqrt(row @ row) for row in rows])
-    for _ in range(2):
-        made = np.linalg.solve(np.linalg.cholesky(made @ made.T), made)
-    return made
-
-
-def _descent(fx: NDArray, fy: NDArray, x: NDArray, y: NDArray, warp: int) -> NDArray:
-    """Slopes of the reference image along the parameters: shift x, shift y; rotation; or the four of an affine warp."""
-    images = {TRANSLATION: (fx, fy), EUCLIDEAN: (fx, fy, fy * x - fx * y), AFFINE: (fx, fy, fx * x, fx * y, fy * x, fy * y)}
-    return np.stack(images[warp])
-
-
-def _covariance_of_unit_noise(free: NDArray, subset: int) -> tuple[NDArray, NDArray]:
-    """Covariance of the parameters for white noise of variance one, and the inverse Hessian.
-
-    The blur correlates the noise of neighbouring pixels: with B the blur, cov = H^-1 (S B B' S') H^-1, H = S S'.
-    """
-    wide = np.pad(free.reshape(-1, subset, subset), ((0, 0), (6, 6), (6, 6)))
-    taps = BLUR[len(BLUR) // 2 - 6 : len(BLUR) // 2 + 7]
-    spread = convolve1d(convolve1d(wide, taps, axis=1), taps, axis=2).reshape(len(free), -1)
-    inverse = np.linalg.pinv(free @ free.T)
-    return inverse @ (spread @ spread.T) @ inverse, inverse
+def _under(place: Place, f: NDArray, light: NDArray, descent: NDArray, look: NDArray) -> Reference:
+    look = directions(without(look, light))
+    free = without(without(descent, light), look)
+    noise, inverse_hessian = covariance_of_unit_noise(free, 2 * place[2] + 1)
+    f32, l32, k32, d32, p32 = (np.ascontiguousarray(a, np.float32) for a in (f, light, look, descent, free))
+    return Reference(*place, f32, l32, k32, d32, p32, inverse_hessian, noise)
 
 
 def _pixel_noise(subset: NDArray) -> float:

@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .gauss_newton import solve
-from .reference import AFFINE, EUCLIDEAN, TRANSLATION, Reference
+from .reference import Reference
 from .robust import solve_robust
 from .spline import FILTER, NOISE_LEFT, coefficients
 
@@ -30,6 +30,15 @@ MOST_HIDDEN = 0.25
 """Share of a subset that may be covered before the mark counts as occluded."""
 
 _UNEXPLAINED = 0.02
+_UNEVEN = 3.0
+"""Times white noise that light changing across the mark must explain: a few in a hundred even frames do by chance."""
+
+_STRANGE = 10.0
+"""Times the usual noise that may be left under robust weights; more is another picture, of which a few pixels agree."""
+
+_ROUNDED = 2.0 * NOISE_LEFT / 12.0
+"""Variance of the difference of two images that are rounded to whole grey levels."""
+
 _SPARE_PX = 6
 _TUKEY_SHARE = 0.828
 """Weighted mean square of normal residuals under Tukey's weights, over their variance."""
@@ -42,6 +51,8 @@ class Match:
     warp : (6,) as in `measure.spline.sample`. covariance : (2, 2) of the reference point, px^2. zncc : correlation of
     the compared pixels, after the light's gradient where that was needed. gain : of the light. noise : what is left,
     grey levels. hidden : share of the pixels that something else covers. settled : whether the iteration came to rest.
+    uneven : what light that changes across the mark would explain, over what it would of white noise (one). altered :
+    whether such light is allowed for.
     """
 
     warp: NDArray[np.float64]
@@ -51,6 +62,8 @@ class Match:
     noise: float
     hidden: float
     settled: bool
+    uneven: float = 0.0
+    altered: bool = False
 
     @property
     def unexplained(self) -> float:
@@ -63,13 +76,14 @@ class Usual:
     """What a mark was like in the frames before; what clearly exceeds it is not noise.
 
     noise : left over, grey levels. unexplained : share of the variance. hidden : share that was covered a frame ago.
-    out_of_sight : whether it was lost a frame ago; half a mark behind an edge can look like a badly lit one, so
-    it must look as it did to be taken for found.
+    altered : whether the light has changed across it. out_of_sight : whether it was lost a frame ago; half a mark behind an
+    edge can look like a badly lit one, so it must look as it did to be taken for found.
     """
 
     noise: float = 0.0
     unexplained: float = 0.0
     hidden: float = 0.0
+    altered: bool = False
     out_of_sight: bool = False
 
 
@@ -89,14 +103,17 @@ def recognise(picture: NDArray, mark: Reference, guess: NDArray[np.float64], usu
         robust = _settled(refine(window, mark, guess, scale))
         if robust is not None and robust.unexplained <= enough:
             return robust
-    best, under = _settled(refine(window, mark, guess)), mark
-    if best is not None and best.unexplained <= enough:
+    under = mark.altered if usual.altered and mark.altered is not None else mark
+    best = _settled(refine(window, under, guess))
+    if best is not None and best.unexplained <= enough and best.uneven <= _UNEVEN:
         return best
+    if under is not mark:
+        best, under = _settled(refine(window, mark, guess)), mark
     near = best.warp if best is not None and best.zncc >= ALIKE else guess
-    if mark.shaded is not None:
-        shaded = _settled(refine(window, mark.shaded, near))
-        if shaded is not None and (best is None or shaded.unexplained < 0.6 * best.unexplained):
-            best, under = shaded, mark.shaded
+    if mark.altered is not None:
+        altered = _settled(refine(window, mark.altered, near))
+        if altered is not None and (best is None or best.unexplained <= enough or altered.unexplained < 0.6 * best.unexplained):
+            best, under = altered, mark.altered
     if best is not None and best.unexplained <= enough:
         return best
     robust = _settled(refine(window, under, near, scale))
@@ -105,7 +122,7 @@ def recognise(picture: NDArray, mark: Reference, guess: NDArray[np.float64], usu
     if usual.out_of_sight:
         alike = robust.unexplained <= max(enough, _UNEXPLAINED) and robust.noise <= 3.0 * scale and 0.5 < robust.gain < 2.0
     else:
-        alike = robust.unexplained <= 1.0 - ALIKE**2
+        alike = robust.unexplained <= 1.0 - ALIKE**2 and robust.noise <= _STRANGE * scale
     return robust if alike else None
 
 
@@ -133,30 +150,20 @@ def refine(near: Window, mark: Reference, guess: NDArray[np.float64], scale: flo
     """
     place = (near.surface, near.left, near.top, mark.half, guess)
     if scale is None:
-        found = solve(*place, mark.free, mark.light, mark.values, mark.inverse_hessian)
+        found = solve(*place, mark.free, mark.light, mark.values, mark.inverse_hessian, mark.look, mark.uneven, _ROUNDED)
     else:
-        found = solve_robust(*place, mark.descent, mark.light, mark.values, scale)
-    warp, gain, residual, explained, hidden, trace, settled = found
+        found = solve_robust(*place, mark.descent, mark.added if mark.is_altered else mark.light, mark.values, scale)
+    warp, gain, residual, explained, hidden, extra, settled = found
     if not (np.isfinite(warp).all() and residual > 0 and gain > 0):
         return None
     widening = 1.0
     if scale is not None:
-        residual, widening = residual / _TUKEY_SHARE, max(trace / np.trace(mark.inverse_hessian[:2, :2]), 1.0)
-    residual = max(residual, 2.0 * NOISE_LEFT / 12.0)  # both images are rounded to whole grey levels
-    jacobian = _point_slopes(mark)
+        residual, widening = residual / _TUKEY_SHARE, max(extra / np.trace(mark.inverse_hessian[:2, :2]), 1.0)
+    residual = max(residual, _ROUNDED)
+    jacobian = mark.point_slopes
     covariance = jacobian @ mark.noise @ jacobian.T * (residual / NOISE_LEFT / gain**2) * widening
-    return Match(warp, covariance, math.sqrt(max(explained, 0.0)), gain, math.sqrt(residual), hidden, settled)
-
-
-def _point_slopes(mark: Reference) -> NDArray:
-    """(2, k): how the reference point moves with the parameters."""
-    x, y = mark.offset
-    slopes = {
-        TRANSLATION: [[1, 0], [0, 1]],
-        EUCLIDEAN: [[1, 0, -y], [0, 1, x]],
-        AFFINE: [[1, 0, x, y, 0, 0], [0, 1, 0, 0, x, y]],
-    }
-    return np.array(slopes[mark.warp], float)
+    uneven = 0.0 if scale is not None else extra * NOISE_LEFT
+    return Match(warp, covariance, math.sqrt(max(explained, 0.0)), gain, math.sqrt(residual), hidden, settled, uneven, mark.is_altered)
 
 
 def surface_near(picture: NDArray, half: int, warp: NDArray[np.float64]) -> Window | None:

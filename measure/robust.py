@@ -29,8 +29,8 @@ def solve_robust(
     values: NDArray[np.float32],
     scale: float,
 ) -> tuple[NDArray[np.float64], float, float, float, float, float, bool]:
-    """Iterate with Tukey weights. Returns warp, gain, residual variance, share explained, hidden share,
-    trace of the inverse Hessian of the two shifts, settled."""
+    """Iterate with Tukey weights; light : (m, n), all that may change beside the warp. Returns warp, gain, residual variance,
+    share explained, hidden share, trace of the inverse Hessian of the two shifts, settled."""
     warp, k, m, n = guess.copy(), len(descent), len(light), len(values)
     images = np.empty((k + m, n), np.float32)
     images[:k], images[k:] = descent, light

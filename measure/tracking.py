@@ -14,6 +14,7 @@ from .footage import Footage, Picture
 from .marks import AMBIGUOUS, LOST, MISSING, OCCLUDED, OK, OUT, Marks, Sighting, gather, unseen
 from .reference import AFFINE, Reference, blurred, reference
 from .refinement import ALIKE, MOST_HIDDEN, Match, Usual, recognise
+from .response import responses
 
 _SEARCH_PX = (8, 32, None)
 """Radii of the search around the predicted place, tried in turn; None is the whole picture."""
@@ -47,6 +48,7 @@ class Follower:
     noise: float = 0.0
     unexplained: float = 0.0
     hidden: float = 0.0
+    altered: bool = False
     missed: int = 0
     last: str = OK
     moving: tuple[NDArray, Reference] | None = None
@@ -104,7 +106,7 @@ class Follower:
 
     def _fits(self, picture: Picture, guess: NDArray) -> Match | None:
         """The mark near a guess, blurred as its speed has it; once more where the place found means another speed."""
-        usual = Usual(self.noise, self.unexplained, self.hidden, self.missed > 0)
+        usual = Usual(self.noise, self.unexplained, self.hidden, self.altered, self.missed > 0)
         mark = self._as_moving(guess)
         match = recognise(picture, mark, guess, usual)
         if match is None or self._as_moving(match.warp) is mark:
@@ -134,6 +136,7 @@ class Follower:
         point = self.mark.point(match.warp)
         self.places = [*self.places[-2:], (frame, match.warp[[2, 5]])]
         if match.hidden == 0.0 and frame > 0:
+            self.altered |= match.altered
             share = 0.3 if self.noise == 0.0 else 0.1
             self.noise += share * (match.noise - self.noise)
             self.unexplained += share * (match.unexplained - self.unexplained)
@@ -204,4 +207,4 @@ def follow(
     if len(rows) < 2:
         raise InputError(f"{footage.name}: {len(rows)} frames could be read; a motion needs two at least. Copy the film again.")
     names = list(names) or [f"m{i + 1}" for i in range(len(places))]
-    return gather(np.arange(len(rows)) / fps, names, np.array(places, float).reshape(-1, 2), rows)
+    return gather(np.arange(len(rows)) / fps, names, responses([mark.mark for mark in followers]), rows)
