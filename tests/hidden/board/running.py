@@ -15,7 +15,7 @@ import sys
 import tempfile
 import threading
 import time
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from functools import cache
@@ -29,7 +29,13 @@ HERE = Path(__file__).resolve().parents[1]
 ROOT = HERE.parents[1]
 OURS = "explain-gap"
 # A rival is a module beside this folder that takes the same words as the command.
-METHODS = {OURS: "identify.commands.explain_gap"}
+METHODS = {
+    OURS: "identify.commands.explain_gap",
+    "lowest-error": "rivals.lowest_error",
+    "forward-bic": "rivals.forward_bic",
+    "sparse-regression": "rivals.sparse_regression",
+    "gaussian-process": "rivals.gaussian_process",
+}
 _KEPT = ("verdict", "effects", "gap", "next_experiment", "missing_force", "sentence")
 _CALL = "import sys; from {} import main; raise SystemExit(main(sys.argv[1:]))"
 _CALM = {"OMP_WAIT_POLICY": "passive", "OPENBLAS_NUM_THREADS": "1", "NUMBA_NUM_THREADS": "1"}
@@ -54,9 +60,10 @@ class Answer:
 
 
 @cache
-def version() -> str:
-    """A short hash of the sources under test."""
-    files = [path for room in ("measure", "simulate", "identify") for path in sorted((ROOT / room).rglob("*.py"))]
+def version(method: str = OURS) -> str:
+    """A short hash of the sources that answer."""
+    rooms = [ROOT / room for room in ("measure", "simulate", "identify")] + ([] if method == OURS else [HERE / "rivals"])
+    files = [path for room in rooms for path in sorted(room.rglob("*.py"))]
     digest = hashlib.sha256()
     for path in files:
         digest.update(path.read_bytes())
@@ -96,14 +103,14 @@ def run(
 ) -> list[Answer]:
     """The answers of a method to these cases; those already given by the same sources are taken as they are."""
     file = folder / f"{method}.jsonl"
-    have = {answer.token: answer for answer in read_answers(file) if answer.version == version()}
+    have = {answer.token: answer for answer in read_answers(file) if answer.version == version(method)}
     missing = [spec for spec in specs if spec.token not in have]
     lock = threading.Lock()
 
     def one(spec: Spec) -> None:
         with lock:  # cases are made one at a time, for a simulation of many uses all cores
             case = made(spec, folder)
-        answer = Answer(spec.token, method, version(), *asked(method, case, patience_s))
+        answer = Answer(spec.token, method, version(method), *asked(method, case, patience_s))
         with lock:
             _append(file, answer)
             have[spec.token] = answer
@@ -119,8 +126,3 @@ def _append(file: Path, answer: Answer) -> None:
     file.parent.mkdir(parents=True, exist_ok=True)
     with file.open("a", encoding="utf-8") as stream:
         stream.write(json.dumps(answer.__dict__) + "\n")
-
-
-def methods() -> Iterable[str]:
-    """Names of what can be asked."""
-    return METHODS
