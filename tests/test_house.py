@@ -156,7 +156,7 @@ def _declared(*, with_groups: bool) -> set[str]:
 
 def _undeclared(folders: tuple[str, ...], declared: set[str]) -> list[str]:
     provided_by = metadata.packages_distributions()
-    foreign = [found for found in _imports(*folders) if found.top not in (*ROOMS, *sys.stdlib_module_names)]
+    foreign = [found for found in _imports(*folders) if found.top not in (*ROOMS, "tests", *sys.stdlib_module_names)]
     neighbours = {name for path in _sources(*folders) for name in (path.stem, path.parent.name)}
     return [
         str(found)
