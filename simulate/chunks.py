@@ -1,11 +1,11 @@
-"""Responses of an unfinished sweep, piece by piece on disk, so that an interrupted one can go on."""
+"""Responses of a sweep, piece by piece on disk: an interrupted sweep can go on, and no result needs to fit into memory."""
 
 from __future__ import annotations
 
 import hashlib
 import json
 import shutil
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import asdict, dataclass
 from importlib import metadata
 from pathlib import Path
@@ -17,22 +17,21 @@ from measure.output import replacing, write_text
 from measure.tables import Array
 
 from .model_file import document_of
-from .sweep import Sweep, run_on
+from .sweep import Sweep
 
 
-def key_of(sweep: Sweep, seed: int) -> str:
-    """What a piece depends on: model, factors, design, seed and version, as one hash."""
-    design = sweep.design
-    parts = [document_of(sweep.model), [asdict(factor) for factor in sweep.factors], design.kind, design.runs, list(design.words), seed]
+def key_of(sweep: Sweep) -> str:
+    """What a piece depends on: model, factors, design with its seed, and version, as one hash."""
+    parts = [document_of(sweep.model), [asdict(factor) for factor in sweep.factors], asdict(sweep.design)]
     return hashlib.sha256(json.dumps([*parts, metadata.version("unspool")]).encode()).hexdigest()
 
 
 @dataclass(frozen=True)
 class Chunks:
-    """A folder of pieces and the sweep that they belong to."""
+    """A folder of pieces and the sweep that they belong to; iterated over, the responses of one piece after the other."""
 
     folder: Path
-    key: str
+    sweep: Sweep
 
     def open(self, resume: bool) -> None:
         """Make the folder; keep what stands in it where the sweep is to be resumed, else begin anew.
@@ -42,22 +41,30 @@ class Chunks:
         InputError
             It is to be resumed, and the pieces belong to another model, design or version.
         """
-        note = self.folder / "key"
-        if resume and note.is_file() and note.read_text(encoding="utf-8") != self.key:
+        note, key = self.folder / "key", key_of(self.sweep)
+        if resume and note.is_file() and note.read_text(encoding="utf-8") != key:
             raise InputError(f"{self.folder}: holds pieces of another model, design or version; leave --resume out to begin anew.")
         if self.folder.exists() and not (resume and note.is_file()):
             shutil.rmtree(self.folder)
         self.folder.mkdir(exist_ok=True)
-        write_text(note, self.key)
+        write_text(note, key)
 
-    def run(self, sweep: Sweep, workers: int | None) -> Iterator[tuple[int, Array]]:
-        """Like `run_on`, reading the pieces that are there and keeping those that are not."""
-        known = {first: path for first, _ in sweep.pieces() if (path := self._path(first)).is_file()}
-        for first, answers in run_on(sweep, workers, known):
-            if first not in known:
-                with replacing(self._path(first)) as temporary, open(temporary, "wb") as file:
-                    np.save(file, answers)
-            yield first, answers
+    @property
+    def missing(self) -> list[tuple[int, int]]:
+        """The pieces that are not there yet."""
+        return [piece for piece in self.sweep.pieces() if not self._path(piece[0]).is_file()]
+
+    def keep(self, computed: Iterable[tuple[int, Array]]) -> Iterator[int]:
+        """Write pieces as they come; their first runs, one by one."""
+        for first, answers in computed:
+            with replacing(self._path(first)) as temporary, open(temporary, "wb") as file:
+                np.save(file, answers)
+            yield first
+
+    def __iter__(self) -> Iterator[Array]:
+        """Responses piece by piece, in order; all must be there."""
+        for first, _ in self.sweep.pieces():
+            yield np.load(self._path(first), allow_pickle=False)
 
     def remove(self) -> None:
         """Throw the pieces away, once the result stands."""

@@ -1,120 +1,30 @@
-"""What a sweep varies and how: factors with two levels, and the designs that combine them.
+"""How a sweep combines its factors: the coded levels of every run.
 
-Coded levels run from -1 (low) to +1 (high). A design hands out its runs in pieces, so a million of them need no more
-memory than a few.
+A design is plain data and hands out its runs in pieces, so a million of them need no more memory than a few, and any process
+that has the design makes the same levels.
 """
 
 from __future__ import annotations
 
-import math
-import re
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 
 from measure.errors import InputError
 from measure.tables import Array
 
-from .model import LEGS, Model, value_of, with_value
+from .factors import FARTHEST
 
-LETTERS = "ABCDEFGHJKLMNOPQRSTUVWXYZ"  # no I, as in the paper's Table 1
 MOST_FULL_FACTORS = 20
-_SPREAD = re.compile(r"^(?:\+-|\+/-|±)(?P<size>[0-9.eE+-]+)(?P<percent>%?)$")
-_RANGE = re.compile(r"^(?P<low>[-+0-9.eE]+)\.\.(?P<high>[-+0-9.eE]+)$")
-
-# What belongs together: a factor on the first moves the others of the same leg by as much.
-_TOGETHER = {"actuator.b_l_N": ("actuator.b_u_N", "actuator.initial_force_N")}
-
-
-@dataclass(frozen=True)
-class Factor:
-    """A value of the model that a sweep varies between two levels.
-
-    The stored force of a leg is one thing: a factor on `actuator.b_l_N[i]` moves b_l, b_u and the initial force of that
-    leg by the same amount. Any other key, a_l among them, moves alone.
-    """
-
-    letter: str
-    key: str
-    low: float
-    high: float
-
-    def applied(self, model: Model, coded: float) -> Model:
-        """The model with this factor at a coded level."""
-        value = (self.low + self.high) / 2 + coded * (self.high - self.low) / 2
-        shift = value - value_of(model, self.key)
-        name, bracket, index = self.key.partition("[")
-        for other in _TOGETHER.get(name, ()):
-            model = _shifted(model, other + bracket + index, shift)
-        return with_value(model, self.key, value)
-
-
-def _shifted(model: Model, key: str, shift: float) -> Model:
-    current = getattr(model.actuator, key.split(".")[1]) if "[" not in key else None
-    if isinstance(current, tuple):
-        return with_value(model, key, tuple(v + shift for v in current))
-    return with_value(model, key, value_of(model, key) + shift)
-
-
-def paper_factors(model: Model) -> list[Factor]:
-    """The paper's 12 factors: stored force and slope of each leg at +-10 %, letters A to M without I, leg by leg."""
-    keys = [f"actuator.{name}[{leg}]" for leg in range(LEGS) for name in ("b_l_N", "a_l_N_per_m")]
-    return [factor_of(model, f"{key}=+-10%", letter) for key, letter in zip(keys, LETTERS, strict=False)]
-
-
-def factors_of(model: Model, words: Sequence[str]) -> list[Factor]:
-    """The factors of `--factor`, or the paper's where none is given.
-
-    Raises
-    ------
-    InputError
-        A key that is no number of the model, a spread that cannot be read, a key named twice, too many factors.
-    """
-    if not words:
-        return paper_factors(model)
-    if len(words) > len(LETTERS):
-        raise InputError(f"{len(words)} factors; at most {len(LETTERS)} have a letter.")
-    made = [factor_of(model, word, letter) for word, letter in zip(words, LETTERS, strict=False)]
-    keys = [factor.key for factor in made]
-    if len(set(keys)) < len(keys):
-        double = next(key for key in keys if keys.count(key) > 1)
-        raise InputError(f"--factor {double} is given twice; keep one.")
-    return made
-
-
-def factor_of(model: Model, word: str, letter: str) -> Factor:
-    """A factor from `KEY=+-10%`, `KEY=+-0.02` or `KEY=2.6..3.0`."""
-    key, _, levels = (part.strip() for part in word.partition("="))
-    try:
-        value = value_of(model, key)
-    except KeyError as error:
-        raise InputError(
-            f"--factor {word}: {error.args[0]} is no number of the model. Name one as in the model file, such as actuator.b_l_N[0]."
-        ) from error
-    low, high = _levels(value, levels, word)
-    if not (math.isfinite(low) and math.isfinite(high) and low < high):
-        raise InputError(f"--factor {word}: its levels are {low:g} and {high:g}; give two different ones, as +-0.02 or 2.6..3.0.")
-    return Factor(letter, key, low, high)
-
-
-def _levels(value: float, levels: str, word: str) -> tuple[float, float]:
-    spread, between = _SPREAD.match(levels), _RANGE.match(levels)
-    try:
-        if spread:
-            size = float(spread["size"]) * (abs(value) / 100 if spread["percent"] else 1.0)
-            return value - size, value + size
-        if between:
-            return float(between["low"]), float(between["high"])
-    except ValueError:
-        pass
-    raise InputError(f"--factor {word}: levels are written +-10%, +-0.02 or 2.6..3.0; found {levels!r}.")
 
 
 @dataclass(frozen=True)
 class Design:
-    """Coded levels of all runs, handed out in pieces: `piece(first, last)` is (last - first, factors).
+    """Coded levels of all runs, handed out in pieces.
 
+    seed : of sampled designs. normal : places of the factors with a normal spread.
     basic : two-level designs only, the number of factors that run through all combinations; the others follow them.
     words : two-level designs only, the column of each factor as a bit mask of the basic ones.
     """
@@ -122,13 +32,30 @@ class Design:
     kind: str
     runs: int
     factors: int
-    piece: Callable[[int, int], Array]
+    seed: int = 0
+    normal: tuple[int, ...] = ()
     basic: int = 0
     words: tuple[int, ...] = ()
 
+    def piece(self, first: int, last: int) -> Array:
+        """(last - first, factors) coded levels of runs first to last."""
+        if self.basic:
+            return _signs(first, last, self.words)
+        levels = _SAMPLED[self.kind](first, last, self)
+        for place in self.normal:
+            levels[:, place] = _normal_levels(levels[:, place])
+        return levels
 
-def design_of(kind: str, factors: int, runs: int | None, seed: int) -> Design:
-    """A design by its name.
+
+def _normal_levels(even: Array) -> Array:
+    """Standard normal levels from even ones in -1 to 1, ending at six standard deviations."""
+    from scipy.special import ndtri
+
+    return np.clip(ndtri((even + 1.0) / 2.0), -FARTHEST, FARTHEST)
+
+
+def design_of(kind: str, factors: int, runs: int | None, seed: int, normal: Sequence[int] = ()) -> Design:
+    """A design by its name; `normal` are the places of the factors with a normal spread.
 
     Raises
     ------
@@ -140,10 +67,9 @@ def design_of(kind: str, factors: int, runs: int | None, seed: int) -> Design:
     count = 1024 if runs is None else runs
     if count < 1:
         raise InputError(f"--runs {count}: at least one run is needed.")
-    if kind == "random":
-        return Design(kind, count, factors, lambda first, last: _random(first, last, factors, seed))
-    table = _sampled(kind, count, factors, seed)
-    return Design(kind, count, factors, lambda first, last: table[first:last])
+    if kind == "sobol" and count & (count - 1):
+        raise InputError(f"--runs {count}: a Sobol sample keeps its balance in a power of two of runs; take {1 << count.bit_length()}.")
+    return Design(kind, count, factors, seed, tuple(normal))
 
 
 def _two_level(kind: str, factors: int, runs: int | None) -> Design:
@@ -157,7 +83,7 @@ def _two_level(kind: str, factors: int, runs: int | None) -> Design:
         basic = _basic_factors(factors, runs)
         words = _generators(factors, basic)
     basic = max(word.bit_length() for word in words)
-    return Design(kind, 1 << basic, factors, lambda first, last: _signs(first, last, words), basic, words)
+    return Design(kind, 1 << basic, factors, basic=basic, words=words)
 
 
 def _basic_factors(factors: int, runs: int | None) -> int:
@@ -218,18 +144,32 @@ def _signs(first: int, last: int, words: Sequence[int]) -> Array:
 _BLOCK = 1024
 
 
-def _random(first: int, last: int, factors: int, seed: int) -> Array:
-    """Uniform levels; run i has the same ones whatever the pieces are."""
-    blocks = [
-        np.random.default_rng([seed, block]).uniform(-1.0, 1.0, (_BLOCK, factors)) for block in range(first // _BLOCK, -(-last // _BLOCK))
-    ]
-    return np.concatenate(blocks)[first % _BLOCK : first % _BLOCK + last - first]
+def _random(first: int, last: int, design: Design) -> Array:
+    """Even levels; run i has the same ones whatever the pieces are."""
+    blocks = range(first // _BLOCK, -(-last // _BLOCK))
+    drawn = [np.random.default_rng([design.seed, block]).uniform(-1.0, 1.0, (_BLOCK, design.factors)) for block in blocks]
+    return np.concatenate(drawn)[first % _BLOCK : first % _BLOCK + last - first]
 
 
-def _sampled(kind: str, runs: int, factors: int, seed: int) -> Array:
+def _sobol(first: int, last: int, design: Design) -> Array:
+    """Scrambled Sobol points; the sequence is wound forward to the piece."""
     from scipy.stats import qmc
 
-    sampler = qmc.LatinHypercube(factors, rng=seed) if kind == "latin-hypercube" else qmc.Sobol(factors, rng=seed)
-    if kind == "sobol" and runs & (runs - 1):
-        raise InputError(f"--runs {runs}: a Sobol sample keeps its balance in a power of two of runs; take {1 << runs.bit_length()}.")
-    return 2.0 * sampler.random(runs) - 1.0
+    sampler = qmc.Sobol(design.factors, rng=design.seed)
+    block = 1 << (last - first - 1).bit_length()  # asked for fewer than a power of two it warns, and would be right to at the start
+    return 2.0 * sampler.fast_forward(first).random(block)[: last - first] - 1.0 if first else 2.0 * sampler.random(block)[:last] - 1.0
+
+
+def _latin_hypercube(first: int, last: int, design: Design) -> Array:
+    return _hypercube(design.runs, design.factors, design.seed)[first:last].copy()
+
+
+@lru_cache(maxsize=2)
+def _hypercube(runs: int, factors: int, seed: int) -> Array:
+    """All levels at once: each factor is cut into as many strata as there are runs, so none can be had by itself."""
+    from scipy.stats import qmc
+
+    return 2.0 * qmc.LatinHypercube(factors, rng=seed).random(runs) - 1.0
+
+
+_SAMPLED = {"random": _random, "sobol": _sobol, "latin-hypercube": _latin_hypercube}

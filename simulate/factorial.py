@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from functools import reduce
 from itertools import combinations
 from operator import xor
@@ -13,6 +13,8 @@ import numpy as np
 from measure.tables import Array
 
 from .designs import Design
+
+Values = Callable[[], Iterator[Array]]
 
 CONSTANT = "1"
 HIGHEST_ORDER = 3
@@ -35,7 +37,7 @@ def walsh_hadamard(values: Array) -> Array:
     return result
 
 
-def coefficients_of(design: Design, letters: Sequence[str], values: Array) -> dict[str, float]:
+def coefficients_of(design: Design, letters: Sequence[str], values: Values) -> dict[str, float]:
     """Coefficients of the regression in coded factors, by letters, the constant under "1".
 
     Of a two-level design without a missing response all that it determines, by one Walsh-Hadamard transform; an interaction
@@ -44,12 +46,14 @@ def coefficients_of(design: Design, letters: Sequence[str], values: Array) -> di
 
     Parameters
     ----------
-    values : (runs,), NaN where a run has no response.
+    values : a function that gives the responses piece by piece, in order, NaN where a run has none; it is called more than once.
     """
-    if design.basic and np.all(np.isfinite(values)):
-        sums = walsh_hadamard(values) / len(values)
+    good = sum(int(np.isfinite(piece).sum()) for piece in values())
+    if design.basic and good == design.runs:
+        whole = np.concatenate(list(values()))
+        sums = walsh_hadamard(whole) / len(whole)
         return {name: float((-1) ** word.bit_count() * sums[word]) for word, name in _names(design, letters).items()}
-    return _least_squares(design, letters, values)
+    return _least_squares(design, letters, values, good)
 
 
 def _names(design: Design, letters: Sequence[str]) -> dict[int, str]:
@@ -73,17 +77,17 @@ def _product(letters: Sequence[str], word: int) -> str:
     return "".join(letter for i, letter in enumerate(letters) if word >> i & 1) or CONSTANT
 
 
-def _least_squares(design: Design, letters: Sequence[str], values: Array) -> dict[str, float]:
-    good = np.isfinite(values)
-    terms = _terms(len(letters), int(good.sum()))
+def _least_squares(design: Design, letters: Sequence[str], values: Values, good: int) -> dict[str, float]:
+    terms = _terms(len(letters), good)
     if not terms:
         return {}
-    gram, right = np.zeros((len(terms), len(terms))), np.zeros(len(terms))
-    for first in range(0, design.runs, 4096):
-        last = min(first + 4096, design.runs)
-        rows = monomials(design.piece(first, last), terms)[good[first:last]]
+    gram, right, first = np.zeros((len(terms), len(terms))), np.zeros(len(terms)), 0
+    for piece in values():
+        found = np.isfinite(piece)
+        rows = monomials(design.piece(first, first + len(piece))[found], terms)
         gram += rows.T @ rows
-        right += rows.T @ values[first:last][good[first:last]]
+        right += rows.T @ piece[found]
+        first += len(piece)
     solved = np.linalg.lstsq(gram, right, rcond=1e-12)[0]
     return {"".join(letters[i] for i in term) or CONSTANT: float(value) for term, value in zip(terms, solved, strict=True)}
 

@@ -190,13 +190,16 @@ def per_leg(value: PerLeg) -> np.ndarray:
 def with_value(model: Any, key: str, value: Any) -> Any:
     """The model with one value changed, named as in the model file: `platform.mass_kg`, `actuator.b_l_N[0]`.
 
-    An index on a value that serves all legs gives each leg its own first.
+    A parameter of an effect is `effect.NAME.PARAMETER`. An index on a value that serves all legs gives each leg its own first.
 
     Raises
     ------
     KeyError
         There is no such value.
     """
+    if isinstance(model, Model) and key.startswith("effect."):
+        effect, parameter = _effect_at(model, key)
+        return model.with_effect(with_value(effect, parameter, value))
     head, _, rest = key.partition(".")
     name, _, index = head.partition("[")
     current = getattr(model, name, None) if name in getattr(type(model), "__dataclass_fields__", {}) else None
@@ -213,6 +216,8 @@ def with_value(model: Any, key: str, value: Any) -> Any:
 
 def value_of(model: Any, key: str) -> float:
     """One number of the model, named as in `with_value`."""
+    if isinstance(model, Model) and key.startswith("effect."):
+        return value_of(*_effect_at(model, key))
     head, _, rest = key.partition(".")
     name, _, index = head.partition("[")
     if name not in getattr(type(model), "__dataclass_fields__", {}):
@@ -226,6 +231,14 @@ def value_of(model: Any, key: str) -> float:
         return float(current)
     entries = current if isinstance(current, tuple) else per_leg(current)
     return float(entries[_index(index, len(entries), key)])
+
+
+def _effect_at(model: Model, key: str) -> tuple[Effect, str]:
+    _, name, parameter = (*key.split(".", 2), "", "")[:3]
+    found = next((effect for effect in model.effects if effect.name == name), None)
+    if found is None or not parameter:
+        raise KeyError(key)
+    return found, parameter
 
 
 def _index(text: str, size: int, key: str) -> int:

@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from measure.tables import Array
 
 from .deployment import Deployment
+
+if TYPE_CHECKING:
+    from .sweep_result import SweepResult
 
 _DEGREES = ("theta_x_rad", "theta_y_rad", "theta_z_rad")
 _LINE_COLOURS = ("#1b5e8a", "#c2571a", "#3f7d3a", "#8a3b7a", "#6b6b6b", "#b08c00")
@@ -66,28 +69,68 @@ def draw_coefficients(axes: Any, coefficients: Mapping[str, float], unit: str, m
     axes.bar(range(len(names)), values, color=[_LINE_COLOURS[0] if value > 0 else _LINE_COLOURS[1] for value in values])
     axes.set_xticks(range(len(names)), names, rotation=90)
     axes.axhline(0.0, color="black", lw=0.6)
+    axes.set_xlim(-0.8, len(names) - 0.2)
     axes.set(ylabel=f"coefficient, {unit}", title=f"the {len(names)} largest of {len(coefficients) - 1} coefficients")
     return axes
 
 
-def draw_responses(axes: Any, values: Array, unit: str, limit: float | None = None) -> Any:
-    """How the responses of a sweep are spread; the limit of a failure as two lines."""
-    finite = values[np.isfinite(values)]
-    axes.hist(finite, bins=60, color=_LINE_COLOURS[0])
+def draw_responses(axes: Any, counts: Array, edges: Array, unit: str, limit: float | None = None) -> Any:
+    """How the responses of a sweep are spread, (bins,) runs between (bins + 1,) edges; the limit of a failure as two lines."""
+    axes.stairs(counts, edges, fill=True, color=_LINE_COLOURS[0])
     for edge in () if limit is None else (-limit, limit):
         axes.axvline(edge, color=_LINE_COLOURS[1], lw=1)
-    axes.set(xlabel=f"response, {unit}", ylabel="runs", title=f"{len(finite)} runs")
+    axes.set(xlabel=f"response, {unit}", ylabel="runs", title=f"{int(np.sum(counts))} runs")
     return axes
 
 
-def sweep_figure(coefficients: Mapping[str, float], values: Array, unit: str, limit: float | None = None) -> Any:
-    """Coefficients above, responses below."""
+def draw_map(axes: Any, values: Array, letters: tuple[str, str], unit: str) -> Any:
+    """A response over the coded levels of two factors, the first upwards; the sign by colour, as of a rotation."""
+    most = float(np.nanmax(np.abs(values), initial=0.0)) or 1.0
+    levels = np.linspace(-1.0, 1.0, len(values))
+    shown = axes.pcolormesh(levels, levels, values, cmap="RdBu_r", vmin=-most, vmax=most, shading="nearest")
+    lines = axes.contour(levels, levels, np.nan_to_num(values), levels=8, colors="black", linewidths=0.5)
+    axes.clabel(lines, fontsize=6, fmt="%g")
+    axes.figure.colorbar(shown, ax=axes, label=unit)
+    axes.set(xlabel=f"{letters[1]}, coded", ylabel=f"{letters[0]}, coded", title="response over two factors")
+    return axes
+
+
+def draw_tolerance(axes: Any, curve: Sequence[Mapping[str, float]], slope: Array, probability: float) -> Any:
+    """Angle that a spread of the stored forces keeps, simulated, and the straight line of the slopes."""
+    from scipy.stats import norm
+
+    spreads = np.array([point["spread_N"] for point in curve])
+    straight = float(norm.ppf((1 + probability) / 2)) * float(np.linalg.norm(slope)) * spreads
+    axes.plot(1e3 * spreads, straight, color=_LINE_COLOURS[4], lw=1, label="by the slopes")
+    axes.plot(1e3 * spreads, [point["angle_deg"] for point in curve], "o-", color=_LINE_COLOURS[0], ms=4, label="simulated")
+    axes.set(xlabel="spread of the stored forces, mN (one sd)", ylabel="abs(theta_z), deg")
+    axes.set_title(f"kept in {100 * probability:g} % of the runs")
+    axes.set(xlim=(0.0, None), ylim=(0.0, None))
+    axes.grid(lw=0.3)
+    axes.legend(frameon=False)
+    return axes
+
+
+def sweep_figure(result: SweepResult, tolerance: Mapping[str, Any]) -> Any:
+    """Coefficients above; below them responses, the response over the two largest factors, and the tolerance curve."""
     from matplotlib.figure import Figure
 
-    figure = Figure(figsize=(8.0, 7.0), layout="constrained")
-    upper, lower = figure.subplots(2, 1)
-    draw_coefficients(upper, coefficients, unit)
-    draw_responses(lower, values, unit, limit)
+    figure = Figure(figsize=(12.0, 8.0), layout="constrained")
+    halves: Any = figure.subfigures(2, 1)
+    upper, lower = halves
+    draw_coefficients(upper.subplots(), result.coefficients, result.unit)
+    panels: Any = lower.subplots(1, 3)
+    spread, pair, curve = panels
+    draw_responses(spread, *result.histogram(), result.unit, result.limit)
+    places = result.largest_pair
+    if places is None:
+        pair.set_axis_off()
+    else:
+        draw_map(pair, result.map(*places), (result.letters[places[0]], result.letters[places[1]]), result.unit)
+    if tolerance["curve"]:
+        draw_tolerance(curve, tolerance["curve"], tolerance["slope_deg_per_N"], tolerance["probability"])
+    else:
+        curve.set_axis_off()
     return figure
 
 

@@ -18,8 +18,8 @@ _MOST_STEPS = 50_000_000
 _SLOW = 1e-5  # m/s and m: small against what eases friction in
 
 
-def step_of(model: Model) -> float:
-    """The step for a model: a fraction of its stiffest time constant, at most half a millisecond.
+def step_of(model: Model, longest: float = LONGEST_STEP_S) -> float:
+    """The step for a model: a fraction of its stiffest time constant, at most half a millisecond unless told otherwise.
 
     The sampling rate is not the step: a step of 1 ms loses most runs of the paper's design at the stops. Stiff are the
     stops, as a spring, w = sqrt(6 k / m), and as a damper, 6 c / m, on the platform's mass and on its smallest inertia seen
@@ -34,7 +34,7 @@ def step_of(model: Model) -> float:
     spring = LEGS * at.end_stop.stiffness_N_per_m + sum(k for k, _ in added)
     damper = LEGS * at.end_stop.damping_N_s_per_m + sum(c for _, c in added)
     fastest = max(math.sqrt(spring / mass), damper / mass, 1e-9)
-    return min(LONGEST_STEP_S, 1.0 / (_STEPS_A_RADIAN * fastest))
+    return min(longest, 1.0 / (_STEPS_A_RADIAN * fastest))
 
 
 def _lightest_mass(model: Model) -> float:
@@ -75,7 +75,7 @@ def _size(force: Any) -> float:
     return float(np.linalg.norm(force))
 
 
-def grid(model: Model) -> tuple[float, int, int]:
+def grid(model: Model, longest: float = LONGEST_STEP_S) -> tuple[float, int, int]:
     """Step in s, steps between two samples, number of samples.
 
     Raises
@@ -85,7 +85,7 @@ def grid(model: Model) -> tuple[float, int, int]:
     """
     simulation = model.simulation
     between = 1.0 / simulation.sample_rate_Hz
-    stride = max(1, math.ceil(between / step_of(model) - 1e-9))
+    stride = max(1, math.ceil(between / step_of(model, longest) - 1e-9))
     count = math.floor(simulation.duration_s * simulation.sample_rate_Hz + 1e-9) + 1
     if stride * count > _MOST_STEPS:
         raise InputError(

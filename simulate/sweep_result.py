@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
@@ -12,25 +12,26 @@ import numpy as np
 from measure.tables import Array
 
 from . import responses
-from .factorial import coefficients_of, formula, predicted, variability_percent
+from .factorial import HIGHEST_ORDER, coefficients_of, formula, predicted, variability_percent
 from .responses import RESPONSES
-from .sweep import Sweep, tally
-from .tolerance import tolerance_of
+from .sweep import Sweep, Tally, respond, tally
+
+_BINS = 60
+GRID = 17
+_FRESH = 256
 
 
 @dataclass(frozen=True)
 class SweepResult:
-    """All responses of a sweep, and which of them is explained."""
+    """All responses of a sweep, and which of them is explained.
+
+    pieces : responses piece by piece, in order; gone through several times, and never all in memory.
+    """
 
     sweep: Sweep
-    answers: Array
+    pieces: Iterable[Array]
     response: str
     failure_deg: float
-
-    @classmethod
-    def of(cls, sweep: Sweep, pieces: Sequence[Array], response: str, failure_deg: float) -> SweepResult:
-        """From the pieces of a sweep, in order."""
-        return cls(sweep, np.concatenate(pieces), response, failure_deg)
 
     @property
     def unit(self) -> str:
@@ -43,14 +44,25 @@ class SweepResult:
         return self.failure_deg if self.response == "theta_z_deg" else None
 
     @property
-    def values(self) -> Array:
-        """(runs,) the response in its unit, NaN where there is none."""
-        return self._column(self.response)
-
-    @property
     def letters(self) -> list[str]:
         """Letters of the factors."""
         return [factor.letter for factor in self.sweep.factors]
+
+    def values(self) -> Iterator[Array]:
+        """The response in its unit, NaN where there is none, piece by piece."""
+        return (_column(answers, self.response) for answers in self.pieces)
+
+    def _coded(self) -> Iterator[tuple[Array, Array]]:
+        """Coded levels and response, piece by piece."""
+        first = 0
+        for values in self.values():
+            yield self.sweep.design.piece(first, first + len(values)), values
+            first += len(values)
+
+    @cached_property
+    def tally(self) -> Tally:
+        """Runs, diverged and failed."""
+        return sum((tally(answers, self.failure_deg) for answers in self.pieces), Tally(0, 0, 0))
 
     @cached_property
     def coefficients(self) -> dict[str, float]:
@@ -59,30 +71,75 @@ class SweepResult:
 
     @cached_property
     def report(self) -> dict[str, Any]:
-        """The result as the command's JSON gives it, but for time and provenance."""
-        counted = tally(self.answers, self.failure_deg)
+        """The result as the command's JSON gives it, but for tolerance, step, time and provenance."""
+        counted = self.tally
         return {
             "runs": counted.runs,
             "diverged": counted.diverged,
             "failed_percent": counted.failed_percent,
             "failed_interval_percent": None if self.sweep.design.basic else counted.interval_percent(),
-            "without_response": int(np.isnan(self.values).sum()) - counted.diverged,
+            "without_response": sum(int(np.isnan(values).sum()) for values in self.values()) - counted.diverged,
             "design": self.sweep.design.kind,
             "response": self.response,
-            "factors": [{"letter": f.letter, "key": f.key, "low": f.low, "high": f.high} for f in self.sweep.factors],
+            "factors": [{"letter": f.letter, "key": f.key, "low": f.low, "high": f.high, **_spread(f.normal)} for f in self.sweep.factors],
             "coefficients": self.coefficients,
             "variability_percent": variability_percent(self.coefficients),
             "formula": formula(self.coefficients, self.response.removesuffix(f"_{self.unit}")),
             "left_over_rms": self._left_over(),
-            "tolerance": tolerance_of(self.sweep.model),
+            "fresh": self.fresh(),
         }
 
-    def run_columns(self) -> dict[str, Array]:
-        """One row a run: coded levels by letter, every response, and when it diverged."""
-        coded = self.sweep.design.piece(0, self.sweep.design.runs)
-        levels = {letter: coded[:, i] for i, letter in enumerate(self.letters)}
-        answers = {name: self._column(name) for name in RESPONSES}
-        return {**levels, **answers, "diverged_at_s": self.answers[:, responses.DIVERGED]}
+    def fresh(self) -> dict[str, Any]:
+        """Error of the regression on runs that it has not seen, drawn from the whole of the factors' ranges."""
+        seed = self.sweep.design.seed + 1
+        normal = tuple(i for i, factor in enumerate(self.sweep.factors) if factor.normal)
+        kind = replace(self.sweep.design, kind="random", runs=_FRESH, seed=seed, normal=normal, basic=0, words=())
+        values = _column(replace(self.sweep, design=kind).responses(0, _FRESH), self.response)
+        good = np.isfinite(values)
+        if not self._short or not np.any(good):
+            return {"runs": int(good.sum()), "rms": None, "largest": None, "rms_of_response": None}
+        error = values[good] - predicted(self._short, self.letters, kind.piece(0, _FRESH)[good])
+        size = float(np.sqrt(np.mean(values[good] ** 2)))
+        rms, largest = float(np.sqrt(np.mean(error**2))), float(np.max(np.abs(error)))
+        return {"runs": int(good.sum()), "rms": rms, "largest": largest, "rms_of_response": size}
+
+    def run_columns(self) -> dict[str, Iterable[float]]:
+        """One row a run, read piece by piece: coded levels by letter, every response, and when it diverged."""
+        levels = {letter: self._levels(i) for i, letter in enumerate(self.letters)}
+        answers = {name: self._answers(name) for name in RESPONSES}
+        return {**levels, **answers, "diverged_at_s": (v for answers in self.pieces for v in answers[:, responses.DIVERGED])}
+
+    def _levels(self, place: int) -> Iterator[float]:
+        return (v for coded, _ in self._coded() for v in coded[:, place])
+
+    def _answers(self, name: str) -> Iterator[float]:
+        return (v for answers in self.pieces for v in _column(answers, name))
+
+    def histogram(self) -> tuple[Array, Array]:
+        """(bins,) runs and (bins + 1,) edges of the responses."""
+        low, high = np.inf, -np.inf
+        for values in self.values():
+            finite = values[np.isfinite(values)]
+            low, high = min(low, np.min(finite, initial=np.inf)), max(high, np.max(finite, initial=-np.inf))
+        edges = np.linspace(low, high if high > low else low + 1.0, _BINS + 1) if np.isfinite(low) else np.linspace(0.0, 1.0, _BINS + 1)
+        return sum((np.histogram(v[np.isfinite(v)], edges)[0] for v in self.values()), np.zeros(_BINS, dtype=int)), edges
+
+    def map(self, first: int, second: int) -> Array:
+        """(GRID, GRID) the response over the coded levels of two factors, the first along the rows, all others in their middle."""
+        levels = np.linspace(-1.0, 1.0, GRID)
+        coded = np.zeros((GRID * GRID, len(self.sweep.factors)))
+        coded[:, first], coded[:, second] = np.repeat(levels, GRID), np.tile(levels, GRID)
+        answers = respond([self.sweep.model_at(row) for row in coded])
+        return _column(answers, self.response).reshape(GRID, GRID)
+
+    @property
+    def largest_pair(self) -> tuple[int, int] | None:
+        """Places of the two factors with the largest main effects, None where there are not two."""
+        sizes = np.array([abs(self.coefficients.get(letter, 0.0)) for letter in self.letters])
+        if len(sizes) < 2:
+            return None
+        one, other = np.sort(np.argsort(-sizes, kind="stable")[:2])
+        return int(one), int(other)
 
     def coefficient_columns(self) -> dict[str, Any]:
         """One row a coefficient, the largest first."""
@@ -94,15 +151,25 @@ class SweepResult:
             "variability_percent": [share.get(name, float("nan")) for name in names],
         }
 
-    def _column(self, name: str) -> Array:
-        response = RESPONSES[name]
-        return self.answers[:, response.place] * response.scale
+    @cached_property
+    def _short(self) -> dict[str, float]:
+        """The regression of up to three factors in a product, which is what anybody writes down."""
+        return {name: value for name, value in self.coefficients.items() if len(name) <= HIGHEST_ORDER}
 
     def _left_over(self) -> float:
         """RMS of what the regression of up to three factors leaves of the response, in its unit, on the runs themselves."""
-        short = {name: value for name, value in self.coefficients.items() if len(name) <= 3}
-        good = np.isfinite(self.values)
-        if not np.any(good) or not short:
-            return float("nan")
-        coded = self.sweep.design.piece(0, self.sweep.design.runs)[good]
-        return float(np.sqrt(np.mean((self.values[good] - predicted(short, self.letters, coded)) ** 2)))
+        total, count = 0.0, 0
+        for coded, values in self._coded() if self._short else ():
+            good = np.isfinite(values)
+            total += float(np.sum((values[good] - predicted(self._short, self.letters, coded[good])) ** 2))
+            count += int(good.sum())
+        return float(np.sqrt(total / count)) if count else float("nan")
+
+
+def _column(answers: Array, name: str) -> Array:
+    response = RESPONSES[name]
+    return answers[:, response.place] * response.scale
+
+
+def _spread(normal: bool) -> dict[str, str]:
+    return {"spread": "normal, one standard deviation either way"} if normal else {}

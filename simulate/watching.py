@@ -30,6 +30,15 @@ def respond_kernel(
         respond_block(values, block * n, called, stage, n, step, stride, count, full_height, answers)
 
 
+@njit(cache=True, nogil=True, error_model="numpy")
+def respond_alone(
+    values: Array, called: Program, stage: int, n: int, step: float, stride: int, count: int, full_height: float, answers: Array
+) -> None:
+    """The same digits on one core, for a worker that has others beside it."""
+    for block in range((values.shape[0] + n - 1) // n):
+        respond_block(values, block * n, called, stage, n, step, stride, count, full_height, answers)
+
+
 @njit(cache=True, error_model="numpy")
 def respond_block(
     values: Array, first: int, called: Program, stage: int, n: int, step: float, stride: int, count: int, full_height: float, answers: Array

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -11,7 +12,9 @@ from measure.command import DONE, VERDICT_BAD, parser, progress, run
 from measure.errors import InputError
 
 if TYPE_CHECKING:
+    from measure.tables import Array
     from simulate.chunks import Chunks
+    from simulate.settling import Settled
     from simulate.sweep import Sweep
     from simulate.sweep_result import SweepResult
 
@@ -37,14 +40,21 @@ def _parser() -> Any:
     made.add_argument("--set", action="append", default=[], metavar="KEY=VALUE", help="change a value of the model first; repeatable")
     made.add_argument("--design", choices=DESIGNS, default="full", help="how the factors are combined (default: full)")
     made.add_argument(
-        "--factor", action="append", default=[], metavar="KEY=+-10%", help="vary a value, +-10%%, +-0.02 or 2.6..3.0; repeatable"
+        "--factor",
+        action="append",
+        default=[],
+        metavar="KEY=+-10%",
+        help="vary a value, +-10%%, +-0.02, 2.6..3.0, or with a normal spread, sigma:0.001 or sigma:1%%; repeatable",
     )
     made.add_argument("--runs", type=int, metavar="N", help="number of runs of a sampled or fractional design")
     made.add_argument("--response", default="theta_z_deg", metavar="NAME", help="what the regression explains (default: theta_z_deg)")
     made.add_argument("--failure-deg", type=float, default=FAILURE_DEG, metavar="ANGLE", help="a run beyond this abs(theta_z) failed")
+    made.add_argument("--tolerance-deg", type=float, action="append", metavar="ANGLE", help="angle to keep under (default: 5 and 30)")
+    made.add_argument("--probability", type=float, default=0.95, metavar="P", help="of keeping under it (default: 0.95)")
     made.add_argument("--seed", type=int, default=0, help="of sampled designs (default: 0)")
     made.add_argument("--resume", action="store_true", help="go on with an interrupted sweep of the same model and design")
     made.add_argument("--workers", type=int, metavar="N", help="cores (default: all); the answer does not depend on it")
+    made.add_argument("--dask", metavar="ADDRESS", help="compute on the cluster of this scheduler, as tcp://host:8786")
     return made
 
 
@@ -53,23 +63,22 @@ def _work(arguments: Sequence[str]) -> int:
     _check(options)
 
     from measure.output import provenance
-    from simulate.chunks import Chunks, key_of
-    from simulate.designs import design_of, factors_of
-    from simulate.model_file import read_model
-    from simulate.settings import with_settings
-    from simulate.sweep import Sweep
+    from simulate.chunks import Chunks
+    from simulate.sweep_result import SweepResult
+    from simulate.tolerance import tolerance_of
 
-    model = with_settings(read_model(options.model), options.set)
-    factors = tuple(factors_of(model, options.factor))
-    sweep = Sweep(model, factors, design_of(options.design, len(factors), options.runs, options.seed))
+    found = _settled(options)
+    kept = Chunks(options.output.with_name(options.output.name + ".part"), found.sweep)
     started = time.perf_counter()
-    sweep.require_runnable()
-    kept = Chunks(options.output.with_name(options.output.name + ".part"), key_of(sweep, options.seed))
-    kept.open(options.resume)
-    result = _result(sweep, kept, options)
-    note = provenance([options.model], seed=options.seed, command=[NAME, *arguments])
-    report = {**result.report, "wall_s": time.perf_counter() - started, "provenance": note}
-    _write(options, result, report, note)
+    with _computing(found.sweep, kept, options) as computed:
+        for _ in progress(kept.keep(computed), what="sweep", total=len(kept.missing), quiet=options.quiet):
+            pass
+    wall = time.perf_counter() - started
+    result = SweepResult(found.sweep, kept, options.response, options.failure_deg)
+    tolerance = tolerance_of(found.sweep.model, options.tolerance_deg or (5.0, FAILURE_DEG), options.probability, options.seed)
+    note = provenance([options.model], seed=options.seed, command=[NAME, *_without_how(arguments)])
+    report = {**result.report, "step": found.report, "tolerance": tolerance, "wall_s": wall, "provenance": note}
+    _write(options, kept.folder, result, report)
     kept.remove()
     if not options.quiet:
         print(_sentences(report, options))
@@ -89,46 +98,119 @@ def _check(options: Any) -> None:
         raise InputError(f"{options.output}: its folder does not exist. Make it, or name another --output.")
     if options.workers is not None and options.workers < 1:
         raise InputError(f"--workers {options.workers}: at least one is needed.")
+    if not 0.0 < options.probability < 1.0:
+        raise InputError(f"--probability {options.probability:g}: give one between 0 and 1.")
+    for angle in (options.failure_deg, *(options.tolerance_deg or ())):
+        if not 0.0 < angle < float("inf"):
+            raise InputError(f"an angle of {angle:g} deg: give one above 0.")
 
 
-def _result(sweep: Sweep, kept: Chunks, options: Any) -> SweepResult:
-    from simulate.sweep_result import SweepResult
+def _settled(options: Any) -> Settled:
+    from simulate.designs import design_of
+    from simulate.factors import factors_of, with_named_effects
+    from simulate.model_file import read_model
+    from simulate.settings import with_settings
+    from simulate.settling import settled
+    from simulate.sweep import Sweep
 
-    pieces = progress(kept.run(sweep, options.workers), what="sweep", total=len(sweep.pieces()), quiet=options.quiet)
-    return SweepResult.of(sweep, [answers for _, answers in pieces], options.response, options.failure_deg)
+    model = with_named_effects(with_settings(read_model(options.model), options.set), options.factor)
+    factors = tuple(factors_of(model, options.factor))
+    normal = [i for i, factor in enumerate(factors) if factor.normal]
+    sweep = Sweep(model, factors, design_of(options.design, len(factors), options.runs, options.seed, normal))
+    sweep.require_runnable()
+    return settled(sweep, options.failure_deg)
 
 
-def _write(options: Any, result: SweepResult, report: dict[str, Any], note: dict[str, Any]) -> None:
+@contextmanager
+def _computing(sweep: Sweep, kept: Chunks, options: Any) -> Iterator[Iterator[tuple[int, Array]]]:
+    """The missing pieces as they are computed, on this machine or on a cluster; nothing is begun before that answers."""
+    from simulate.sweep import run_by, run_on
+
+    if options.dask is None:
+        kept.open(options.resume)
+        yield run_on(sweep, options.workers, kept.missing)
+        return
+    from simulate.cluster import connected
+
+    with connected(options.dask) as executor:
+        kept.open(options.resume)
+        yield run_by(executor, sweep, kept.missing)
+
+
+def _without_how(arguments: Sequence[str]) -> list[str]:
+    """The words of the command without those that change no byte of the result."""
+    words, kept = iter(arguments), []
+    for word in words:
+        if word in ("--workers", "--dask"):
+            next(words)
+        elif word not in ("--resume", "--quiet") and not word.startswith(("--workers=", "--dask=")):
+            kept.append(word)
+    return kept
+
+
+def _write(options: Any, folder: Path, result: SweepResult, report: dict[str, Any]) -> None:
+    """Write everything beside the pieces first, and move it to its place when it is whole."""
     from measure.output import replacing, write_json, write_provenance
     from measure.tables import write_columns
     from simulate.plots import figure_bytes, sweep_figure
 
-    drawn = figure_bytes(sweep_figure(report["coefficients"], result.values, result.unit, result.limit))
-    options.output.mkdir(exist_ok=True)
-    write_columns(result.run_columns(), options.output / "responses.csv")
-    write_columns(result.coefficient_columns(), options.output / "coefficients.csv")
-    write_provenance(options.output / "responses.csv", note)
-    with replacing(options.output / "sweep.png") as temporary:
-        temporary.write_bytes(drawn)
+    whole = folder / "result"
+    whole.mkdir(exist_ok=True)
+    with replacing(whole / "sweep.png") as temporary:
+        temporary.write_bytes(figure_bytes(sweep_figure(result, report["tolerance"])))
+    write_columns(result.run_columns(), whole / "responses.csv")
+    write_columns(result.coefficient_columns(), whole / "coefficients.csv")
+    write_provenance(whole / "responses.csv", report["provenance"])
+    if options.output.exists():
+        for path in sorted(whole.iterdir()):
+            path.replace(options.output / path.name)
+    else:
+        whole.replace(options.output)
     if options.json is not None:
         write_json(options.json, report)
 
 
 def _sentences(report: dict[str, Any], options: Any) -> str:
-    interval = report["failed_interval_percent"]
+    interval, step = report["failed_interval_percent"], report["step"]
     sure = "" if interval is None else f" (95 % interval {interval[0]:.2f} to {interval[1]:.2f})"
+    exact = "" if step["largest_error_deg"] is None else f", theta_z good to {step['largest_error_deg']:.1g} deg"
+    share = 100 * step["sensitive_probes"] / step["probes"]
     lines = [
         f"sweep     {report['runs']} runs, {report['diverged']} diverged, {report['wall_s']:.1f} s",
+        f"          step {1e3 * step['step_s']:.3g} ms{exact}; {share:.0f} % of the runs are sensitive: their answer hangs on the release",
         f"          {report['failed_percent']:.1f} % beyond {options.failure_deg:g} deg{sure}",
         f"          {report['formula']}",
+        *_regression_sentence(report),
+        *_tolerance_sentences(report["tolerance"]),
     ]
-    for angle, spread in report["tolerance"]["stored_force_spread_N"].items():
+    return "\n".join([*lines, f"          written to {options.output}"])
+
+
+def _regression_sentence(report: dict[str, Any]) -> list[str]:
+    fresh = report["fresh"]
+    if fresh["rms"] is None:
+        return []
+    return [
+        f"          on {fresh['runs']} fresh runs off by {fresh['rms']:.3g} (rms), the response itself is {fresh['rms_of_response']:.3g}"
+    ]
+
+
+def _tolerance_sentences(tolerance: dict[str, Any]) -> list[str]:
+    lines, percent = [], 100 * tolerance["probability"]
+    for angle, spread in tolerance["stored_force_spread_N"].items():
         if spread is not None:
-            percent = 100 * report["tolerance"]["probability"]
+            low, high = tolerance["simulated"][angle]["interval"]
             lines.append(
                 f"          stored forces within {spread:.2g} N (one sd) keep abs(theta_z) under {angle} deg in {percent:g} % of runs"
+                f" (simulated: {100 * low:.0f} to {100 * high:.0f} %)"
             )
-    return "\n".join([*lines, f"          written to {options.output}"])
+    adjust, order = tolerance["adjust"], tolerance["sort"]
+    if order is not None:
+        now = f"{adjust['theta_z_before_deg']:.1f} deg now"
+        lines.append(f"          leg {adjust['leg']} by {adjust['by_N']:+.2g} N leaves {adjust['theta_z_after_deg']:.1f} deg, {now}")
+        placed = " ".join(map(str, order["order"]))
+        lines.append(f"          legs {placed} in places 1 to 6 leave {order['theta_z_after_deg']:.1f} deg")
+    return lines
 
 
 if __name__ == "__main__":
