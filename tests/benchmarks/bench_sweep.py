@@ -21,7 +21,8 @@ import numpy as np
 from scipy.integrate import solve_ivp
 
 from simulate import responses
-from simulate.designs import design_of, paper_factors
+from simulate.designs import design_of
+from simulate.factors import paper_factors
 from simulate.effects import CATALOGUE
 from simulate.model import Model, per_leg
 from simulate.model_file import read_model
@@ -134,7 +135,7 @@ def main() -> None:
     with_catalogue = seconds(lambda: answers_of(whole), 3)
     rk45, others = rk45_seconds(sweep.model_at(sweep.design.piece(1234, 1235)[0])) * RUNS, mujoco_seconds(model, 64)
     print(f"first call, with compilation where none is kept        {compiled:9.2f} s")
-    print(f"this project, {RUNS} runs, {1e3 * sweep._grid[0]:.3g} ms                  {ours:9.2f} s      1")
+    print(f"this project, {RUNS} runs, {1e3 * sweep.grid[0]:.3g} ms                  {ours:9.2f} s      1")
     print(f"the same with the whole catalogue, switched off        {with_catalogue:9.2f} s {with_catalogue / ours:6.2f}")
     print(f"solve_ivp RK45, rtol 1e-6, run by run (1 run scaled)   {rk45:9.2f} s {rk45 / ours:6.0f}")
     if others is not None:
@@ -144,7 +145,7 @@ def main() -> None:
 
 def print_errors(model: Model, sweep: Sweep) -> None:
     """Error of theta_z against an eighth of the step, balanced stored forces (sum of signs zero) apart: they are unstable."""
-    fine = full_design(replace(model, simulation=replace(model.simulation, step_s=sweep._grid[0] / 8)))
+    fine = full_design(replace(model, simulation=replace(model.simulation, step_s=sweep.grid[0] / 8)))
     runs = np.random.default_rng(0).permutation(RUNS // 64)[:8] * 64
     apart, balanced = [], []
     for first in runs:
