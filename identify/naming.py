@@ -22,6 +22,7 @@ from .fit import Fit, before_the_stops, solve
 from .screening import Screened, kinds_to_try, screen
 
 RIVAL_P = 0.01  # a rival that would be led so far less often than this is excluded
+STRONG_BIC = 10.0
 _HOPELESS, _CLOSED_BY_FAR = 0.5, 1000.0
 
 Say = Callable[[str], None]
@@ -31,15 +32,17 @@ Say = Callable[[str], None]
 class Budget:
     """How much is tried, in fits and not in seconds, so that every machine comes to the same answer.
 
-    fitted : effects fitted in a hurry, after screening. whole : of these, how many are fitted whole. effects : most that are added.
+    fitted : effects fitted in a hurry, after screening. whole : of these, how many are fitted whole where none has closed the
+    gap; rivals : how many where one has and the others are not excluded. effects : most that are added.
     """
 
     fitted: int
     whole: int
+    rivals: int
     effects: int
 
 
-BUDGETS = {"quick": Budget(4, 2, 2), "normal": Budget(8, 4, 3), "thorough": Budget(28, 8, 4)}
+BUDGETS = {"quick": Budget(5, 2, 4, 2), "normal": Budget(12, 4, 10, 3), "thorough": Budget(28, 8, 28, 4)}
 
 
 @dataclass(frozen=True)
@@ -91,7 +94,7 @@ def _best_of(current: Fit, look: Look, budget: Budget, say: Say) -> Step | None:
             quick.append(fit_screened(look.hint, one))
     if not quick:
         return None
-    foremost = _foremost(quick, budget.whole)
+    foremost = _foremost(quick, budget)
     say("fitting the foremost to the end: " + ", ".join(c.name for c in foremost))
     return _step(current, look, quick, [carried_to_the_end(current, c) for c in foremost])
 
@@ -123,14 +126,14 @@ def _hopeless(one: Screened, tried: Sequence[Candidate]) -> bool:
     return any(likeness(one.signature, c.signature) ** 2 < _HOPELESS for c in closed)
 
 
-def _foremost(quick: Sequence[Candidate], most: int) -> list[Candidate]:
+def _foremost(quick: Sequence[Candidate], budget: Budget) -> list[Candidate]:
     """The candidates worth fitting whole: the best ones; where the best closed what was looked at, only those not excluded by it."""
     ranked = _best_first(quick)
     best = ranked[0]
     if gap_test(best.fit).p_value < GAP_P:
-        return ranked[:most]
+        return ranked[: budget.whole]
     noise = noise_like(best.fit)
-    return [best, *(c for c in ranked[1:] if not _excluded(c, best, noise))][:most]
+    return [best, *(c for c in ranked[1:] if not _excluded(c, best, noise))][: budget.rivals]
 
 
 def _step(current: Fit, look: Look, quick: Sequence[Candidate], whole: Sequence[Candidate]) -> Step | None:
@@ -168,17 +171,13 @@ def _gain(before: Fit, after: Fit, noise: Array, tests: Family) -> Gain:
 
 
 def _excluded(rival: Candidate, best: Candidate, noise: Array) -> bool:
-    """Whether a rival is led by more than chance explains, were it the truth; or says the same with more words.
+    """Whether a rival is led by more than chance explains, were it the truth; or says the same with many more words.
 
-    One with more parameters has to close more of the gap than they would by chance: a power law that comes out as viscous
-    friction is no rival of viscous friction but a detour.
+    What its further parameters cost is told by the BIC; an effect that can bend itself into many others is no rival of the
+    one that it imitates.
     """
-    extra = len(rival.fit.q) - len(best.fit.q)
-    if extra > 0:
-        unit = inflation(rival.fit, len(rival.effect.flat()), noise)
-        closed_more = (best.fit.cost - rival.fit.cost) / unit
-        if stats.chi2.sf(max(closed_more, 0.0), extra) > RIVAL_P:
-            return True
+    if len(rival.fit.q) > len(best.fit.q) and _delta_bic(rival, best.fit, best.fit) < -STRONG_BIC:
+        return True
     return chance_of_lead(best.fit, rival.fit, noise) < RIVAL_P
 
 

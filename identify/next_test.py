@@ -66,8 +66,13 @@ class NextTest:
 def next_tests(best: Fit, rivals: Sequence[Candidate]) -> tuple[NextTest, ...]:
     """Every test that can be foreseen with these runs, the most telling first."""
     problem = best.problem
-    found = [NextTest(c, {r.name: _chance(best, r.fit, c) for r in rivals}) for c in (*_deployments(problem), *_loops(problem))]
+    found = [_foreseen(best, rivals, condition) for condition in (*_deployments(problem), *_loops(problem))]
     return tuple(sorted(found, key=lambda test: (-sum(test.chances.values()), test.condition.words)))
+
+
+def _foreseen(best: Fit, rivals: Sequence[Candidate], condition: Condition) -> NextTest:
+    made = _made(best, condition)
+    return NextTest(condition, {rival.name: _chance(best, rival.fit, made) for rival in rivals})
 
 
 def _deployments(problem: Problem) -> list[Condition]:
@@ -133,15 +138,14 @@ def _loop(frequency_Hz: float, amplitude_m: float) -> Condition:
     return Condition(words, frequency_Hz=frequency_Hz, amplitude_m=amplitude_m)
 
 
-def _chance(best: Fit, rival: Fit, condition: Condition) -> float:
+def _chance(best: Fit, rival: Fit, made: Problem) -> float:
     before = rival.free_of_knobs((best.gaps - rival.gaps)[:, None])
-    shown = float(np.sum(before**2)) + _shown(best, rival, condition)
+    shown = float(np.sum(before**2)) + _shown(rival, made)
     return float(stats.norm.cdf(np.sqrt(shown) - stats.norm.isf(RIVAL_P)))
 
 
-def _shown(best: Fit, rival: Fit, condition: Condition) -> float:
+def _shown(rival: Fit, made: Problem) -> float:
     """delta^2 of a further run."""
-    made = _made(best, condition)
     problem = replace(rival.problem, films=made.films, loops=made.loops)
     q = _without_releases(rival, problem)
     gaps, jacobian = problem.jacobian(q)
@@ -210,10 +214,10 @@ def _blank_loop(problem: Problem, condition: Condition) -> LoopRun:
     """A loop on a shaker that has seen no force yet."""
     time = np.linspace(0.0, _CYCLES / condition.frequency_Hz, _SAMPLES * _CYCLES + 1)
     middle = float(np.mean([np.mean(loop.data.elongation_m) for loop in problem.loops])) if problem.loops else condition.amplitude_m
-    u = middle + condition.amplitude_m * np.sin(2 * np.pi * condition.frequency_Hz * time)
+    turn = 2 * np.pi * condition.frequency_Hz * time
     level = float(np.mean(problem.model.actuator.b_l_N))
-    data = prepare(Loop(time, u, np.full(len(time), level), name="further"))
+    blank = Loop(time, middle + condition.amplitude_m * np.sin(turn), level * (1.0 + 0.01 * np.cos(turn)), name="further")
+    data = prepare(blank)
     sigmas = [loop.data.force_sigma_N for loop in problem.loops]
     sigma = float(np.median(sigmas)) if sigmas else _FREE_LOOP[2] * abs(level)
-    run = Run(Loop(time, u, np.full(len(time), level), name="further"), name="further")
-    return LoopRun(run, problem.model, replace(data, force_sigma_N=sigma))
+    return LoopRun(Run(blank, name="further"), problem.model, replace(data, force_sigma_N=sigma))
