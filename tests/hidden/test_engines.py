@@ -11,7 +11,7 @@ from board.platform_ode import SAID, moved_by_ode
 from board.rigs import drawn_rig
 from board.shaker import stroke_of
 from board.shapes import drawn
-from board.specs import NOT_IN_MUJOCO, ONLY_IN_THE_KERNEL, Spec
+from board.specs import NOT_IN_MUJOCO, ONLY_IN_THE_KERNEL, OUTSIDE, Spec
 
 from simulate.effects import CATALOGUE, JointFriction
 from simulate.model import Model
@@ -36,8 +36,9 @@ def apart(first, second, until_s: float = np.inf) -> float:
     return float(np.max(np.abs(first.place_m - second.place_m)[there]))
 
 
+@pytest.mark.slow
 def test_dop853_on_a_right_hand_side_of_its_own_moves_the_platform_alike_with_all_effects_at_once():
-    model, bench = with_all_of(SAID)
+    model, bench = with_all_of((*SAID, *OUTSIDE))
     at = in_run(model, bench.films[0])
     (kernel,) = motions([at], FINE_STEP_S)
     other = moved_by_ode(at, kernel.time_s)
@@ -47,9 +48,10 @@ def test_dop853_on_a_right_hand_side_of_its_own_moves_the_platform_alike_with_al
     assert apart(kernel, without) > 1e-2, "nothing acted, nothing was tested"
 
 
+@pytest.mark.slow
 def test_mujoco_moves_the_platform_alike_with_all_effects_it_can_express_at_once():
     pytest.importorskip("mujoco", reason="MuJoCo is not installed: pip install mujoco")
-    model, bench = with_all_of(tuple(name for name in SAID if name not in NOT_IN_MUJOCO))
+    model, bench = with_all_of(tuple(name for name in (*SAID, *OUTSIDE) if name not in NOT_IN_MUJOCO))
     at = in_run(model, bench.films[0])
     (kernel,) = motions([at], FINE_STEP_S)
     other = motion_by("mujoco", at)
@@ -58,7 +60,7 @@ def test_mujoco_moves_the_platform_alike_with_all_effects_it_can_express_at_once
 
 
 def test_lsoda_on_the_differential_law_gives_the_loops_of_the_exact_one():
-    model, bench = with_all_of(tuple(name for name in SAID if name != "leg-disparity"))
+    model, bench = with_all_of(tuple(name for name in (*SAID, *OUTSIDE) if name != "leg-disparity"))
     for run in bench.loops:
         stroke = stroke_of(run)
         exact = loop_by("kernel", model, stroke, run.start_force_N)

@@ -12,9 +12,11 @@ import numpy as np
 from scipy.integrate import solve_ivp
 from scipy.interpolate import CubicHermiteSpline
 
+from simulate.effect import Effect
 from simulate.model import Model
 
 from .camera import values_of
+from .outside import KINDS as OUTSIDE
 
 Array = np.ndarray
 
@@ -24,6 +26,7 @@ class Law:
 
     def __init__(self, model: Model) -> None:
         law, self.p = model.actuator, values_of(model.effects)
+        self.outside = [effect for effect in model.effects if effect.name in OUTSIDE and effect.leg_force is not None]
         self.shift = self.p.get("leg-disparity", np.zeros(6))
         self.slopes: tuple[Array, Array] = np.broadcast_to(law.a_l_N_per_m, 6), np.broadcast_to(law.a_u_N_per_m, 6)
         self.levels: tuple[Array, Array] = np.broadcast_to(law.b_l_N, 6) + self.shift, np.broadcast_to(law.b_u_N, 6) + self.shift
@@ -54,7 +57,14 @@ class Law:
         missing, length = self.p.get("transition-zone", (0.0, 0.08))
         lost, tau = self.p.get("force-relaxation", (0.0, 0.5))
         friction = c * v + k * v * (v**2 + 1e-6) ** ((n - 1) / 2) + stick * np.tanh(v / 2e-3) * np.exp(-((v / v_s) ** 2))
-        return -friction - missing * np.exp(-np.maximum(u, 0.0) / length) + force * lost * np.expm1(-t / tau)
+        known = -friction - missing * np.exp(-np.maximum(u, 0.0) / length) + force * lost * np.expm1(-t / tau)
+        return known + sum(self._from_outside(effect, u) for effect in self.outside)
+
+    @staticmethod
+    def _from_outside(effect: Effect, u: Array) -> Array:
+        """An effect that no catalogue holds, by its own formula of the elongation: there is no other."""
+        p = effect.flat()
+        return np.array([effect.leg_force(float(x), 0.0, 0.0, 0.0, 0.0, p) for x in u])
 
 
 def loop_by_ode(model: Model, times: Array, u: Array, v: Array, a: Array, start_force_N: float) -> Array:

@@ -49,7 +49,7 @@ class Driver:
         u, v = self.seen(data)
         stored = self.stored(u, v)
         data.ctrl[:] = stored + self.law.added(u, v, data.time, stored) + self.frame.stops(data.ten_length, v)
-        data.xfrc_applied[1, :3] = self.frame.wrench(data.time, data.xipos[1], self._speed(data))
+        data.xfrc_applied[1] = self.frame.wrench(data.time, data.xipos[1], self._speed(data))
 
     def _speed(self, data: Any) -> Array:
         """Of the centre of mass: a free joint's speed is that of its frame, its rotation in body axes."""

@@ -21,6 +21,7 @@ from simulate.model import Model
 
 from .camera import Motion, values_of
 from .leg_law import Law
+from .outside import KINDS as OUTSIDE
 
 Array = np.ndarray
 
@@ -69,6 +70,7 @@ class PlatformInBodyAxes:
         g, body = model.geometry, model.platform
         assert g is not None
         self.model, self.law = model, Law(model)
+        self.outside = [effect for effect in model.effects if effect.name in OUTSIDE and effect.platform_wrench is not None]
         self.base = np.asarray(g.base_joints_m)
         self.centre = np.asarray(body.centre_of_mass_m) + p.get("centre-of-mass-offset", np.zeros(3))
         self.joints = np.asarray(g.platform_joints_m) - self.centre
@@ -91,7 +93,7 @@ class PlatformInBodyAxes:
     def require_said(self, model: Model) -> None:
         """Refuse an effect that this right-hand side would leave out without a word."""
         for effect in model.effects:
-            if effect.name not in SAID and effect.acts_on != "measurement":
+            if effect.name not in (*SAID, *OUTSIDE) and effect.acts_on != "measurement":
                 raise ValueError(f"{effect.name} is not written in this right-hand side")
 
     def start(self) -> Array:
@@ -121,8 +123,9 @@ class PlatformInBodyAxes:
         u = legs.length - self.stowed
         pushed = force + self.law.added(u, legs.rate, t, force) + self.stops(legs.length, legs.rate)
         matrix, right = self._bare(spin)
-        right[:3] += self.wrench(t, place, velocity) + legs.axis.T @ pushed
-        right[3:] += np.sum(_cross(legs.arm, legs.axis * pushed[:, None]), axis=0) @ rotation
+        wrench = self.wrench(t, place, velocity)
+        right[:3] += wrench[:3] + legs.axis.T @ pushed
+        right[3:] += (wrench[3:] + np.sum(_cross(legs.arm, legs.axis * pushed[:, None]), axis=0)) @ rotation
         if self.axial > 0.0:
             self._held_back(matrix, right, rotation, turning, legs)
         acceleration = np.linalg.solve(matrix, right)
@@ -143,8 +146,8 @@ class PlatformInBodyAxes:
         return -(k * over + c * rate * (over > 0)) * erf(over / s) + (k * under - c * rate * (under > 0)) * erf(under / s)
 
     def wrench(self, t: float, place: Array, velocity: Array) -> Array:
-        """Forces on the platform, N; none of them has a moment about the centre of mass."""
-        p, total = self.p, np.zeros(3)
+        """Force, N, and moment about the centre of mass, N m, in world axes; only what comes from outside the catalogue has a moment."""
+        p, total, outside = self.p, np.zeros(3), np.zeros(6)
         total[2] += float(p.get("gravity-imbalance", (0.0,))[0]) - float(p.get("pulley-friction", (0.0,))[0]) * np.tanh(velocity[2] / 2e-3)
         total[:2] -= float(p.get("cable-pendulum", (0.0,))[0]) * place[:2]
         total -= float(p.get("air-drag", (0.0,))[0]) * np.linalg.norm(velocity) * velocity
@@ -157,7 +160,10 @@ class PlatformInBodyAxes:
             normal = stiffness * max(radius - clearance, 0.0)
             total -= 0.2 * normal * velocity / np.sqrt(velocity @ velocity + 5e-3**2)
             total[:2] -= normal * place[:2] / max(radius, 1e-12)
-        return total
+        for effect in self.outside:
+            effect.platform_wrench(t, place, velocity, effect.flat(), outside)
+        outside[:3] += total
+        return outside
 
     def _held_back(self, matrix: Array, right: Array, rotation: Array, turning: Array, legs: Legs) -> None:
         """The inertia of spools and strips, felt at the platform joints, into matrix and right side."""
