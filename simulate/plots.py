@@ -12,6 +12,7 @@ from measure.tables import Array
 from .deployment import Deployment
 
 if TYPE_CHECKING:
+    from .gravity_study import Case
     from .sweep_result import SweepResult
 
 _DEGREES = ("theta_x_rad", "theta_y_rad", "theta_z_rad")
@@ -59,6 +60,23 @@ def deployment_figure(run: Deployment) -> Any:
     axes = figure.subplots(3, 1, sharex=True)
     for draw, at in zip((draw_positions, draw_rotations, draw_leg_forces), axes, strict=True):
         draw(at, run)
+    return figure
+
+
+def gravity_figure(cases: Sequence[Case]) -> Any:
+    """Elevation of every case against time, with the force as it is dashed and with four times it drawn through (Fig. 16)."""
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(8.0, 4.5), layout="constrained")
+    axes = figure.subplots()
+    for case, colour in zip(cases, _LINE_COLOURS[:3] * 2, strict=True):
+        style = "--" if case.times_the_force == 1 else "-"
+        axes.plot(case.run.time_s, 1e3 * case.run.channels["z_m"], style, color=colour, lw=1.2, label=case.label)
+    geometry = cases[0].run.model.geometry
+    for height in () if geometry is None else (geometry.stowed_height_m, geometry.deployed_height_m):
+        axes.axhline(1e3 * height, color="black", lw=0.5)
+    axes.set(xlabel="time, s", ylabel="elevation, mm", title=cases[0].run.model.name)
+    axes.legend(frameon=False, fontsize=8, loc="center left", bbox_to_anchor=(1.0, 0.5))
     return figure
 
 

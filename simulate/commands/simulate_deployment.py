@@ -10,7 +10,10 @@ from measure.command import DONE, VERDICT_BAD, parser, run
 from measure.errors import InputError
 
 if TYPE_CHECKING:
+    from measure.tables import Trajectory
     from simulate.deployment import Deployment
+    from simulate.gravity_study import Case
+    from simulate.model import Model
 
 NAME = "simulate-deployment"
 
@@ -27,6 +30,11 @@ def _parser() -> Any:
     made.add_argument("--legs", type=Path, metavar="FILE", help="write elongation, length and force of each leg (CSV)")
     made.add_argument("--energy", type=Path, metavar="FILE", help="write the energy ledger against time (CSV)")
     made.add_argument("--mjcf", type=Path, metavar="FILE", help="write the rig for MuJoCo (XML), to be driven by six motors")
+    made.add_argument("--page", type=Path, metavar="FILE", help="write a page that plays the deployment in 3D (.html)")
+    made.add_argument("--measured", type=Path, metavar="FILE", help="trajectory (CSV) that the page lays over the modelled one")
+    made.add_argument(
+        "--gravity-study", type=Path, metavar="FOLDER", help="the elevation with and without weight, counterweight and four times the force"
+    )
     made.add_argument("--figure", type=Path, metavar="FILE", help="draw the deviations and forces (.png, .svg or .pdf)")
     return made
 
@@ -36,6 +44,7 @@ def _work(arguments: Sequence[str]) -> int:
     _require_distinct(options)
 
     from measure.output import provenance
+    from measure.tables import read_trajectory
     from simulate.accuracy import deploy_checked
     from simulate.mjcf import require_expressed
     from simulate.model_file import read_model
@@ -44,20 +53,34 @@ def _work(arguments: Sequence[str]) -> int:
     model = with_settings(read_model(options.model), options.set)
     if options.mjcf is not None:
         require_expressed(model)
+    measured = None if options.measured is None else read_trajectory(options.measured)
     deployed = deploy_checked(model)
     note = provenance([options.model], command=[NAME, *arguments])
-    result = {**deployed.summary, "provenance": note}
+    cases = _gravity_study(options, model)
+    result = {**deployed.summary, **({"gravity_study": [case.report for case in cases]} if cases else {}), "provenance": note}
     _write(options, deployed, result)
+    if options.page is not None:
+        _write_page(options.page, deployed, measured)
+    if cases:
+        _write_study(options.gravity_study, cases)
     if not options.quiet:
         print(_sentences(result, options.output))
+        if cases:
+            print(_study_sentences(result["gravity_study"], options.gravity_study))
     return VERDICT_BAD if result["diverged_at_s"] is not None else DONE
 
 
 def _require_distinct(options: Any) -> None:
     named = (options.model, options.output, options.json, options.legs, options.energy, options.figure, options.mjcf)
+    named = (*named, options.page, options.measured, options.gravity_study)
     paths = [path.resolve() for path in named if path is not None]
     if len(set(paths)) < len(paths):
         raise InputError("two files have the same name; give each output its own, and none that of the model.")
+    if options.measured is not None and options.page is None:
+        raise InputError("--measured: is laid over the modelled trajectory on a page; name one with --page FILE.")
+    study = options.gravity_study
+    if study is not None and ((study.exists() and not study.is_dir()) or not study.absolute().parent.is_dir()):
+        raise InputError(f"{study}: is a file, or stands in a folder that does not exist. Name another folder for --gravity-study.")
     if options.figure is not None and options.figure.suffix.lower() not in (".png", ".svg", ".pdf"):
         raise InputError(f"{options.figure}: a figure ends in .png, .svg or .pdf.")
 
@@ -86,6 +109,43 @@ def _write(options: Any, deployed: Deployment, result: dict[str, Any]) -> None:
         write_text(options.mjcf, mjcf_of(deployed.model))
     if options.json is not None:
         write_json(options.json, result)
+
+
+def _write_page(path: Path, deployed: Deployment, measured: Trajectory | None) -> None:
+    from measure.output import write_text
+    from simulate.playing_report import playing_html
+
+    write_text(path, playing_html(deployed, measured))
+
+
+def _gravity_study(options: Any, model: Model) -> list[Case]:
+    if options.gravity_study is None:
+        return []
+    from simulate.gravity_study import gravity_study
+
+    return gravity_study(model)
+
+
+def _write_study(folder: Path, cases: list[Case]) -> None:
+    from measure.output import replacing
+    from measure.tables import write_columns
+    from simulate.gravity_study import elevation_columns
+    from simulate.plots import figure_bytes, gravity_figure
+
+    drawn = figure_bytes(gravity_figure(cases))
+    folder.mkdir(exist_ok=True)
+    write_columns(elevation_columns(cases), folder / "elevation.csv")
+    with replacing(folder / "gravity.png") as temporary:
+        temporary.write_bytes(drawn)
+
+
+def _study_sentences(cases: list[dict[str, Any]], folder: Path) -> str:
+    lines = []
+    for case in cases:
+        reached = case["time_to_full_height_s"]
+        height = f"rises to {1e3 * case['highest_m']:.0f} mm" if reached is None else f"full height after {reached:.3f} s"
+        lines.append(f"          {case['case']}: {height}")
+    return "\n".join(["gravity   the paper's study, Fig. 16", *lines, f"          written to {folder}"])
 
 
 def _sentences(result: dict[str, Any], output: Path) -> str:
