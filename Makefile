@@ -33,6 +33,10 @@ test: $(VENV)/installed-test
 fast: $(VENV)/installed-test
 	$(PYTEST) -m "not slow"
 
+# MuJoCo and a dask cluster, which make test leaves alone.
+peers: $(VENV)/installed-test $(VENV)/installed-peers
+	$(CALM) $(BIN)/pytest tests/simulate/test_mujoco.py tests/simulate/test_cluster.py $(PYTEST_ARGS)
+
 lint: $(VENV)/installed-lint
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
