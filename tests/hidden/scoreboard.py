@@ -13,6 +13,7 @@ from typing import Any
 
 sys.path.insert(0, str(Path(__file__).resolve().parent))
 
+from board.further import splits
 from board.page import markdown, printed
 from board.running import METHODS, OURS, run, version
 from board.scoring import scored
@@ -30,6 +31,7 @@ def _parser() -> argparse.ArgumentParser:
     made.add_argument("--method", action="append", choices=tuple(METHODS), help=f"repeatable; default {OURS}")
     made.add_argument("--processes", type=int, default=2)
     made.add_argument("--patience", type=float, default=900.0, metavar="S", help="after which a case counts as failed")
+    made.add_argument("--further", action="store_true", help="do the test that is recommended for each class, and ask again")
     made.add_argument("-o", "--output", type=Path, default=Path("out/hidden"), metavar="FOLDER")
     return made
 
@@ -43,10 +45,12 @@ def main(arguments: list[str] | None = None) -> int:
     specs = chosen(board(given.subset), given.only, given.cases)
     found: dict[str, Any] = {}
     for method in given.method or [OURS]:
-        answers = run(specs, method, given.output, processes=given.processes, patience_s=given.patience, say=_say)
+        how = {"processes": given.processes, "patience_s": given.patience, "say": _say}
+        answers = run(specs, method, given.output, **how)
         rows = scored(specs, answers, given.output)
-        found[method] = tally(rows)
-        print(printed(method, rows))
+        done = splits(rows, answers, method, given.output, **how) if given.further else []
+        found[method] = tally(rows, done)
+        print(printed(method, rows, done))
     write_text(given.output / "scoreboard.json", json_text({"subset": given.subset, "sources": version(), "methods": found}))
     write_text(given.output / "scoreboard.md", markdown(found, given.subset, version()))
     print(f"scoreboard  {given.output / 'scoreboard.md'}")

@@ -5,13 +5,20 @@ from __future__ import annotations
 import shutil
 from pathlib import Path
 
+import numpy as np
 import pytest
+from board.further import with_further_run
 from board.making import made, sealed_file
 from board.page import markdown, printed
 from board.running import OURS, asked, read_answers, run, version
 from board.scoring import Scored, scored
 from board.specs import Spec, board
 from board.tally import tally
+
+from identify.campaign import read_campaign
+from identify.loops import prepare
+from measure.tables import Trajectory
+from simulate.model_file import read_model
 
 pytestmark = pytest.mark.slow
 PATIENCE_S = 900.0
@@ -62,6 +69,29 @@ def test_an_interrupted_run_goes_on_and_asks_nothing_twice(tmp_path: Path):
     assert again == first
     assert not said
     assert [answer.version for answer in read_answers(file)] == [version()]
+
+
+def test_the_recommended_test_is_done_as_it_is_described(tmp_path: Path):
+    case = made(IN_LOOPS, tmp_path)
+    before = read_campaign([case / "campaign.toml"])
+    of_loops = {"kind": "loop", "frequency_Hz": 6.0, "amplitude_m": 0.03, "splits": {"a": 0.9}, "model": {}}
+    runs = read_campaign([with_further_run(IN_LOOPS, of_loops, tmp_path) / "campaign.toml"])
+    assert len(runs) == len(before) + 1
+    loop = prepare(runs[-1].table)  # type: ignore[arg-type]
+    assert loop.frequency_Hz == pytest.approx(6.0, rel=1e-3)
+    assert 0.9 * 0.03 < loop.amplitude_m < 1.01 * 0.03
+
+
+def test_a_recommended_deployment_is_let_go_under_its_own_condition(tmp_path: Path):
+    spec = Spec(("gravity-imbalance",), 3.0, "single")
+    made(spec, tmp_path)
+    test = {"kind": "deployment", "model": {"platform": {"mass_kg": 1.5}}, "times_as_long": 2.0, "channels": ["y_m", "z_m"], "splits": {}}
+    run = read_campaign([with_further_run(spec, test, tmp_path) / "campaign.toml"])[-1]
+    assert run.model(read_model(tmp_path / "further" / spec.token / "model.toml")).platform.mass_kg == 1.5
+    assert isinstance(run.table, Trajectory)
+    assert set(run.table.channels) == {"y_m", "z_m"}
+    assert len(run.table.time_s) == 300
+    assert np.ptp(run.table.channels["z_m"]) > 0.05
 
 
 @pytest.mark.parametrize("method", ["lowest-error", "forward-bic", "sparse-regression", "gaussian-process"])

@@ -48,9 +48,9 @@ def _plus(a: Sequence[float], b: Array) -> tuple[float, float, float]:
     return x, y, z
 
 
-def motions(models: Sequence[Model], step_s: float = STEP_S) -> list[Motion]:
+def motions(models: Sequence[Model], step_s: float = STEP_S, duration_s: float = DURATION_S) -> list[Motion]:
     """Deployments by the project's kernel, those of the same effects side by side."""
-    rigs = [replace(m, simulation=Simulation(DURATION_S, 1000.0, step_s), effects=_inside(m.effects)) for m in models]
+    rigs = [replace(m, simulation=Simulation(duration_s, 1000.0, step_s), effects=_inside(m.effects)) for m in models]
     groups: dict[tuple, list[int]] = {}
     for i, rig in enumerate(rigs):
         groups.setdefault(tuple(type(effect) for effect in rig.effects), []).append(i)

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass, field
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -41,11 +41,12 @@ class Deployment:
     instant_s: float
     hold_out: bool = False
     rendered: bool = False
+    frames: int = FRAMES
 
     @property
     def time_s(self) -> np.ndarray:
         """The camera's clock."""
-        return np.arange(FRAMES) / FPS
+        return np.arange(self.frames) / FPS
 
 
 @dataclass(frozen=True)
@@ -92,8 +93,8 @@ def planned(spec: Spec, known: Model, chance: Chance) -> Campaign:
         "loops": [],
     }
     chosen = conditions[spec.run_set]
-    seen = _seen(spec, chance)
-    deployments = [_deployment(spec, known, c, seen, len(chosen) > 1 and i == len(chosen) - 1, chance) for i, c in enumerate(chosen)]
+    seen = seen_by(spec, chance)
+    deployments = [deployment(spec, known, c, seen, len(chosen) > 1 and i == len(chosen) - 1, chance) for i, c in enumerate(chosen)]
     if spec.noise == "film":
         deployments[0] = _on_film(deployments[0])
     shakings = _shakings(spec, known, chance) if spec.run_set in ("standard", "loops") else ()
@@ -115,27 +116,27 @@ def _between(known: Model) -> dict[str, Any]:
 
 
 @dataclass(frozen=True)
-class _Seen:
+class Seen:
+    """What all tables of a case have in common."""
+
     channels: tuple[str, ...]
     zeroed: bool
     tells_sigma: bool
 
 
-def _seen(spec: Spec, chance: Chance) -> _Seen:
+def seen_by(spec: Spec, chance: Chance) -> Seen:
     """What the camera's tables hold: mostly all that one camera sees, one time in six the elevation alone."""
     alone, zeroed, silent = chance.random(3)
-    return _Seen(("z_m",) if alone < 1 / 6 and spec.noise != "film" else ("x_m", "z_m", "theta_y_rad"), zeroed < 0.5, silent > 0.2)
+    return Seen(("z_m",) if alone < 1 / 6 and spec.noise != "film" else ("x_m", "z_m", "theta_y_rad"), zeroed < 0.5, silent > 0.2)
 
 
-def _deployment(spec: Spec, known: Model, changes: Mapping[str, Any], seen: _Seen, hold_out: bool, chance: Chance) -> Deployment:
-    length, angle = CAMERAS[spec.noise]
-    sigma = {name: angle if name.endswith("rad") else length for name in seen.channels}
+def deployment(spec: Spec, known: Model, changes: Mapping[str, Any], seen: Seen, hold_out: bool, chance: Chance) -> Deployment:
     spread = known.nuisance
     waits = 0.02 if seen.zeroed else 0.0
     return Deployment(
         changes,
         seen.channels,
-        sigma,
+        sigma_of(spec, seen.channels),
         seen.zeroed,
         seen.tells_sigma,
         chance.normal(0.0, spread.release_position_m, 3),
@@ -146,9 +147,13 @@ def _deployment(spec: Spec, known: Model, changes: Mapping[str, Any], seen: _See
     )
 
 
-def _on_film(run: Deployment) -> Deployment:
-    from dataclasses import replace
+def sigma_of(spec: Spec, channels: Sequence[str]) -> dict[str, float]:
+    """The camera's noise on each channel, m and rad."""
+    length, angle = CAMERAS[spec.noise]
+    return {name: angle if name.endswith("rad") else length for name in channels}
 
+
+def _on_film(run: Deployment) -> Deployment:
     return replace(run, rendered=True, zeroed=True, tells_sigma=True, instant_s=abs(run.instant_s) + 0.01)
 
 
@@ -158,20 +163,24 @@ def _shakings(spec: Spec, known: Model, chance: Chance) -> tuple[Shaking, ...]:
     pairs = [(f, a) for f in FREQUENCIES_HZ for a in AMPLITUDES_M]
     if spec.run_set == "loops":
         pairs.append((2.0, 0.025))
-    made = []
-    for i, (frequency, amplitude) in enumerate(pairs):
-        made.append(
-            Shaking(
-                frequency,
-                amplitude * chance.uniform(0.93, 1.0),
-                0.1 + chance.uniform(-0.005, 0.005),
-                chance.uniform(-0.1, 0.1) * amplitude if drifts else 0.0,
-                CELL_SIGMA_N[spec.noise],
-                1e-5 if quantised else 1e-7,
-                1e-3 if quantised else 1e-5,
-                float(known.actuator.b_l_N) + chance.uniform(-0.05, 0.15),  # type: ignore[arg-type]
-                *(chance.normal(0.0, (0.01, 0.001)) if spec.own_tare else (0.0, 0.0)),
-                hold_out=spec.run_set == "loops" and i == len(pairs) - 1,
-            )
-        )
+    made = [shaking(spec, known, *pair, drifts, quantised, chance) for pair in pairs]
+    if spec.run_set == "loops":
+        made[-1] = replace(made[-1], hold_out=True)
     return tuple(made)
+
+
+def shaking(spec: Spec, known: Model, frequency_Hz: float, amplitude_m: float, drifts: bool, quantised: bool, chance: Chance) -> Shaking:
+    """A loop at a frequency and somewhat less than an amplitude."""
+    tare, drift = chance.normal(0.0, (0.01, 0.001)) if spec.own_tare else (0.0, 0.0)
+    return Shaking(
+        frequency_Hz,
+        amplitude_m * chance.uniform(0.93, 1.0),
+        0.1 + chance.uniform(-0.005, 0.005),
+        chance.uniform(-0.1, 0.1) * amplitude_m if drifts else 0.0,
+        CELL_SIGMA_N[spec.noise],
+        1e-5 if quantised else 1e-7,
+        1e-3 if quantised else 1e-5,
+        float(known.actuator.b_l_N) + chance.uniform(-0.05, 0.15),  # type: ignore[arg-type]
+        tare,
+        drift,
+    )

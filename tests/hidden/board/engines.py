@@ -15,12 +15,12 @@ Array = np.ndarray
 FINE_STEP_S = 2e-5  # six times finer than that of a fit
 
 
-def motion_by(engine: str, model: Model) -> Motion:
+def motion_by(engine: str, model: Model, duration_s: float = DURATION_S) -> Motion:
     """A deployment by this engine: kernel, ode (scipy's DOP853 on a right-hand side of its own) or mujoco."""
     if engine == "kernel":
-        (motion,) = motions([model], FINE_STEP_S)
+        (motion,) = motions([model], FINE_STEP_S, duration_s)
         return motion
-    times = np.arange(round(DURATION_S * 1000.0) + 1) / 1000.0
+    times = np.arange(round(duration_s * 1000.0) + 1) / 1000.0
     if engine == "mujoco":
         from .platform_mujoco import moved_by_mujoco
 

@@ -8,10 +8,12 @@ from __future__ import annotations
 
 import json
 from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+import tomli_w
 
 from measure.output import write_text
 from measure.tables import Loop, Trajectory, write_loop, write_trajectory
@@ -22,10 +24,12 @@ from .bench import Bench, in_run
 from .camera import shown, table_of
 from .campaigns import Campaign, Deployment, Shaking, planned
 from .engines import loop_by, motion_by
-from .rigs import drawn_rig
+from .rigs import Rig, drawn_rig
 from .shaker import cell_shows, loop_of, stroke_of
 from .specs import Spec
 from .truths import Truth, expected, true_model, truths_of
+
+AFTER_S = 0.054  # the platform is moved on beyond the last frame, for clocks that are off
 
 
 def case_folder(folder: Path, spec: Spec) -> Path:
@@ -47,28 +51,45 @@ def made(spec: Spec, folder: Path) -> Path:
 
 
 def _make(spec: Spec, folder: Path, sealed: Path) -> None:
+    case = drawn_case(spec)
+    folder.mkdir(parents=True, exist_ok=True)
+    write_model(case.rig.known, folder / "model.toml")
+    tables = tables_of(case.model, case.campaign, spec, np.random.default_rng(int(spec.token, 16)))
+    runs = [*case.campaign.deployments, *case.campaign.shakings]
+    rows = [listed(folder, number, *pair) for number, pair in enumerate(zip(runs, tables, strict=True), 1)]
+    write_text(folder / "campaign.toml", tomli_w.dumps({"run": rows}))
+    sealed.parent.mkdir(parents=True, exist_ok=True)
+    write_text(sealed, json.dumps(_sealed(spec, case.truths, case.model), indent=1))
+
+
+@dataclass(frozen=True)
+class Case:
+    """Everything that was drawn for a case. model : the rig with what is hidden in it."""
+
+    rig: Rig
+    campaign: Campaign
+    truths: list[Truth]
+    model: Model
+
+
+def drawn_case(spec: Spec) -> Case:
+    """What a spec stands for, always the same."""
     chance = spec.chance
     rig = drawn_rig(chance)
     campaign = planned(spec, rig.known, chance)
     truths = truths_of(spec, Bench(rig, campaign), chance)
-    model = true_model(rig.true, truths)
-    folder.mkdir(parents=True, exist_ok=True)
-    write_model(rig.known, folder / "model.toml")
-    rows = []
-    tables = tables_of(model, campaign, spec, np.random.default_rng(int(spec.token, 16)))
-    for number, (run, table) in enumerate(zip((*campaign.deployments, *campaign.shakings), tables, strict=True), 1):
-        name = f"run-{number}.csv"
-        write_trajectory(table, folder / name) if isinstance(table, Trajectory) else write_loop(table, folder / name)
-        rows.append(_listed(name, run))
-    write_text(folder / "campaign.toml", "\n".join(rows))
-    sealed.parent.mkdir(parents=True, exist_ok=True)
-    write_text(sealed, json.dumps(_sealed(spec, truths, model), indent=1))
+    return Case(rig, campaign, truths, true_model(rig.true, truths))
 
 
-def _listed(name: str, run: Deployment | Shaking) -> str:
-    changes = run.changes if isinstance(run, Deployment) else {}
-    lines = [f'[[run]]\nfile = "{name}"\n', *(["hold_out = true\n"] if run.hold_out else [])]
-    return "".join([*lines, *(f"model.{key} = {value}\n" for key, value in changes.items())])
+def listed(folder: Path, number: int, run: Deployment | Shaking, table: Trajectory | Loop) -> dict[str, Any]:
+    """Write a run's table and say what the list of runs holds of it."""
+    name = f"run-{number}.csv"
+    write_trajectory(table, folder / name) if isinstance(table, Trajectory) else write_loop(table, folder / name)
+    row: dict[str, Any] = {"file": name, **({"hold_out": True} if run.hold_out else {})}
+    for key, value in run.changes.items() if isinstance(run, Deployment) else ():
+        table_name, _, entry = key.partition(".")
+        row.setdefault("model", {}).setdefault(table_name, {})[entry] = value
+    return row
 
 
 def tables_of(model: Model, campaign: Campaign, spec: Spec, chance: np.random.Generator) -> list[Trajectory | Loop]:
@@ -83,7 +104,7 @@ def tables_of(model: Model, campaign: Campaign, spec: Spec, chance: np.random.Ge
 
 def _deployment(model: Model, run: Deployment, spec: Spec, chance: np.random.Generator) -> Trajectory:
     at = in_run(model, run)
-    motion = motion_by(spec.engine, at)
+    motion = motion_by(spec.engine, at, run.time_s[-1] + AFTER_S)
     if run.rendered:
         from .on_film import tracked
 

@@ -5,14 +5,15 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from .further import Split
 from .scoring import Scored
-from .tally import confusion, headline, held_out_gap, strata
+from .tally import confusion, headline, held_out_gap, split_rates, strata
 
 
-def printed(method: str, rows: Sequence[Scored]) -> str:
+def printed(method: str, rows: Sequence[Scored], splits: Sequence[Split] = ()) -> str:
     """Headline, strata, confusion and what went wrong, for a terminal."""
     gap = held_out_gap(rows)
-    lines = [f"== {method}: {len(rows)} cases", *map(str, headline(rows))]
+    lines = [f"== {method}: {len(rows)} cases", *map(str, (*headline(rows), *split_rates(splits)))]
     if gap["cases"]:
         lines.append(f"{'3 x, standard: held-out gap over noise, median':<58s} {_gap(gap)}   {gap['goal']}")
     lines += ["", *map(str, strata(rows)), "", "what acted -> what was said"]

@@ -15,10 +15,10 @@ import sys
 import tempfile
 import threading
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, partial
 from pathlib import Path
 from typing import Any
 
@@ -36,7 +36,7 @@ METHODS = {
     "sparse-regression": "rivals.sparse_regression",
     "gaussian-process": "rivals.gaussian_process",
 }
-_KEPT = ("verdict", "effects", "gap", "next_experiment", "missing_force", "sentence")
+_KEPT = ("verdict", "effects", "gap", "next_experiment", "next_experiments", "missing_force", "sentence")
 _CALL = "import sys; from {} import main; raise SystemExit(main(sys.argv[1:]))"
 _CALM = {"OMP_WAIT_POLICY": "passive", "OPENBLAS_NUM_THREADS": "1", "NUMBA_NUM_THREADS": "1"}
 Say = Callable[[str], None]
@@ -98,28 +98,39 @@ def read_answers(file: Path) -> list[Answer]:
     return [Answer(**json.loads(line)) for line in lines if line.endswith("}")]
 
 
-def run(
-    specs: Sequence[Spec], method: str, folder: Path, *, processes: int = 2, patience_s: float = 900.0, say: Say = lambda text: None
-) -> list[Answer]:
-    """The answers of a method to these cases; those already given by the same sources are taken as they are."""
-    file = folder / f"{method}.jsonl"
+def run(specs: Sequence[Spec], method: str, folder: Path, **how: Any) -> list[Answer]:
+    """The answers of a method to these cases, made where they are not there yet. how : as for `ask_all`."""
+    makers = {spec.token: partial(made, spec, folder) for spec in specs}
+    have = ask_all(makers, method, folder / f"{method}.jsonl", **how)
+    return [have[spec.token] for spec in specs]
+
+
+def ask_all(
+    makers: Mapping[str, Callable[[], Path]],
+    method: str,
+    file: Path,
+    *,
+    processes: int = 2,
+    patience_s: float = 900.0,
+    say: Say = lambda text: None,
+) -> dict[str, Answer]:
+    """Ask about each case that has no answer by the same sources in the file yet; makers give the folder of a case, by its token."""
     have = {answer.token: answer for answer in read_answers(file) if answer.version == version(method)}
-    missing = [spec for spec in specs if spec.token not in have]
     lock = threading.Lock()
 
-    def one(spec: Spec) -> None:
+    def one(token: str) -> None:
         with lock:  # cases are made one at a time, for a simulation of many uses all cores
-            case = made(spec, folder)
-        answer = Answer(spec.token, method, version(method), *asked(method, case, patience_s))
+            case = makers[token]()
+        answer = Answer(token, method, version(method), *asked(method, case, patience_s))
         with lock:
             _append(file, answer)
-            have[spec.token] = answer
-            say(f"{len(have):4d}  {spec.token}  {method}  {answer.wall_s:6.1f} s  {answer.result.get('verdict', 'FAILED')}")
+            have[token] = answer
+            say(f"{len(have):4d}  {token}  {method}  {answer.wall_s:6.1f} s  {answer.result.get('verdict', 'FAILED')}")
 
     with ThreadPoolExecutor(processes) as pool:
-        for _ in pool.map(one, missing):
+        for _ in pool.map(one, [token for token in makers if token not in have]):
             pass
-    return [have[spec.token] for spec in specs]
+    return have
 
 
 def _append(file: Path, answer: Answer) -> None:

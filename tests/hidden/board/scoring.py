@@ -65,10 +65,12 @@ class Scored:
 
 def scored(specs: Sequence[Spec], answers: Sequence[Answer], folder: Path) -> list[Scored]:
     """All answers scored; the seals are broken here and nowhere before."""
-    return [
-        score(spec, answer, json.loads(sealed_file(folder, spec).read_text(encoding="utf-8")))
-        for spec, answer in zip(specs, answers, strict=True)
-    ]
+    return [score_case(spec, answer, folder) for spec, answer in zip(specs, answers, strict=True)]
+
+
+def score_case(spec: Spec, answer: Answer, folder: Path) -> Scored:
+    """One answer scored."""
+    return score(spec, answer, json.loads(sealed_file(folder, spec).read_text(encoding="utf-8")))
 
 
 def score(spec: Spec, answer: Answer, sealed: dict[str, Any]) -> Scored:

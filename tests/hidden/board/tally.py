@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from scipy.stats import binomtest
 
+from .further import Split
 from .scoring import Scored
 
 Ask = Callable[[Scored], bool]
@@ -143,12 +144,23 @@ def confusion(rows: Sequence[Scored]) -> dict[str, dict[str, int]]:
     return {true: dict(table[true].most_common()) for true in sorted(table)}
 
 
-def tally(rows: Sequence[Scored]) -> dict[str, Any]:
+def split_rates(splits: Sequence[Split]) -> list[Rate]:
+    """What became of classes once the recommended test was done."""
+    if not splits:
+        return []
+    foreseen = np.nanmean([found.foreseen for found in splits])
+    return [
+        Rate("classes that the recommended test splits", sum(s.split for s in splits), len(splits), "at least 80 %"),
+        Rate("of these, the truth left alone", sum(s.settled for s in splits), len(splits), f"foreseen: {100 * foreseen:.0f} %"),
+    ]
+
+
+def tally(rows: Sequence[Scored], splits: Sequence[Split] = ()) -> dict[str, Any]:
     """Everything for JSON."""
     wall = [row.wall_s for row in rows]
     return {
         "cases": len(rows),
-        "headline": [found.as_dict() for found in headline(rows)],
+        "headline": [found.as_dict() for found in (*headline(rows), *split_rates(splits))],
         "held_out_gap": held_out_gap(rows),
         "strata": [found.as_dict() for found in strata(rows)],
         "confusion": confusion(rows),
