@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
@@ -13,11 +13,11 @@ from simulate.effect import Effect
 
 from .covariates import shares
 from .loop_problem import LoopProblem, beta_bounds, minimise, require_turns
-from .loops import LoopData, effective_number
+from .loops import LoopData, effective_number, with_turns_moved
 from .parameters import Abscissa, Layout, layout
 from .recipe import Recipe, paper_recipe
 from .residuals import Dependence, depends_on
-from .uncertainty import Estimate, clipped, covariance_of, estimates_of, jacobians
+from .uncertainty import Estimate, clipped, covariance_of, covariance_of_turns, estimates_of, jacobians
 from .verdicts import Verdict, verdict_of
 
 Tare = Literal["common", "each", "auto"]
@@ -125,8 +125,9 @@ def _judged(problem: LoopProblem, theta: Array, converged: bool) -> ActuatorFit:
     tables = jacobians(problem.residuals, theta, *problem.bounds())
     effective = tuple(effective_number(r) for r in residuals)
     of_theta = covariance_of(tables, clipped(residuals) if problem.robust else residuals, free)
+    of_theta += covariance_of_turns(tables, _moved_turns(problem, theta, residuals), free)
     slopes, left = shape.slopes(theta), depends_on(loops, residuals)
-    estimates = estimates_of(shape, theta, of_theta, free, tables, sum(effective) - len(theta))
+    estimates = estimates_of(shape, theta, of_theta, free, tables, sum(effective) - len(theta), loops)
     return ActuatorFit(
         layout=shape,
         theta=theta,
@@ -142,3 +143,9 @@ def _judged(problem: LoopProblem, theta: Array, converged: bool) -> ActuatorFit:
         recipe=paper_recipe(loops, problem.beta),
         verdict=verdict_of(shape, theta, estimates, loops, residuals, left, converged),
     )
+
+
+def _moved_turns(problem: LoopProblem, theta: Array, residuals: Sequence[Array]) -> list[Array]:
+    """What one standard deviation of the turning points, all outward, does to the residuals."""
+    moved = replace(problem, loops=tuple(with_turns_moved(data, data.turns_sigma_m) for data in problem.loops))
+    return [after - before for after, before in zip(moved.residuals(theta), residuals, strict=True)]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -13,6 +13,7 @@ from measure.tables import Array, Loop
 from simulate.effect import Effect
 from simulate.law import loop_force
 
+from .corners import Corner, sharpened
 from .kinematics import Cycles, Motion, cycles, dead_band, motion, noise_of, one_way, quantum_of
 from .usage import Part, parts, usage
 
@@ -36,6 +37,7 @@ class LoopData:
     the record, where the acceleration is poorly known, nor strokes that may have turned in a gap of the record.
     parts : the whole record as stretches, with what of them counts and why. remarks : what was done to it on reading.
     force_sigma_N, elongation_sigma_m : one standard deviation of the sample noise, from the high frequencies.
+    turns_sigma_m : how well the turning points are known, one standard deviation.
     path, at : where the law is marched, and the index of each sample in it. other : further columns, (n,), by name.
     """
 
@@ -48,6 +50,7 @@ class LoopData:
     used: NDArray[np.bool_]
     force_sigma_N: float
     elongation_sigma_m: float
+    turns_sigma_m: float
     cycles: Cycles
     path: Path
     at: NDArray[np.intp]
@@ -71,6 +74,15 @@ class LoopData:
         return 2.0 * np.pi * self.frequency_Hz * self.amplitude_m
 
     @property
+    def finest_way_m(self) -> float:
+        """Way from a turning point to the second sample behind it, median over the turns: what is over sooner hardly shows."""
+        u = self.path.elongation_m
+        turns = _turns(u)
+        behind = np.searchsorted(self.at, turns, side="right") + 1
+        known = behind < len(self.at)
+        return float(np.median(np.abs(u[self.at[behind[known]]] - u[turns[known]]))) if np.any(known) else float(np.ptp(u))
+
+    @property
     def force_range_N(self) -> float:
         """Largest minus smallest force of the samples that count; errors are given in parts of it."""
         return float(np.ptp(self.force_N[self.used]))
@@ -88,8 +100,9 @@ def prepare(loop: Loop) -> LoopData:
     smooth = motion(loop.time_s, loop.elongation_m)
     band = dead_band(smooth, quantum_of(loop.elongation_m))
     found = cycles(loop.time_s, smooth.elongation_m, band)
+    smooth, corners = sharpened(loop.time_s, loop.elongation_m, smooth, found.reversals)
     use = usage(loop.time_s, smooth, band, found)
-    path, at = _path(loop.time_s, smooth, found.reversals)
+    path, at = _path(loop.time_s, smooth, found.reversals, corners)
     return LoopData(
         name=loop.name,
         time_s=loop.time_s,
@@ -100,6 +113,7 @@ def prepare(loop: Loop) -> LoopData:
         used=use.used,
         force_sigma_N=noise_of(loop.time_s, loop.force_N),
         elongation_sigma_m=smooth.noise_m,
+        turns_sigma_m=smooth.turns_m,
         cycles=replace(found, spans=use.whole(found.spans)),
         path=path,
         at=at,
@@ -117,15 +131,31 @@ def _require_motion(loop: Loop) -> None:
             raise InputError(f"{loop.name}: {column} is {getattr(loop, column)[0]:g} in every row. Check which column was taken for it.")
 
 
-def _path(time_s: Array, smooth: Motion, turns: tuple[int, ...]) -> tuple[Path, NDArray[np.intp]]:
-    """The samples with the vertex of the local parabola put in at each reversal, between two samples."""
+def _path(time_s: Array, smooth: Motion, turns: tuple[int, ...], corners: Sequence[Corner]) -> tuple[Path, NDArray[np.intp]]:
+    """The samples with each turning point put in between two of them: a corner, or the vertex of the local parabola."""
     columns = np.stack([time_s, one_way(smooth.elongation_m, turns), smooth.speed_m_per_s, smooth.acceleration_m_per_s2])
-    vertices = [vertex for k in turns if (vertex := _vertex(columns, k)) is not None]
+    sharp = [(corner.time_s, corner.elongation_m, 0.0, 0.0) for corner in corners if corner.time_s not in time_s]
+    smooth_turns = [k for k in turns if not any(abs(corner.time_s - time_s[k]) <= np.ptp(time_s[k - 1 : k + 2]) for corner in corners)]
+    vertices = sharp + [vertex for k in smooth_turns if (vertex := _vertex(columns, k)) is not None]
     if vertices:
         columns = np.concatenate([columns, np.array(vertices).T], axis=1)
         columns = columns[:, np.argsort(columns[0], kind="stable")]
     at = np.searchsorted(columns[0], time_s)
     return Path(*(np.ascontiguousarray(row) for row in columns)), at
+
+
+def _turns(u: Array) -> NDArray[np.intp]:
+    """Places of a path at which it turns."""
+    way = np.sign(np.diff(u))
+    return np.flatnonzero(way[:-1] * way[1:] < 0.0) + 1
+
+
+def with_turns_moved(data: LoopData, outward_m: float) -> LoopData:
+    """The loop with every turning point further out, as the law would have it if they were wrong by so much."""
+    u = data.path.elongation_m.copy()
+    turns = _turns(u)
+    u[turns] += outward_m * np.sign(u[turns] - u[turns - 1])
+    return replace(data, path=replace(data.path, elongation_m=u))
 
 
 def _vertex(columns: Array, k: int) -> tuple[float, float, float, float] | None:
@@ -162,10 +192,11 @@ def free_start(lines: Array, data: LoopData, effects: tuple[Effect, ...] = ()) -
     """The start force that suits the measured loop best, and the force predicted with it.
 
     The law is linear in its start force, which fades as exp(-beta times the way travelled), so two predictions give the
-    least-squares value. In a steady loop it concerns only the first samples; it is a nuisance, one for each loop.
+    least-squares value. In a steady loop it concerns only the first samples; it is a nuisance, one for each loop. It is held
+    to within the loop's force range: where it has faded before the first sample that counts, it would else follow the noise there.
     """
     guess, force, change = _start_guess(lines, data, effects)
-    shift = _share(change[data.used], (data.force_N - force)[data.used])
+    shift = _share(change[data.used], (data.force_N - force)[data.used], data)
     return guess + shift, force + shift * change
 
 
@@ -179,7 +210,7 @@ def gap_and_level(lines: Array, data: LoopData, effects: tuple[Effect, ...] = ()
     _, force, change = _start_guess(lines, data, effects)
     left, seen = (data.force_N - force)[data.used], change[data.used]
     centred = seen - seen.mean()
-    without_start = left - _share(centred, left) * seen
+    without_start = left - _share(centred, left, data) * seen
     level = float(without_start.mean())
     return without_start - level, level
 
@@ -191,8 +222,9 @@ def _start_guess(lines: Array, data: LoopData, effects: tuple[Effect, ...]) -> t
     return guess, force, predict(lines, data, guess + 1.0, effects) - force
 
 
-def _share(signature: Array, left: Array) -> float:
-    return float(signature @ left / max(float(signature @ signature), 1e-12))
+def _share(signature: Array, left: Array, data: LoopData) -> float:
+    """How much of a signature is in what is left, drawn to zero as if one force range were its standard deviation beforehand."""
+    return float(signature @ left / (float(signature @ signature) + (data.force_sigma_N / data.force_range_N) ** 2 + 1e-12))
 
 
 def area(data: LoopData, force_N: Array) -> float:

@@ -11,12 +11,15 @@ from numpy.typing import NDArray
 
 from measure.tables import Array
 
+from .loops import LoopData
 from .parameters import BETA_NAME, Layout
 
 Word = Literal["ok", "at-bound", "not-identifiable", "did-not-converge", "data-bad", "model-does-not-apply"]
 
 OWN_SHARE = 0.02  # of a parameter's signature that no other parameter can imitate, below which it is not identifiable
 _REACH = 6  # frequencies of a doubled transform, half as many independent ones
+_LIKE_A_SLOPE = 0.1  # of the acceleration, that no slope of the force can imitate, below which no inertia is told from one
+_OVER = 3.0  # lengths 1 / beta after which the force is on its asymptote, to 5 %
 WIDEST_LOG_BETA = 1.0  # standard deviation of log beta at which beta is not even known to its order of magnitude
 
 
@@ -64,6 +67,21 @@ def covariance_of(tables: Sequence[Array], residuals: Sequence[Array], free: NDA
     return whole
 
 
+def covariance_of_turns(tables: Sequence[Array], moved: Sequence[Array], free: NDArray[np.bool_]) -> Array:
+    """What the turning points add to the covariance: no residual shows that all of them are off by the same.
+
+    C = g g',   g = N^-1 sum_k J_k' s_k,   s_k the change of the residual of loop k with one standard deviation of its turns
+    """
+    kept = np.flatnonzero(free)
+    size = np.sqrt(np.sum([np.sum(table[:, kept] ** 2, axis=0) for table in tables], axis=0))
+    scale = np.where(size > 0.0, size, 1.0)
+    normal = np.sum([table[:, kept].T @ table[:, kept] for table in tables], axis=0) / np.outer(scale, scale)
+    right = np.sum([table[:, kept].T @ change for table, change in zip(tables, moved, strict=True)], axis=0) / scale
+    shift = np.zeros(len(free))
+    shift[kept] = np.linalg.pinv(normal, rcond=1e-12, hermitian=True) @ right / scale
+    return np.outer(shift, shift)
+
+
 def clipped(residuals: Sequence[Array]) -> tuple[Array, ...]:
     """Residuals cut off at three robust standard deviations, for a covariance that outliers do not make."""
     most = 3.0 * 1.4826 * float(np.median(np.abs(np.concatenate(residuals))))
@@ -100,18 +118,26 @@ def smoothed_power(residual: Array) -> Array:
 
 
 def estimates_of(
-    shape: Layout, theta: Array, covariance: Array, free: NDArray[np.bool_], tables: Sequence[Array], freedom: float
+    shape: Layout,
+    theta: Array,
+    covariance: Array,
+    free: NDArray[np.bool_],
+    tables: Sequence[Array],
+    freedom: float,
+    loops: Sequence[LoopData],
 ) -> dict[str, Estimate]:
     """Value, error, interval and verdict of everything that goes into a model file.
 
-    The interval is Student's with `freedom` effective degrees; that of beta is taken on its logarithm.
+    The interval is Student's with `freedom` effective degrees; that of beta is taken on its logarithm. A beta with which the force
+    is on its asymptote again by the second sample behind a reversal is not determined, nor is an inertia where the acceleration
+    follows the elongation: the acceleration comes from the elongation and its small errors would decide.
     """
     from scipy.stats import t as student
 
     reach = float(student.ppf(0.975, max(freedom, 2.0)))
     slopes = shape.slopes(theta)
     errors = np.sqrt(np.maximum(np.diag(slopes @ covariance @ slopes.T), 0.0))
-    words = _words(shape, theta, covariance, free, tables)
+    words = _words(shape, theta, covariance, free, tables, loops)
     made = {}
     for row, (name, value) in enumerate(zip(shape.names(), shape.values(theta), strict=True)):
         error = float(errors[row])
@@ -123,14 +149,31 @@ def estimates_of(
     return made
 
 
-def _words(shape: Layout, theta: Array, covariance: Array, free: NDArray[np.bool_], tables: Sequence[Array]) -> list[Word]:
+def _words(
+    shape: Layout, theta: Array, covariance: Array, free: NDArray[np.bool_], tables: Sequence[Array], loops: Sequence[LoopData]
+) -> list[Word]:
     own = own_shares(tables)
     m = shape.order + 1
     groups = [slice(0, m), slice(0, 2 * m), slice(2 * m, 3 * m), slice(2 * m, 4 * m)]
     words: list[Word] = ["not-identifiable" if own[group].min() < OWN_SHARE else "ok" for group in groups]
     at_beta = shape.line_values
-    words.append("at-bound" if not free[at_beta] else "not-identifiable" if covariance[at_beta, at_beta] > WIDEST_LOG_BETA**2 else "ok")
+    finest_way = min(data.finest_way_m for data in loops)
+    unknown = covariance[at_beta, at_beta] > WIDEST_LOG_BETA**2 or np.exp(theta[at_beta]) * finest_way > _OVER
+    words.append("at-bound" if not free[at_beta] else "not-identifiable" if unknown else "ok")
+    inertia = [kind.leg_mass is not None for kind in shape.kinds for _ in kind.flat_names()]
+    own[at_beta + 1 : at_beta + 1 + len(inertia)] *= ~np.array(inertia, dtype=bool) | (acceleration_apart(loops) > _LIKE_A_SLOPE)
     return [*words, *(_effect_word(own[k], bool(free[k])) for k in range(at_beta + 1, len(theta)))]
+
+
+def acceleration_apart(loops: Sequence[LoopData]) -> float:
+    """Share of the acceleration of all loops that is no multiple of the elongation, 0 to 1, each loop centred.
+
+    Zero for sinusoids of one frequency; the larger, the more frequencies differ.
+    """
+    seen = [np.stack([d.elongation_m, d.acceleration_m_per_s2])[:, d.used] for d in loops]
+    u, a = np.concatenate([pair - pair.mean(axis=1, keepdims=True) for pair in seen], axis=1)
+    power = float(u @ u) * float(a @ a)
+    return float(np.sqrt(max(1.0 - float(u @ a) ** 2 / power, 0.0))) if power > 0.0 else 0.0
 
 
 def _effect_word(own: float, free: bool) -> Word:
