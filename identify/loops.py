@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -13,19 +13,10 @@ from measure.tables import Array, Loop
 from simulate.effect import Effect
 from simulate.law import loop_force
 
-from .corners import Corner, sharpened
-from .kinematics import Cycles, Motion, cycles, dead_band, motion, noise_of, one_way, quantum_of
+from .corners import sharpened
+from .kinematics import Cycles, cycles, dead_band, motion, noise_of, quantum_of
+from .path import Path, path_of, turns_of
 from .usage import Part, parts, usage
-
-
-@dataclass(frozen=True)
-class Path:
-    """The motion along which the law is marched: the samples and, between them, the exact turning points, each (m,)."""
-
-    time_s: Array
-    elongation_m: Array
-    speed_m_per_s: Array
-    acceleration_m_per_s2: Array
 
 
 @dataclass(frozen=True)
@@ -77,7 +68,7 @@ class LoopData:
     def finest_way_m(self) -> float:
         """Way from a turning point to the second sample behind it, median over the turns: what is over sooner hardly shows."""
         u = self.path.elongation_m
-        turns = _turns(u)
+        turns = turns_of(u)
         behind = np.searchsorted(self.at, turns, side="right") + 1
         known = behind < len(self.at)
         return float(np.median(np.abs(u[self.at[behind[known]]] - u[turns[known]]))) if np.any(known) else float(np.ptp(u))
@@ -102,7 +93,7 @@ def prepare(loop: Loop) -> LoopData:
     found = cycles(loop.time_s, smooth.elongation_m, band)
     smooth, corners = sharpened(loop.time_s, loop.elongation_m, smooth, found.reversals)
     use = usage(loop.time_s, smooth, band, found)
-    path, at = _path(loop.time_s, smooth, found.reversals, corners)
+    path, at = path_of(loop.time_s, smooth, found.reversals, corners)
     return LoopData(
         name=loop.name,
         time_s=loop.time_s,
@@ -131,42 +122,12 @@ def _require_motion(loop: Loop) -> None:
             raise InputError(f"{loop.name}: {column} is {getattr(loop, column)[0]:g} in every row. Check which column was taken for it.")
 
 
-def _path(time_s: Array, smooth: Motion, turns: tuple[int, ...], corners: Sequence[Corner]) -> tuple[Path, NDArray[np.intp]]:
-    """The samples with each turning point put in between two of them: a corner, or the vertex of the local parabola."""
-    columns = np.stack([time_s, one_way(smooth.elongation_m, turns), smooth.speed_m_per_s, smooth.acceleration_m_per_s2])
-    sharp = [(corner.time_s, corner.elongation_m, 0.0, 0.0) for corner in corners if corner.time_s not in time_s]
-    smooth_turns = [k for k in turns if not any(abs(corner.time_s - time_s[k]) <= np.ptp(time_s[k - 1 : k + 2]) for corner in corners)]
-    vertices = sharp + [vertex for k in smooth_turns if (vertex := _vertex(columns, k)) is not None]
-    if vertices:
-        columns = np.concatenate([columns, np.array(vertices).T], axis=1)
-        columns = columns[:, np.argsort(columns[0], kind="stable")]
-    at = np.searchsorted(columns[0], time_s)
-    return Path(*(np.ascontiguousarray(row) for row in columns)), at
-
-
-def _turns(u: Array) -> NDArray[np.intp]:
-    """Places of a path at which it turns."""
-    way = np.sign(np.diff(u))
-    return np.flatnonzero(way[:-1] * way[1:] < 0.0) + 1
-
-
 def with_turns_moved(data: LoopData, outward_m: float) -> LoopData:
     """The loop with every turning point further out, as the law would have it if they were wrong by so much."""
     u = data.path.elongation_m.copy()
-    turns = _turns(u)
+    turns = turns_of(u)
     u[turns] += outward_m * np.sign(u[turns] - u[turns - 1])
     return replace(data, path=replace(data.path, elongation_m=u))
-
-
-def _vertex(columns: Array, k: int) -> tuple[float, float, float, float] | None:
-    t, u, v, a = (float(x) for x in columns[:, k])
-    if a == 0.0 or not 0 < k < columns.shape[1] - 1:
-        return None
-    late = -v / a
-    neighbour = columns[0, k + 1] if late > 0 else columns[0, k - 1]
-    if not 1e-6 < late / (neighbour - t) < 1.0:
-        return None
-    return t + late, u + v * late / 2.0, 0.0, a
 
 
 def predict(lines: Array, data: LoopData, start_force_N: float, effects: tuple[Effect, ...] = ()) -> Array:

@@ -88,7 +88,8 @@ def silently_wrong(design: Design, fit: ActuatorFit) -> list[str]:
     truth = [*design.lines, *np.concatenate([np.empty(0), *(effect.flat() for effect in design.effects)])]
     wrong = []
     for (name, estimate), true in zip(fit.estimates.items(), truth, strict=True):
-        natural = {"a": height / design.amplitude_m / 2 + abs(true), "b": height}.get(name.partition("_")[0], abs(true))
+        slope = height / design.amplitude_m / 2
+        natural = slope + abs(true) if name.startswith("a_") else height if name.startswith("b_") else abs(true)
         error, stderr = abs(estimate.value - true), estimate.stderr
         if name == "beta_per_m":
             error, stderr = abs(np.log(estimate.value / true)), estimate.stderr / estimate.value
