@@ -60,6 +60,14 @@ def test_a_force_on_the_platform_shows_in_no_loop():
     assert amount_for(lambda a: float(np.sum(bench.change(hidden, a) ** 2)), needed(1), hidden.most) is None
 
 
+def test_the_detectable_amount_is_met_however_it_grows():
+    for power in (1.0, 2.0, 4.0):
+        amount = amount_for(lambda a, p=power: 3.0 * a**p, needed(1), 1e9)
+        assert amount is not None
+        assert 3.0 * amount**power == pytest.approx(needed(1), rel=0.03)
+    assert amount_for(lambda a: a**2, needed(1), 0.1) is None, "out of its bounds it shows, within them it does not"
+
+
 def test_loops_beside_a_deployment_lower_the_detectable_hub_inertia():
     alone, together = (bench_of(Spec(("hub-inertia",), run_set=name)) for name in ("single", "standard"))
     together = replace(together, rig=alone.rig, campaign=replace(together.campaign, deployments=alone.campaign.deployments))

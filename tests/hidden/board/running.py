@@ -87,7 +87,7 @@ def asked(method: str, folder: Path, patience_s: float) -> tuple[int, float, dic
         wall = time.perf_counter() - began
         file = copy / "out" / "result.json"
         if ran.returncode not in (0, 1) or not file.exists():
-            return max(ran.returncode, 2), wall, {"error": ran.stderr[-2000:]}
+            return ran.returncode or 2, wall, {"error": ran.stderr[-2000:]}
         result = json.loads(file.read_text(encoding="utf-8"))
         return ran.returncode, wall, {key: result[key] for key in _KEPT if key in result}
 
@@ -121,7 +121,10 @@ def ask_all(
     def one(token: str) -> None:
         with lock:  # cases are made one at a time, for a simulation of many uses all cores
             case = makers[token]()
-        answer = Answer(token, method, version(method), *asked(method, case, patience_s))
+        said = asked(method, case, patience_s)
+        if said[0] < 0:  # ended from outside, by a signal; that is no answer, but twice is a crash
+            said = asked(method, case, patience_s)
+        answer = Answer(token, method, version(method), *said)
         with lock:
             _append(file, answer)
             have[token] = answer

@@ -18,7 +18,7 @@ from .specs import OUTSIDE, Spec
 
 UNSEEN_AMOUNT = 3.0  # typical sizes of an effect that these runs cannot show
 LEAST = {"backlash": 3e-5}  # a play below three times the laser's noise shows in no loop, whatever the force says
-_ROUNDS = 6
+_ROUNDS, _CLOSE = 12, 0.02
 
 
 @dataclass(frozen=True)
@@ -82,15 +82,17 @@ def amount_for(shows: Any, wanted: float, most: float) -> float | None:
     """The amount at which an effect shows as much as is wanted; None where it never does.
 
     What shows grows with the square of the amount, so a few steps of that rule are enough; where it does not (a play of the
-    legs) the steps are halved.
+    legs) the amount is halved in between.
     """
-    amount = min(1.0, most)
-    for i in range(_ROUNDS):
+    amount, low, high = min(1.0, most), 0.0, np.inf
+    for _ in range(_ROUNDS):
         seen = shows(amount)
-        if abs(seen / wanted - 1.0) < 0.02:
+        if abs(seen / wanted - 1.0) < _CLOSE or (seen < wanted and amount == most):
             break
-        step = np.sqrt(wanted / max(seen, 1e-12 * wanted))
-        amount = min(amount * float(np.clip(step if i < 3 else np.sqrt(step), 1e-3, 1e3)), most)
+        low, high = (amount, high) if seen < wanted else (low, amount)
+        step = amount * float(np.clip(np.sqrt(wanted / max(seen, 1e-12 * wanted)), 1e-3, 1e3))
+        between = float(np.sqrt(low * high)) if low > 0.0 and high < np.inf else 0.5 * amount
+        amount = min(step if low < step < high else between, most)
     return float(amount) if shows(amount) > 0.5 * wanted else None
 
 
