@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -9,10 +10,11 @@ import numpy as np
 from measure.tables import Array
 from simulate.effect import Effect
 
-from .evidence import Gain, Signature, gain
-from .fit import ROUGHLY, Fit, solve, solve_from_afar
+from .evidence import GAP_P, Gain, Signature, gain, gap_test
+from .fit import ROUGHLY, Fit, solve, solve_from_afar, to_the_end
 from .problem import Problem
 from .screening import Screened
+from .valleys import released_again
 
 _SHORT_OF_PROMISE = 0.5
 _FIRST_STEPS, _LAST_STEPS = 12, 20
@@ -43,11 +45,46 @@ def fit_screened(before: Fit, screened: Screened) -> Candidate:
     return Candidate(screened.effect, found, gain(before, found), screened.signature)
 
 
-def carried_to_the_end(before: Fit, candidate: Candidate) -> Candidate:
-    """A candidate that was fitted up to the stops, or in a hurry, fitted whole."""
+def carried_to_the_end(before: Fit, foremost: Sequence[Candidate]) -> list[Candidate]:
+    """Candidates that were fitted up to the stops, or in a hurry, fitted whole.
+
+    Once one of them leaves only noise, its releases lie in the right valleys; the others start from those.
+    """
+    closing: Fit | None = None
+    done: list[Candidate] = []
+    for candidate in foremost:
+        found = _whole(before, candidate) if closing is None else _whole_from(before, candidate, closing)
+        done.append(_refitted(candidate, before, found))
+        if closing is None and gap_test(found).p_value > GAP_P:
+            closing = found
+            done = [_better(before, one, closing) for one in done]
+    return done
+
+
+def _whole(before: Fit, candidate: Candidate) -> Fit:
     problem = before.problem.with_effects(candidate.fit.problem.effects)
-    best = solve_from_afar(problem, candidate.fit.q, most_steps=_LAST_STEPS)
-    return replace(candidate, fit=best, gain=gain(before, best))
+    return released_again(solve_from_afar(problem, candidate.fit.q, most_steps=_LAST_STEPS))
+
+
+def _whole_from(before: Fit, candidate: Candidate, closing: Fit) -> Fit:
+    """Fitted whole with the releases of another fit, those of the candidate otherwise."""
+    problem = before.problem.with_effects(candidate.fit.problem.effects)
+    own = slice(problem.first_nuisance, problem.first_effect)
+    start = candidate.fit.q.copy()
+    start[own] = closing.q[own]
+    return to_the_end(solve(problem, start, most_steps=_LAST_STEPS))
+
+
+def _better(before: Fit, candidate: Candidate, closing: Fit) -> Candidate:
+    """The candidate as it is, or fitted again from the releases of another."""
+    if candidate.fit is closing:
+        return candidate
+    again = _whole_from(before, candidate, closing)
+    return _refitted(candidate, before, again) if again.cost < candidate.fit.cost else candidate
+
+
+def _refitted(candidate: Candidate, before: Fit, fit: Fit) -> Candidate:
+    return replace(candidate, fit=fit, gain=gain(before, fit))
 
 
 def _signs(problem: Problem, first: int) -> tuple[float, ...]:
@@ -100,7 +137,8 @@ def _left_out(fit: Fit, fold: set[str]) -> Array:
 def carried_over(fit: Fit, other: Problem) -> Fit:
     """Other runs seen with the base and effects of a fit; only their own releases are fitted."""
     q = _moved(fit, fit.problem, other)
-    return solve_from_afar(other, q, free=range(other.first_nuisance, other.first_effect))
+    free = range(other.first_nuisance, other.first_effect)
+    return released_again(solve_from_afar(other, q, free=free), free)
 
 
 def _moved(fit: Fit, of: Problem, to: Problem) -> Array:

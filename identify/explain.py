@@ -25,11 +25,12 @@ from .chance import Family, noise_like
 from .detectable import Sight, sight
 from .evidence import GAP_P, Gain, GapTest, gain, gap_test
 from .fit import ROUGHLY, Fit, solve, solve_from_afar
-from .missing_force import MissingForce, estimate
+from .missing_force import MissingForce, at_once, estimate
 from .naming import BUDGETS, RIVAL_P, Budget, Rival, Say, Step, next_effect
 from .next_test import NextTest, next_tests
 from .problem import problem_of
 from .screening import kinds_to_try
+from .valleys import released_again
 
 CLOSED_SHARE, FAIR_SHARE = 2 / 3, 0.05
 _AS_GIVEN_STEPS = 8
@@ -61,7 +62,11 @@ class Held:
 
 @dataclass(frozen=True)
 class Explanation:
-    """What came out. as_given : the model file itself; before : base refitted; after : with the findings."""
+    """What came out. as_given : the model file itself; before : base refitted; after : with the findings.
+
+    missing : the force that no effect explains, where the verdict is unknown. located : the force that was missing before
+    anything was named, as a first look along time; both None without deployments or without a gap.
+    """
 
     verdict: str
     findings: tuple[Finding, ...]
@@ -74,6 +79,7 @@ class Explanation:
     rivals: tuple[Candidate, ...]
     held: tuple[Held, ...]
     missing: MissingForce | None
+    located: MissingForce | None
     sights: tuple[Sight, ...]
     next_tests: tuple[NextTest, ...]
 
@@ -112,7 +118,7 @@ def explain(
     """
     say("fitting base and releases")
     problem = problem_of(model, [run for run in runs if not run.hold_out])
-    before = solve_from_afar(problem)
+    before = released_again(solve_from_afar(problem))
     as_given = _as_given(before)
     current, steps, tests = _added(before, catalogue, budget, say)
     current, steps = _without_superfluous(current, steps, say)
@@ -131,8 +137,9 @@ def explain(
     to_split = next_tests(after, rivals) if rivals and len(steps) == 1 else ()
     gaps = gap_test(before), gap_test(after)
     missing = missing if verdict == "unknown" else None
+    located = at_once(before) if verdict != "no-gap" and problem.films else None
     ranking = steps[0].ranking if steps else ()
-    return Explanation(verdict, findings, as_given, before, after, *gaps, ranking, rivals, held, missing, sights, to_split)
+    return Explanation(verdict, findings, as_given, before, after, *gaps, ranking, rivals, held, missing, located, sights, to_split)
 
 
 def _as_given(before: Fit) -> Fit:
@@ -195,11 +202,15 @@ def _held(model: Model, run: Run, before: Fit, after: Fit) -> Held:
 
 
 def _verdict(before: Fit, after: Fit, steps: Sequence[Step], missing: MissingForce | None) -> str:
-    """What may be said. Effects that leave a gap must close most of it, and better than a force without any physics does."""
+    """What may be said.
+
+    Several effects must leave nothing but noise, for together they can imitate much. A single one that leaves a gap must close
+    most of it, and better than a force without any physics does.
+    """
     left = gap_test(after).p_value < GAP_P
     if not steps:
         return "unknown" if left else "no-gap"
-    if left and (share_closed(before, after) < CLOSED_SHARE or (missing is not None and _bic(missing.fit) < _bic(after))):
+    if left and (len(steps) > 1 or share_closed(before, after) < CLOSED_SHARE or (missing is not None and _bic(missing.fit) < _bic(after))):
         return "unknown"
     if len(steps) > 1:
         return "several"

@@ -20,8 +20,6 @@ _SAME_COURSE, _SAME_PLACE = 1e-3, 0.2  # relative change of the sum of squares, 
 _SMOOTH_STEP_S = 5e-4  # up to the stops; behind them a film sees what such a step leaves
 _EARLY_SPREAD = 30.0  # typical sizes
 _FIRST_LEG, _NEXT_LEG, _LAST_LEG = 12, 6, 60
-_MET = 1.25  # times the noise
-_DRAWS, _TRIED = 40, 5
 _CLOSE = 1.5  # times the noise: worth being taken to the very end
 
 
@@ -175,74 +173,14 @@ def solve_from_afar(problem: Problem, start: Array | None = None, *, free: Seque
     for i, horizon in enumerate(horizons(problem)):
         shorter = replace(problem.until(horizon, _SMOOTH_STEP_S if i == 0 else None), effect_spread=_EARLY_SPREAD)
         q = solve(shorter, q, free=free, most_steps=_FIRST_LEG if i == 0 else _NEXT_LEG, enough=ROUGHLY).q
-    found = solve(problem, q, free=free, most_steps=most_steps)
-    for index in _strayed(found):
-        found = _released_again(found, index, free)
-    if not found.converged and found.rms < _CLOSE:
-        found = solve(problem, found.q, free=free, most_steps=_LAST_LEG)
-    return found
+    return to_the_end(solve(problem, q, free=free, most_steps=most_steps), free)
 
 
-def _strayed(fit: Fit) -> list[int]:
-    """The films that are met before their stops and missed behind them: their own release lies in a wrong valley."""
-    found = []
-    for index, film in enumerate(fit.problem.films):
-        parts = [(fit.part(block), film.time_s[block.samples]) for block in fit.problem.blocks if block.run == film.run.name]
-        stop = first_stop_s(replace(fit.problem, films=(film,)))
-        early = np.concatenate([gaps[time < stop] for gaps, time in parts])
-        late = np.concatenate([gaps[time >= stop] for gaps, time in parts])
-        if len(early) and len(late) and _rms(early) < _MET < _rms(late):
-            found.append(index)
-    return found
-
-
-def _rms(gaps: Array) -> float:
-    return float(np.sqrt(np.mean(gaps**2)))
-
-
-def _released_again(fit: Fit, index: int, free: Sequence[int] | None) -> Fit:
-    """Look for a film's release from many places that its motion before the stops allows, and fit on from the best.
-
-    The places are drawn from the covariance of a fit that ends at the stop; always the same draws, so always the same answer.
-    """
-    problem = fit.problem
-    early = solve(before_the_stops(problem), fit.q, free=free, most_steps=_NEXT_LEG)
-    first = problem.first_nuisance + sum(len(own) for own in problem.own_knobs[:index])
-    own = list(range(first, first + len(problem.own_knobs[index])))
-    spread = early.covariance if free is None else _own_covariance(early, free)
-    chance = np.random.default_rng(0)
-    root = np.linalg.cholesky(spread[np.ix_(own, own)] + 1e-12 * np.eye(len(own)))
-    starts = [_with(early.q, own, early.q[own] + root @ chance.normal(size=len(own))) for _ in range(_DRAWS)]
-    costs = [float(gaps @ gaps) for gaps in problem.gaps_many(starts)]
-    valleys: list[Fit] = []
-    for i in np.argsort(costs)[:_TRIED]:
-        valleys.append(solve(problem, starts[i], free=own, most_steps=_FIRST_LEG, enough=ROUGHLY))
-        if len(valleys) > 1 and len(_distinct(valleys)) == 1:
-            break
-    # the rest was fitted to the wrong valley, so a valley shows how deep it is only when everything moves
-    return min([fit, *(solve(problem, valley.q, free=free) for valley in _distinct(valleys))], key=lambda f: f.cost)
-
-
-def _distinct(valleys: Sequence[Fit]) -> list[Fit]:
-    """The two deepest of different depth; mirror images are equally deep."""
-    found: list[Fit] = []
-    for valley in sorted(valleys, key=lambda f: f.cost):
-        if all(abs(valley.cost - other.cost) > 1e-3 * other.cost for other in found):
-            found.append(valley)
-    return found[:2]
-
-
-def _own_covariance(fit: Fit, free: Sequence[int]) -> Array:
-    """The covariance of the knobs that moved, set into a matrix of all."""
-    whole = np.zeros((len(fit.q), len(fit.q)))
-    whole[np.ix_(list(free), list(free))] = fit.covariance
-    return whole
-
-
-def _with(q: Array, places: Sequence[int], values: Array) -> Array:
-    changed = q.copy()
-    changed[list(places)] = values
-    return changed
+def to_the_end(fit: Fit, free: Sequence[int] | None = None) -> Fit:
+    """A fit that is close but was cut off, carried on until nothing improves any more."""
+    if fit.converged or fit.rms >= _CLOSE:
+        return fit
+    return solve(fit.problem, fit.q, free=free, most_steps=_LAST_LEG)
 
 
 def horizons(problem: Problem) -> list[float]:

@@ -10,6 +10,7 @@ import numpy as np
 from .compare import Curve, curves_of
 from .explain import Explanation
 from .missing_force import MissingForce
+from .where import force_in_loops
 
 BEFORE, AFTER, MEASURED = "#c2571a", "#1b5e8a", "black"
 _SHOWN = {"_m": (1e3, "mm"), "_rad": (1e3, "mrad"), "_N": (1.0, "N")}
@@ -128,18 +129,35 @@ def ranking_figure(found: Explanation) -> Any:
 
 
 def missing_force_figure(missing: MissingForce) -> Any:
-    """The estimated missing force against time, with a band of two standard deviations."""
+    """The estimated missing force along what it goes with, with a band of two standard deviations."""
     from matplotlib.figure import Figure
 
     figure = Figure(figsize=(8.0, 3.2), layout="constrained")
     axes = figure.subplots()
     for column, (name, colour) in enumerate((("vertical, up", AFTER), ("lateral, x", BEFORE))):
         force, sigma = missing.force_N[:, column], missing.sigma_N[:, column]
-        axes.fill_between(missing.time_s, force - 2 * sigma, force + 2 * sigma, color=colour, alpha=0.2, lw=0)
-        axes.plot(missing.time_s, force, "o-", ms=3, color=colour, label=name)
+        axes.fill_between(missing.places, force - 2 * sigma, force + 2 * sigma, color=colour, alpha=0.2, lw=0)
+        axes.plot(missing.places, force, "o-", ms=3, color=colour, label=name)
     axes.axhline(0.0, color="0.5", lw=0.7)
-    axes.set(xlabel="time after the release, s", ylabel="missing force, N")
+    axes.set(xlabel=missing.label, ylabel="missing force, N")
     axes.legend(frameon=False, fontsize="small")
+    return figure
+
+
+def loop_force_figure(found: Explanation) -> Any:
+    """The force missing in each loop against elongation and against speed, before and after."""
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(8.0, 3.4), layout="constrained")
+    pair = figure.subplots(1, 2, sharey=True)
+    shown = [(found.before, BEFORE, "before")] + ([(found.after, AFTER, "after")] if found.findings else [])
+    for fit, colour, label in shown:
+        _, rows = force_in_loops(fit)
+        for axes, column in zip(pair, ("elongation_m", "speed_m_per_s"), strict=True):
+            axes.plot(rows[column], rows["missing_force_N"], ".", ms=1.2, color=colour, label=label, rasterized=True)
+    pair[0].set(xlabel="elongation, m", ylabel="missing force, N")
+    pair[1].set(xlabel="speed of elongation, m/s")
+    pair[0].legend(frameon=False, fontsize="small", markerscale=6)
     return figure
 
 

@@ -1,8 +1,8 @@
-"""The force that is missing where no known effect fits: estimated as it ran in time, with its band.
+"""The force that is missing on the platform, with its band: along time, along the height or along the speed.
 
-The force is unknown input to the six-leg model: a table of vertical and lateral values at fixed instants after the
-release, straight lines between. It is an effect like any other, so it is fitted together with base and releases and is
-the same in every run; but it has no physics and is never a name.
+The force is unknown input to the six-leg model: a table of vertical and lateral values at fixed places of an abscissa, straight
+lines between. It is an effect like any other, so it is estimated together with base and releases and is the same in every
+run; but it has no physics and is never a name. Which abscissa suits all runs best says what the force goes with.
 """
 
 from __future__ import annotations
@@ -14,59 +14,145 @@ import numpy as np
 
 from measure.tables import Array
 from simulate.effect import PlatformEffect, parameter
+from simulate.model import Model
 
-from .fit import Fit, solve
+from .evidence import GAP_P, gap_test
+from .fit import ROUGHLY, Fit, before_the_stops, solve
 
 KNOTS, SPACING_S = 16, 0.05
 _BAND = 3.0
+_CLEAR_LEAD = 10.0
+_STROKES_PER_S = 4.0  # the fastest knot
+_MOST_STEPS = 12
+
+
+def _table(doc: str) -> Any:
+    return parameter((0.0,) * KNOTS, low=-1e3, high=1e3, typical=0.02, doc=doc)
 
 
 @dataclass(frozen=True)
-class ForceHistory(PlatformEffect):
-    """A force on the platform that runs in time: F_z and F_x at 0, 0.05, 0.1 ... s after the release, linear between.
+class ForceTable(PlatformEffect):
+    """A force on the platform along an abscissa: F_z and F_x at evenly spaced places, linear between, steady beyond.
 
-    Behind the last instant it stays.
+    The abscissa is time since the release, height, or upward speed, by its code 0, 1, 2; its origin and spacing follow.
     """
 
     name = "missing-force"
-    vertical_N: tuple[float, ...] = parameter((0.0,) * KNOTS, low=-1e3, high=1e3, typical=0.02, doc="F_z at the instants")
-    lateral_N: tuple[float, ...] = parameter((0.0,) * KNOTS, low=-1e3, high=1e3, typical=0.02, doc="F_x at the instants")
+    constants = 3
+    vertical_N: tuple[float, ...] = _table("F_z at the places")
+    lateral_N: tuple[float, ...] = _table("F_x at the places")
 
     @staticmethod
     def platform_wrench(t: float, pose: Any, twist: Any, p: Any, wrench: Any) -> None:
-        """Adds the force of this instant, N."""
-        place = min(max(t / 0.05, 0.0), 14.999999)
+        """Adds the force of this instant, height or speed, N."""
+        at = t if p[32] < 0.5 else (pose[2] if p[32] < 1.5 else twist[2])
+        place = min(max((at - p[33]) / p[34], 0.0), 14.999999)
         left = int(place)
         share = place - left
         wrench[2] += p[left] + share * (p[left + 1] - p[left])
         wrench[0] += p[16 + left] + share * (p[17 + left] - p[16 + left])
 
+    @classmethod
+    def places(cls, model: Model) -> Array:
+        """The places of the table, (KNOTS,), in the abscissa's own unit."""
+        _, origin, spacing = cls().constants_of(model)
+        return origin + spacing * np.arange(KNOTS)
+
+
+@dataclass(frozen=True)
+class ForceAlongTime(ForceTable):
+    """At 0, 0.05, 0.1 ... s after the release."""
+
+    name = "missing-force-along-time"
+
+    def constants_of(self, model: Model) -> tuple[float, ...]:
+        """Code, first instant and spacing, s."""
+        del model
+        return 0.0, 0.0, SPACING_S
+
+
+@dataclass(frozen=True)
+class ForceAlongHeight(ForceTable):
+    """From the lowest start to full height."""
+
+    name = "missing-force-along-height"
+
+    def constants_of(self, model: Model) -> tuple[float, ...]:
+        """Code, lowest height and spacing, m."""
+        g = model.geometry
+        low, high = (0.0, 1.0) if g is None else (g.stowed_height_m, g.deployed_height_m)
+        return 1.0, low, (high - low) / (KNOTS - 1)
+
+
+@dataclass(frozen=True)
+class ForceAlongSpeed(ForceTable):
+    """From rest to four strokes a second."""
+
+    name = "missing-force-along-speed"
+
+    def constants_of(self, model: Model) -> tuple[float, ...]:
+        """Code, rest and spacing, m/s."""
+        g = model.geometry
+        stroke = 1.0 if g is None else g.deployed_height_m - g.stowed_height_m
+        return 2.0, 0.0, _STROKES_PER_S * stroke / (KNOTS - 1)
+
+
+Along = type[ForceTable]
+_WORDS: dict[Along, tuple[str, str, str]] = {
+    ForceAlongTime: ("time_s", "s after the release", "time"),
+    ForceAlongHeight: ("height_m", "m of height", "height"),
+    ForceAlongSpeed: ("speed_m_per_s", "m/s of upward speed", "speed"),
+}
+
 
 @dataclass(frozen=True)
 class MissingForce:
-    """The estimated force: time_s (KNOTS,), force and one standard deviation (KNOTS, 2), vertical and lateral, N."""
+    """The estimated force: places (n,) of its abscissa, force and one standard deviation (n, 2), vertical and lateral, N.
 
-    time_s: Array
+    leads : by how much it leaves a smaller sum of squares than the same table along each other abscissa, by name.
+    """
+
+    along: Along
+    places: Array
     force_N: Array
     sigma_N: Array
     fit: Fit
+    leads: dict[str, float]
 
     @property
     def sentence(self) -> str:
         """What the force does, for a person to act on."""
         words = [w for w in (self._axis(0, "upwards", "downwards"), self._axis(1, "to the right", "to the left")) if w]
-        return "The missing force " + " and ".join(words) + "." if words else "No missing force stands out of its band at any instant."
+        if not words:
+            return "No missing force on the platform stands out of its band anywhere."
+        return "The missing force " + " and ".join(words) + "; " + self.goes_with + "."
+
+    @property
+    def goes_with(self) -> str:
+        """What the force goes with, as far as these runs can tell."""
+        own = _WORDS[self.along][2]
+        near = [name for name, lead in self.leads.items() if lead < _CLEAR_LEAD]
+        if not self.leads:
+            return f"estimated along {own} only"
+        if near:
+            return f"whether it goes with {', '.join([own, *near])} these runs cannot tell"
+        return f"it goes with the {own}, whatever the " + " and the ".join(self.leads)
 
     @property
     def columns(self) -> dict[str, Array]:
-        """The table that is written: instants, force and band."""
+        """The table that is written: places, force and band."""
         return {
-            "time_s": self.time_s,
+            _WORDS[self.along][0]: self.places,
             "vertical_force_N": self.force_N[:, 0],
             "sigma_vertical_force_N": self.sigma_N[:, 0],
             "lateral_force_N": self.force_N[:, 1],
             "sigma_lateral_force_N": self.sigma_N[:, 1],
         }
+
+    @property
+    def label(self) -> str:
+        """The abscissa with its unit, for a figure."""
+        return {"time": "time after the release, s", "height": "height, m", "speed": "upward speed, m/s"}[_WORDS[self.along][2]]
 
     def _axis(self, axis: int, positive: str, negative: str) -> str:
         force, sigma = self.force_N[:, axis], self.sigma_N[:, axis]
@@ -80,26 +166,62 @@ class MissingForce:
             first -= 1
         while last < len(force) - 1 and same[last + 1]:
             last += 1
-        side = positive if force[peak] > 0 else negative
+        side, unit = positive if force[peak] > 0 else negative, _WORDS[self.along][1]
         return (
-            f"acts {side} on the platform between {self.time_s[first]:.2f} and {self.time_s[last]:.2f} s after the release, "
-            f"{abs(force[peak]):.3g} +- {sigma[peak]:.2g} N at its largest ({self.time_s[peak]:.2f} s)"
+            f"acts {side} on the platform between {self.places[first]:.2f} and {self.places[last]:.2f} {unit}, "
+            f"{abs(force[peak]):.3g} +- {sigma[peak]:.2g} N at its largest ({self.places[peak]:.2f})"
         )
 
 
 def estimate(before: Fit) -> MissingForce:
-    """Fit a force history on top of base and releases, in the first films' time range.
+    """The missing force along that abscissa which suits all runs best, on top of base and releases.
 
-    Knots behind the last frame stay at zero.
+    The abscissas are compared up to the stops, where the motion is steady, if the gap shows there.
     """
-    problem = before.problem.with_effects((*before.problem.effects, ForceHistory()))
-    last = max(float(film.time_s[-1]) for film in problem.films)
-    seen = np.arange(KNOTS) * SPACING_S <= last
-    first = len(problem.knobs) - 2 * KNOTS
-    free = [*range(first), *(first + np.flatnonzero(np.tile(seen, 2)))]
-    found = solve(problem, np.concatenate([before.q, np.zeros(2 * KNOTS)]), free=free, most_steps=15)
-    sigma = np.full(len(problem.knobs), np.nan)
-    sigma[free] = np.sqrt(np.maximum(np.diag(found.covariance), 0.0))
-    scale = problem.scales[first:]
-    values = (found.q[first:] * scale).reshape(2, KNOTS).T
-    return MissingForce(np.arange(KNOTS)[seen] * SPACING_S, values[seen], (sigma[first:] * scale).reshape(2, KNOTS).T[seen], found)
+    early = before_the_stops(before.problem)
+    hint = before if early is before.problem else solve(early, before.q)
+    hint = hint if gap_test(hint).p_value < GAP_P else before
+    costs = {along: _fitted(hint, along).cost for along in _WORDS}
+    best = min(costs, key=lambda along: costs[along])
+    leads = {_WORDS[along][2]: cost - costs[best] for along, cost in costs.items() if along is not best}
+    return _read(_fitted(before, best), best, leads)
+
+
+def at_once(before: Fit) -> MissingForce:
+    """The missing force along time by a single step along a fit's straight lines: where the gap is, before anything is named."""
+    problem = before.problem.with_effects((*before.problem.effects, ForceAlongTime()))
+    start = np.concatenate([before.q, np.zeros(2 * KNOTS)])
+    free = _seen_knobs(before, ForceAlongTime)
+    new = [i for i in free if i >= len(before.q)]
+    jacobian = np.hstack([before.jacobian, problem.jacobian(start, new, before.gaps)[1]])
+    start[free] += np.linalg.lstsq(jacobian, -before.gaps, rcond=1e-12)[0]
+    return _read(Fit(problem, start, before.gaps, _spread_out(jacobian, free, len(start)), False), ForceAlongTime, {})
+
+
+def _spread_out(jacobian: Array, columns: list[int], size: int) -> Array:
+    whole = np.zeros((len(jacobian), size))
+    whole[:, columns] = jacobian
+    return whole
+
+
+def _fitted(before: Fit, along: Along) -> Fit:
+    problem = before.problem.with_effects((*before.problem.effects, along()))
+    free = _seen_knobs(before, along)
+    found = solve(problem, np.concatenate([before.q, np.zeros(2 * KNOTS)]), free=free, most_steps=_MOST_STEPS, enough=ROUGHLY)
+    return Fit(problem, found.q, found.gaps, _spread_out(found.jacobian, free, len(found.q)), found.converged)
+
+
+def _seen_knobs(before: Fit, along: Along) -> list[int]:
+    """All knobs that were there, and of the table those behind which a film still runs."""
+    last = max(float(film.time_s[film.time_s <= before.problem.until_s][-1]) for film in before.problem.films)
+    seen = np.arange(KNOTS) * SPACING_S <= last if along is ForceAlongTime else np.ones(KNOTS, dtype=bool)
+    return [*range(len(before.q)), *(len(before.q) + np.flatnonzero(np.tile(seen, 2))).tolist()]
+
+
+def _read(found: Fit, along: Along, leads: dict[str, float]) -> MissingForce:
+    first = len(found.q) - 2 * KNOTS
+    used = np.linalg.norm(found.jacobian[:, first:], axis=0).reshape(2, KNOTS).max(axis=0) > 0
+    spread = np.sqrt(np.maximum(np.diag(found.covariance), 0.0))
+    scale = found.problem.scales[first:]
+    values, sigma = ((row[first:] * scale).reshape(2, KNOTS).T for row in (found.q, spread))
+    return MissingForce(along, along.places(found.problem.model)[used], values[used], sigma[used], found, leads)

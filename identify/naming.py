@@ -42,7 +42,7 @@ class Budget:
     effects: int
 
 
-BUDGETS = {"quick": Budget(5, 2, 4, 2), "normal": Budget(12, 4, 10, 3), "thorough": Budget(28, 8, 28, 4)}
+BUDGETS = {"quick": Budget(5, 1, 4, 1), "normal": Budget(12, 2, 10, 2), "thorough": Budget(28, 6, 28, 3)}
 
 
 @dataclass(frozen=True)
@@ -96,7 +96,7 @@ def _best_of(current: Fit, look: Look, budget: Budget, say: Say) -> Step | None:
         return None
     foremost = _foremost(quick, budget)
     say("fitting the foremost to the end: " + ", ".join(c.name for c in foremost))
-    return _step(current, look, quick, [carried_to_the_end(current, c) for c in foremost])
+    return _step(current, look, quick, carried_to_the_end(current, foremost))
 
 
 def _look(current: Fit, catalogue: Mapping[str, type[Effect]]) -> Look:

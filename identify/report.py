@@ -42,6 +42,8 @@ def _figures(found: Explanation) -> dict[str, str | None]:
         "gaps": embedded(gap_plots.gaps_figure(found)),
         "ranking": embedded(gap_plots.ranking_figure(found)) if found.ranking else None,
         "missing": embedded(gap_plots.missing_force_figure(found.missing)) if found.missing is not None else None,
+        "located": embedded(gap_plots.missing_force_figure(found.located)) if found.located is not None else None,
+        "loops": embedded(gap_plots.loop_force_figure(found)) if found.before.problem.loops else None,
     }
 
 

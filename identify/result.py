@@ -7,8 +7,9 @@ from typing import Any
 import numpy as np
 
 from .explain import Explanation, Finding
+from .formula import described
 from .next_test import NextTest
-from .where import locate
+from .where import force_in_loops, locate
 
 _PLACES = 12
 
@@ -123,9 +124,20 @@ def base_moves(found: Explanation) -> dict[str, Any]:
 def _missing_force(found: Explanation, file: str | None) -> str | None:
     if found.verdict != "unknown":
         return None
-    if found.missing is None:
-        return "No deployment was given, so no force on the platform could be estimated; see where the gap is."
-    return found.missing.sentence + (f" Table: {file}" if file else "")
+    texts = [f"Table: {file}"] if file else []
+    if found.before.problem.loops:
+        texts.insert(0, force_in_loops(found.before)[0])
+    if found.missing is not None:
+        formula = described(found.missing, found.before.problem.films[0])
+        texts = [found.missing.sentence, *([f"{formula}."] if formula else []), *texts]
+    return " ".join(texts)
+
+
+def missing_table(found: Explanation) -> dict[str, Any] | None:
+    """The force that no effect explains, as a table: on the platform, or in the loops where no deployment was given."""
+    if found.verdict != "unknown":
+        return None
+    return found.missing.columns if found.missing is not None else force_in_loops(found.before)[1]
 
 
 def sentence(found: Explanation) -> str:

@@ -78,8 +78,8 @@ def _film_drivers(film: Film, block: Block) -> dict[str, Array]:
     if "z_m" in film.channels and len(time) > _WINDOW:
         z = np.interp(time, film.time_s, _filled(film.values[film.channels.index("z_m")], film.time_s))
         step = float(np.median(np.diff(time)))
-        speed = _smooth_derivative(z, step, 1)
-        drivers |= {"elongation": z, "speed": speed, "acceleration": _smooth_derivative(z, step, 2), "direction": np.sign(speed)}
+        speed = smooth_derivative(z, step, 1)
+        drivers |= {"elongation": z, "speed": speed, "acceleration": smooth_derivative(z, step, 2), "direction": np.sign(speed)}
     return drivers
 
 
@@ -92,10 +92,11 @@ def _second_derivative(part: Array, time: Array) -> Array:
     """What force a gap of position asks for, up to a mass: its smoothed second derivative."""
     if len(part) <= _WINDOW:
         return part
-    return _smooth_derivative(part, float(np.median(np.diff(time))), 2)
+    return smooth_derivative(part, float(np.median(np.diff(time))), 2)
 
 
-def _smooth_derivative(values: Array, step: float, order: int) -> Array:
+def smooth_derivative(values: Array, step: float, order: int) -> Array:
+    """Derivative of evenly spaced values (n,), by cubics through fifteen neighbours."""
     return np.asarray(savgol_filter(values, _WINDOW, 3, deriv=order, delta=step), dtype=float)
 
 
@@ -113,6 +114,21 @@ def _in_loop(loop: LoopRun, block: Block, part: Array, total: float) -> list[Pla
     near = _near_reversal(loop, at)
     phases = [("uncoiling", (v > 0) & ~near), ("coiling", (v <= 0) & ~near), ("reversal", near)]
     return [_place(block, phase, data.time_s[at], part, here, drivers, part, total) for phase, here in phases if here.any()]
+
+
+def force_in_loops(fit: Fit) -> tuple[str, dict[str, list]]:
+    """What the force missing in the loops goes with, all loops together, in a sentence; and its table, sample by sample."""
+    rows: dict[str, list] = {name: [] for name in ("run", "time_s", "elongation_m", "speed_m_per_s", "missing_force_N", "sigma_N")}
+    for loop, block in ((loop, block) for loop in fit.problem.loops for block in fit.problem.blocks if block.run == loop.run.name):
+        data, at = loop.data, block.samples
+        rows["run"] += [block.run] * len(at)
+        rows["missing_force_N"] += (fit.part(block) * data.force_sigma_N).tolist()
+        rows["sigma_N"] += [data.force_sigma_N] * len(at)
+        for name in ("time_s", "elongation_m", "speed_m_per_s"):
+            rows[name] += getattr(data, name)[at].tolist()
+    force, u, v = (np.array(rows[name]) for name in ("missing_force_N", "elongation_m", "speed_m_per_s"))
+    goes_with = strongest({"elongation": u, "speed": v, "direction": np.sign(v)}, force)
+    return f"The force missing in the loops is {float(np.std(force)):.3g} N rms and goes with: {goes_with}.", rows
 
 
 def _near_reversal(loop: LoopRun, at: NDArray[np.intp]) -> NDArray[np.bool_]:

@@ -88,19 +88,20 @@ def _write(given: Namespace, found: Explanation, inputs: list[Path]) -> None:
 
     from identify.explain import extended
     from identify.report import report_html
-    from identify.result import result_of
+    from identify.result import missing_table, result_of
     from measure.output import json_text, provenance, write_json, write_text
     from measure.tables import write_columns
     from simulate.model_file import write_model
 
     note = provenance(inputs)
-    table = given.output / "missing_force.csv" if found.missing is not None else None
+    missing = missing_table(found)
+    table = given.output / "missing_force.csv" if missing is not None else None
     result = {**result_of(found, str(table) if table else None), "provenance": note}
     title = f"The gap between {found.before.problem.model.name} and its measurements"
     page = report_html(found, title, {"What made this": json.dumps(note, indent=1)}, str(table) if table else None)
     given.output.mkdir(parents=True, exist_ok=True)
-    if table is not None and found.missing is not None:
-        write_columns(found.missing.columns, table)
+    if table is not None and missing is not None:
+        write_columns(missing, table)
     write_model(extended(found.before.problem.model, found), given.output / "extended.toml", note)
     write_json(given.output / "result.json", result)
     write_text(given.output / "report.html", page)
