@@ -22,6 +22,7 @@ Abscissa = Literal["none", "frequency_Hz", "speed_m_per_s"]
 
 LINE_NAMES = ("a_l_N_per_m", "b_l_N", "a_u_N_per_m", "b_u_N")
 BETA_NAME = "beta_per_m"
+SAME_STROKE = 0.05  # relative difference of amplitudes that count as one
 DISTINCT = 0.02  # frequencies closer than this, relatively, are one frequency
 
 
@@ -151,6 +152,35 @@ def distinct(values: Array) -> int:
     """How many values there are, where values within two per cent count as one."""
     ordered = np.sort(values)
     return 1 + int(np.sum(np.diff(ordered) > DISTINCT * np.abs(ordered[1:])))
+
+
+def strokes(loops: Sequence[LoopData]) -> list[list[LoopData]]:
+    """Loops with a full cycle in groups of one amplitude, in rising order."""
+    groups: list[list[LoopData]] = []
+    for data in sorted(loops, key=lambda d: d.amplitude_m):
+        if groups and data.amplitude_m < (1.0 + SAME_STROKE) * groups[-1][0].amplitude_m:
+            groups[-1].append(data)
+        else:
+            groups.append([data])
+    return groups
+
+
+def by_stroke(loops: Sequence[LoopData]) -> list[int]:
+    """Places of the largest group of loops of one stroke, by frequency; of all loops where no two have one."""
+    return _largest(loops, "amplitude_m", "frequency_Hz", SAME_STROKE)
+
+
+def by_frequency(loops: Sequence[LoopData]) -> list[int]:
+    """Places of the largest group of loops of one frequency, by amplitude; of all loops where no two have one."""
+    return _largest(loops, "frequency_Hz", "amplitude_m", DISTINCT)
+
+
+def _largest(loops: Sequence[LoopData], alike: str, then: str, within: float) -> list[int]:
+    known = [k for k, data in enumerate(loops) if np.isfinite(getattr(data, alike))]
+    groups = [[j for j in known if abs(getattr(loops[j], alike) / getattr(loops[k], alike) - 1.0) <= within] for k in known]
+    group = max(groups, key=len, default=[])
+    chosen = group if len(group) > 1 else list(range(len(loops)))
+    return sorted(chosen, key=lambda k: float(np.nan_to_num(getattr(loops[k], then))))
 
 
 def visible(kind: type[Effect]) -> bool:

@@ -47,7 +47,7 @@ def profile_of_beta(fit: ActuatorFit, loops: Sequence[LoopData]) -> Profile:
         )
         start = fit.theta.copy()
         start[at] = log_beta
-        theta, _ = minimise(held, start)
+        theta, _ = minimise(held, start, roughly=True)
         squares.append(sum(float(r @ r) for r in held.residuals(theta)))
     rise = np.array(squares) - sum(float(r @ r) for r in fit.residuals)
     x = (logs - np.log(value)) / width

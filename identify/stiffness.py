@@ -14,8 +14,8 @@ from simulate.effect import Effect
 from simulate.law import axial_mass
 
 from .loops import LoopData
+from .parameters import strokes
 
-_SAME_STROKE = 0.05  # relative difference of amplitudes that count as one
 _OTHER_RATE = 1.2  # ratio of frequencies below which nothing can be concluded
 _CHANGE_THAT_MATTERS = 0.10  # of the stiffness, over the frequencies seen
 
@@ -85,7 +85,7 @@ def _relative(loops: Sequence[LoopData], effects: tuple[Effect, ...]) -> tuple[A
     """Logarithm of the frequency and relative stiffness of every cycle that has a partner of equal stroke, both centred."""
     known = [data for data in loops if data.cycles.spans]
     xs, ys = [], []
-    for group in _strokes(known):
+    for group in strokes(known):
         frequencies = np.array([data.frequency_Hz for data in group])
         if frequencies.max() < _OTHER_RATE * frequencies.min():
             continue
@@ -95,16 +95,6 @@ def _relative(loops: Sequence[LoopData], effects: tuple[Effect, ...]) -> tuple[A
         xs.append(x - x.mean())
         ys.append(y / y.mean() - 1.0)
     return (np.concatenate(xs), np.concatenate(ys)) if xs else (np.empty(0), np.empty(0))
-
-
-def _strokes(loops: Sequence[LoopData]) -> list[list[LoopData]]:
-    groups: list[list[LoopData]] = []
-    for data in sorted(loops, key=lambda d: d.amplitude_m):
-        if groups and data.amplitude_m < (1.0 + _SAME_STROKE) * groups[-1][0].amplitude_m:
-            groups[-1].append(data)
-        else:
-            groups.append([data])
-    return groups
 
 
 def _line(x: Array, y: Array) -> tuple[float, float]:

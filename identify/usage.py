@@ -52,7 +52,7 @@ class Usage:
 def usage(time_s: Array, smooth: Motion, band_m: float, found: Cycles) -> Usage:
     """Which samples count: not those of idle seconds, of a few samples at the ends, and of strokes with an unseen reversal."""
     n = len(time_s)
-    moves = moving(smooth.elongation_m, band_m)
+    moves = _without_strays(moving(smooth.elongation_m, band_m), gaps(time_s))
     lost = tuple(_lost(smooth, found, k) for k in gaps(time_s) if moves.start <= k < moves.stop - 1 and _may_turn(time_s, smooth, found, k))
     used = np.zeros(n, dtype=bool)
     used[moves] = True
@@ -61,6 +61,13 @@ def usage(time_s: Array, smooth: Motion, band_m: float, found: Cycles) -> Usage:
     for first, last in lost:
         used[first:last] = False
     return Usage(used, moves, lost)
+
+
+def _without_strays(moves: slice, behind: Sequence[int]) -> slice:
+    """The motion without a handful of samples that a gap parts from the rest of it at either end."""
+    start = max([moves.start, *(k + 1 for k in behind if moves.start <= k < moves.start + ENDS)])
+    stop = min([moves.stop, *(k + 1 for k in behind if moves.stop - ENDS <= k + 1 < moves.stop)])
+    return slice(start, stop)
 
 
 def _may_turn(time_s: Array, smooth: Motion, found: Cycles, k: int) -> bool:

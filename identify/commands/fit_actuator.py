@@ -192,7 +192,7 @@ def _resampled(given: Namespace, fit: Any, data: Any, result: dict[str, Any]) ->
 
     from ..resampling import bootstrap, profile_of_beta
 
-    profile = profile_of_beta(fit, data) if given.profile else None
+    profile = profile_of_beta(fit, data) if given.profile or given.figure else None
     if profile:
         table = {"beta_per_m": profile.beta_per_m, "rise": profile.rise, "ci95": list(profile.interval)}
         result["beta_profile"] = table
