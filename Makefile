@@ -21,7 +21,7 @@ PYTEST := $(CALM) $(BIN)/pytest --numprocesses $(WORKERS) --dist worksteal $(PYT
 SUBSET ?= standard
 METHODS ?= explain-gap
 
-.PHONY: demo test fast lint datasets scoreboard clean pins
+.PHONY: demo test fast peers lint datasets scoreboard clean pins
 .DELETE_ON_ERROR:
 
 demo: $(VENV)/installed
@@ -81,6 +81,6 @@ pins:
 	rm -rf out/pins
 	$(PYTHON) -m venv out/pins
 	out/pins/bin/python -m pip install --quiet --upgrade pip
-	out/pins/bin/python -m pip install --quiet hatchling editables --group dev --editable '.[dask,hdf5,labview]'
+	out/pins/bin/python -m pip install --quiet hatchling editables --group dev --group peers --editable '.[dask,hdf5,labview]'
 	out/pins/bin/python -m pip freeze --all --exclude unspool --exclude setuptools > constraints.txt
 	rm -rf out/pins

@@ -176,7 +176,7 @@ def test_each_of_these_effects_is_felt_far_beyond_that_agreement(prototype):
         changed = []
         for model, run in zip(models, whole, strict=True):
             less = deploy(replace(model, effects=tuple(e for e in model.effects if e.name != effect.name)))
-            until = round(100 * run.time_to_full_height_s) + 1
+            until = round(100 * (run.time_to_full_height_s or 0.0)) + 1
             z, turn = (np.max(np.abs(less.channels[c][:until] - run.channels[c][:until])) for c in ("z_m", "theta_z_rad"))
             changed.append(z > 1e-4 or np.degrees(turn) > 0.1)
         # the stop is met before full height by some of the rigs only
