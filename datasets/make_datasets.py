@@ -1,6 +1,6 @@
 """Makes everything in this folder: `python datasets/make_datasets.py [FOLDER]`. Same seed, same bytes.
 
-    prototype.toml          the rig of the paper as far as it can be inferred, every value labelled
+    prototype.toml          the rig of the paper as far as it can be inferred (infer_prototype.py), every value labelled
     demo/rig.toml           the rig of the demonstration, as its engineer knows it
     demo/loops/*.csv        six loops of one of its actuators
     demo/film.avi           a deployment, filmed;  demo/film.toml  camera and marks
@@ -44,10 +44,14 @@ CAMERA_SIGMA_M, CAMERA_SIGMA_RAD = 4.0e-6, 6.0e-5
 PROTOTYPE_HEAD = """\
 # The tape-spring hexapod of Aridon et al., J. Mech. Des. 131 (2009) 021003, as far as its paper tells.
 #
-# printed in the paper   platform mass, heights (652 mm deployed, 400 mm of stroke), b_l (centre of 2.51 to 3.07 N),
-#                        0.1 N between the branches, mass_factor (counterweight)
-# inferred, not measured joints, inertia, slopes, beta, initial force, stops, hub inertia and friction: chosen so that the
-#                        model gives back the main effects, the triple terms and the time to full height that are printed
+# printed in the paper   platform.mass_kg, geometry.stowed_height_m and deployed_height_m (652 mm deployed, 400 mm of stroke),
+#                        actuator.b_l_N (centre of 2.51 to 3.07 N), b_u_N (0.1 N above), initial_force_N,
+#                        gravity.mass_factor (counterweight), simulation (1 s at 1 kHz)
+# inferred, not measured geometry.base_joints_m and platform_joints_m, platform.inertia_kg_m2, end_stop.stiffness_N_per_m and
+#                        damping_N_s_per_m, hub-inertia, viscous-friction: searched by infer_prototype.py, so that the model gives
+#                        back the main effects, the triple terms and the time to full height that are printed
+# assumed                actuator.a_l_N_per_m, a_u_N_per_m and beta_per_m, end_stop.smoothing_m, platform.centre_of_mass_m, release:
+#                        without influence on what is printed
 """
 
 
@@ -57,27 +61,38 @@ def ring(radius_m: float, angles_deg: np.ndarray) -> tuple[tuple[float, float, f
     return tuple((round(float(radius_m * np.cos(x)), 6), round(float(radius_m * np.sin(x)), 6), 0.0) for x in a)
 
 
-def prototype() -> Model:
-    """The inferred rig of the paper."""
+def hexapod(base_radius_m: float, base_deg: float, platform_radius_m: float, platform_deg: float) -> Geometry:
+    """Three pairs of legs, each pair mirrored in a vertical plane, turned by a third against each other; heights as printed."""
     third = 120.0 * np.arange(3)
-    base = np.column_stack([third + 41.401, third + 120.0 - 41.401]).ravel()
-    joints = np.column_stack([third + 60.0 - 59.459, third + 60.0 + 59.459]).ravel()
+    base = np.column_stack([third + base_deg, third + 120.0 - base_deg]).ravel()
+    joints = np.column_stack([third + 60.0 - platform_deg, third + 60.0 + platform_deg]).ravel()
+    return Geometry(ring(base_radius_m, base), ring(platform_radius_m, joints), 0.252, 0.652)  # type: ignore[arg-type]
+
+
+def prototype() -> Model:
+    """The inferred rig of the paper: what infer_prototype.py finds, rounded."""
     return Model(
-        Actuator(-0.0374, 2.79, -0.0374, 2.89, 400.0, 2.79),
+        Actuator(-0.0374, 2.79, -0.0374, 2.89, 400.0, 2.987),
         name="prototype",
-        platform=Platform(0.8, (0.001516, 0.001516, 0.003164)),
-        geometry=Geometry(ring(0.53402, base), ring(0.06527, joints), 0.252, 0.652),  # type: ignore[arg-type]
-        end_stop=EndStop(851.0, 1.05, 1e-3),
+        platform=Platform(0.8, (0.0054, 0.0054, 0.00297)),
+        geometry=hexapod(0.5396, 57.0, 0.030, 54.3),
+        end_stop=EndStop(3500.0, 22.6, 1e-3),
         gravity=Gravity(0.0, 2.0),
-        effects=(HubInertia(0.746), ViscousFriction(0.0728)),
+        effects=(HubInertia(0.487), ViscousFriction(0.513)),
     )
 
 
 def rig() -> Model:
-    """The demonstration's rig: the prototype's geometry, light spools, no grease, firmer stops; its law is not known yet, only guessed."""
-    law, stops = Actuator(0.0, 2.8, 0.0, 2.9, 300.0, 2.8), EndStop(4000.0, 40.0, 1e-3)
-    known = replace(prototype(), name="demonstration rig", actuator=law, end_stop=stops, effects=())
-    return replace(known, simulation=Simulation(0.6), nuisance=Nuisance(3e-4, 5e-4, 4e-3))
+    """The demonstration's rig: light spools, no grease, firm stops; its law is not known yet, only guessed."""
+    return Model(
+        Actuator(0.0, 2.8, 0.0, 2.9, 300.0, 2.8),
+        name="demonstration rig",
+        platform=Platform(0.8, (0.001516, 0.001516, 0.003164)),
+        geometry=hexapod(0.53402, 41.401, 0.06527, 59.459),
+        end_stop=EndStop(4000.0, 40.0, 1e-3),
+        simulation=Simulation(0.6),
+        nuisance=Nuisance(3e-4, 5e-4, 4e-3),
+    )
 
 
 def truth(hidden: Effect | None = HIDDEN) -> Model:

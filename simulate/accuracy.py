@@ -58,7 +58,7 @@ def deploy_checked(model: Model) -> Deployment:
 
 def step_error(run: Deployment, finer: Deployment) -> StepError:
     """What another step changes; NaN in both, a run that has diverged, is no difference, NaN in one is an infinite one."""
-    reached = np.any(run.elongation_m > stroke_of(run.model), axis=1)
+    reached = (run.work_J["by_stops"] != 0.0) | np.any(run.elongation_m > stroke_of(run.model), axis=1)
     stop = int(np.argmax(reached)) if reached.any() else len(run.time_s)
     apart = {name: _apart(run.channels[name], finer.channels[name]) for name in CHANNELS}
     return StepError(

@@ -61,7 +61,7 @@ class Sweep:
         """
         for model in self._extremes:
             row_of(model)
-        self.rows(0, 1)
+        self.rows_at(self.design.piece(0, 1))
         _ = self.grid
 
     def pieces(self) -> list[tuple[int, int]]:
@@ -71,12 +71,15 @@ class Sweep:
 
     def responses(self, first: int, last: int, alone: bool = False) -> Array:
         """Responses of some runs, (last - first, responses.COUNT), SI; NaN where there is none. On all cores, or alone on one."""
-        full_height = geometry_of(self.model).deployed_height_m
-        return _respond(self.rows(first, last), self._program, self.grid, full_height, alone)
+        return self.responses_at(self.design.piece(first, last), alone)
 
-    def rows(self, first: int, last: int) -> Array:
-        """Rows of some runs for the compiled kernel."""
-        coded = self.design.piece(first, last)
+    def responses_at(self, coded: Array, alone: bool = False) -> Array:
+        """Responses at any coded levels (runs, factors), whether the design has them or not."""
+        full_height = geometry_of(self.model).deployed_height_m
+        return _respond(self.rows_at(coded), self._program, self.grid, full_height, alone)
+
+    def rows_at(self, coded: Array) -> Array:
+        """Rows of runs at these coded levels for the compiled kernel."""
         if self._lines is not None:
             return self._lines.base + coded @ self._lines.slopes
         return np.array([row_of(self.model_at(levels)) for levels in coded])

@@ -14,7 +14,7 @@ from measure.tables import Array
 from . import responses
 from .factorial import HIGHEST_ORDER, coefficients_of, formula, predicted, variability_percent
 from .responses import RESPONSES
-from .sweep import Sweep, Tally, respond, tally
+from .sweep import Sweep, Tally, tally
 
 _BINS = 60
 GRID = 17
@@ -94,11 +94,12 @@ class SweepResult:
         seed = self.sweep.design.seed + 1
         normal = tuple(i for i, factor in enumerate(self.sweep.factors) if factor.normal)
         kind = replace(self.sweep.design, kind="random", runs=_FRESH, seed=seed, normal=normal, basic=0, words=())
-        values = _column(replace(self.sweep, design=kind).responses(0, _FRESH), self.response)
+        coded = kind.piece(0, _FRESH)
+        values = _column(self.sweep.responses_at(coded), self.response)
         good = np.isfinite(values)
         if not self._short or not np.any(good):
             return {"runs": int(good.sum()), "rms": None, "largest": None, "rms_of_response": None}
-        error = values[good] - predicted(self._short, self.letters, kind.piece(0, _FRESH)[good])
+        error = values[good] - predicted(self._short, self.letters, coded[good])
         size = float(np.sqrt(np.mean(values[good] ** 2)))
         rms, largest = float(np.sqrt(np.mean(error**2))), float(np.max(np.abs(error)))
         return {"runs": int(good.sum()), "rms": rms, "largest": largest, "rms_of_response": size}
@@ -129,8 +130,7 @@ class SweepResult:
         levels = np.linspace(-1.0, 1.0, GRID)
         coded = np.zeros((GRID * GRID, len(self.sweep.factors)))
         coded[:, first], coded[:, second] = np.repeat(levels, GRID), np.tile(levels, GRID)
-        answers = respond([self.sweep.model_at(row) for row in coded])
-        return _column(answers, self.response).reshape(GRID, GRID)
+        return _column(self.sweep.responses_at(coded), self.response).reshape(GRID, GRID)
 
     @property
     def largest_pair(self) -> tuple[int, int] | None:

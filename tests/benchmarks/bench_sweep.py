@@ -22,8 +22,8 @@ from scipy.integrate import solve_ivp
 
 from simulate import responses
 from simulate.designs import design_of
-from simulate.factors import paper_factors
 from simulate.effects import CATALOGUE
+from simulate.factors import paper_factors
 from simulate.model import Model, per_leg
 from simulate.model_file import read_model
 from simulate.sweep import Sweep, run_on

@@ -18,7 +18,6 @@ from simulate.law import loop_force
 from simulate.model import Model, Simulation, with_value
 from simulate.model_file import read_model, write_model
 
-DATASETS = Path(__file__).resolve().parents[2] / "datasets"
 SIGMA = {"x_m": 4e-6, "z_m": 4e-6, "theta_y_rad": 3e-5}
 LOOPS = ((0.2, 0.01), (0.2, 0.04), (1.0, 0.01), (1.0, 0.04), (3.0, 0.01), (3.0, 0.04))
 
@@ -26,7 +25,7 @@ LOOPS = ((0.2, 0.01), (0.2, 0.04), (1.0, 0.01), (1.0, 0.04), (3.0, 0.01), (3.0, 
 @pytest.fixture
 def prototype() -> Model:
     """The shipped model of the paper's rig."""
-    return read_model(DATASETS / "prototype.toml")
+    return read_model(Path(__file__).with_name("rig.toml"))
 
 
 @pytest.fixture

@@ -16,7 +16,7 @@ from measure.tables import Loop, Trajectory, write_loop, write_trajectory
 from simulate.law import loop_force
 from simulate.model_file import read_model
 
-PROTOTYPE = Path(__file__).resolve().parents[2] / "datasets" / "prototype.toml"
+PROTOTYPE = Path(__file__).with_name("rig.toml")
 
 
 @pytest.fixture

@@ -16,7 +16,7 @@ from measure.tables import Trajectory
 from simulate.deployment import deploy
 from simulate.model_file import read_model
 
-PROTOTYPE = Path(__file__).resolve().parents[2] / "datasets" / "prototype.toml"
+PROTOTYPE = Path(__file__).with_name("rig.toml")
 
 
 @pytest.fixture

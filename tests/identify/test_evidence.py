@@ -18,7 +18,7 @@ from simulate.effects import CATALOGUE, HubInertia, ViscousFriction
 from simulate.law import loop_force
 from simulate.model_file import read_model
 
-MODEL = read_model(Path(__file__).resolve().parents[2] / "datasets" / "prototype.toml")
+MODEL = read_model(Path(__file__).with_name("rig.toml"))
 
 
 def loops(seed, extra=(), sigma=2e-3):

@@ -15,15 +15,15 @@ def _ring(radius, angles_deg) -> Any:
 
 def prototype_model(**changes):
     """The rig inferred from the paper's printed numbers."""
-    base = _ring(0.53402, [angle for k in range(3) for angle in (120 * k + 41.401, 120 * (k + 1) - 41.401)])
-    joints = _ring(0.06527, [angle for k in range(3) for angle in (120 * k + 60 - 59.459, 120 * k + 60 + 59.459)])
+    base = _ring(0.5396, [angle for k in range(3) for angle in (120 * k + 57.0, 120 * (k + 1) - 57.0)])
+    joints = _ring(0.030, [angle for k in range(3) for angle in (120 * k + 60 - 54.3, 120 * k + 60 + 54.3)])
     quantities: dict[str, Any] = {
-        "actuator": Actuator(-0.0374, 2.79, -0.0374, 2.89, 400.0, 2.79),
+        "actuator": Actuator(-0.0374, 2.79, -0.0374, 2.89, 400.0, 2.987),
         "name": "prototype",
-        "platform": Platform(0.8, (0.001516, 0.001516, 0.003164)),
+        "platform": Platform(0.8, (0.0054, 0.0054, 0.00297)),
         "geometry": Geometry(base, joints),
-        "end_stop": EndStop(851.0, 1.05, 1e-3),
-        "effects": (HubInertia(0.746), ViscousFriction(0.0728)),
+        "end_stop": EndStop(3500.0, 22.6, 1e-3),
+        "effects": (HubInertia(0.487), ViscousFriction(0.513)),
     }
     return Model(**{**quantities, **changes})
 

@@ -140,13 +140,13 @@ def test_leg_mass_obeys_lagranges_equations_across_the_legs_too(lopsided):
 
 def test_viscous_joints_stop_a_spinning_platform_exponentially(free):
     run = deploy(thrown(free, spin=(0.0, 0.0, 2.0)).with_effect(known.JointFriction(damping_N_m_s=2e-3)))
-    decay = 6 * 2e-3 / (2 * 0.003164)
+    decay = 6 * 2e-3 / (2 * 0.00297)
     assert run.channels["theta_z_rad"] == pytest.approx(2.0 / decay * (1 - np.exp(-decay * run.time_s)), abs=1e-9)
 
 
 def test_dry_joints_stop_a_spinning_platform_for_good(free):
     run = deploy(thrown(free, spin=(0.0, 0.0, 2.0)).with_effect(known.JointFriction(moment_N_m=0.01)))
-    stop = 2.0 * 2 * 0.003164 / (6 * 0.01)
+    stop = 2.0 * 2 * 0.00297 / (6 * 0.01)
     assert run.channels["theta_z_rad"][-1] == pytest.approx(2.0 * stop / 2, rel=0.02)
     assert abs(run.samples[-1, 12]) < 1e-3
 

@@ -190,6 +190,7 @@ def test_an_effect_that_mjcf_cannot_express_is_refused_and_not_left_out(lopsided
 
 
 def test_an_inertia_that_no_body_has_is_refused(prototype):
-    # the inferred prototype: 0.003164 about z, twice 0.001516 about the others
-    with pytest.raises(InputError, match=r"0\.003164 is above the sum"):
-        require_expressed(prototype)
+    flat = replace(prototype, platform=replace(prototype.platform, inertia_kg_m2=(0.0015, 0.0015, 0.0032)))
+    with pytest.raises(InputError, match=r"0\.0032 is above the sum"):
+        require_expressed(flat)
+    require_expressed(prototype)
