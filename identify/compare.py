@@ -101,7 +101,7 @@ def curves_of(fit: Fit) -> tuple[Curve, ...]:
 
 def _film_values(film: Film, block: Block) -> tuple[Array, Array, Array]:
     row, at = film.channels.index(block.channel), block.samples
-    return film.time_s[at], film.values[row, at], film.sigma[row, at]
+    return film.time_s[at] + film.clock_s, film.values[row, at], film.sigma[row, at]
 
 
 def dispersion_percent(films: Sequence[Film]) -> float:

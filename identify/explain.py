@@ -99,6 +99,7 @@ def explain(
     runs: Sequence[Run],
     catalogue: Mapping[str, type[Effect]] = CATALOGUE,
     *,
+    covariate: str = "",
     budget: Budget = BUDGETS["normal"],
     say: Say = lambda text: None,
 ) -> Explanation:
@@ -108,6 +109,7 @@ def explain(
     ----------
     runs : loops and deployments; those held out take no part in fitting or naming.
     catalogue : effects to try, by name.
+    covariate : a further column of the loops (a pressure, a temperature) to which a part of their force is proportional.
     budget : how much is tried.
     say : told what is being done, for people who wait.
 
@@ -117,7 +119,7 @@ def explain(
         A run cannot be used with this model.
     """
     say("fitting base and releases")
-    problem = problem_of(model, [run for run in runs if not run.hold_out])
+    problem = problem_of(model, [run for run in runs if not run.hold_out], covariate)
     before = released_again(solve_from_afar(problem))
     as_given = _as_given(before)
     current, steps, tests = _added(before, catalogue, budget, say)
@@ -197,7 +199,7 @@ def share_closed(before: Fit, after: Fit) -> float:
 
 
 def _held(model: Model, run: Run, before: Fit, after: Fit) -> Held:
-    problem = problem_of(model, [run])
+    problem = problem_of(model, [run], before.problem.covariate)
     return Held(carried_over(before, problem), carried_over(after, problem.with_effects(after.problem.effects)))
 
 

@@ -2,19 +2,20 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from measure.tables import Array, Trajectory
+from measure.tables import Array, Loop, Trajectory
 from simulate.model import Model
 
 from .campaign import Run
-from .loops import LoopData
+from .loops import LoopData, prepare
 from .noise import channel_noise
 
 _ZEROED = 3.0  # standard deviations
+_UNSET, _LEAST_SPREAD_S = 10.0, 1e-3
 
 
 @dataclass(frozen=True)
@@ -24,7 +25,8 @@ class Film:
     values, sigma : (channels, n). counts : (channels, n), where there is a measurement. nominal : (channels,) where the
     platform should stand before the release. zeroed : (channels,), counted from the first frame and not from the rig's
     own zero; a tracker does that, so such a channel says nothing about where the platform stood, only how far it went.
-    expected_s : when the release is expected on the film's clock; a film that counts from its first frame began before it.
+    time_s : (n,) on the clock that the release sets, as far as it is known; clock_s more is the table's own clock.
+    expected_s : when the release is expected on that clock; a film that counts from its first frame began before it.
     """
 
     run: Run
@@ -37,6 +39,7 @@ class Film:
     nominal: Array
     zeroed: NDArray[np.bool_]
     expected_s: float
+    clock_s: float = 0.0
 
     @property
     def turned(self) -> bool:
@@ -53,6 +56,12 @@ class LoopRun:
     data: LoopData
 
 
+def loop_of(run: Run, model: Model) -> LoopRun:
+    """A loop's table made ready; its time counts from its first sample, whatever the recorder's clock showed."""
+    assert isinstance(run.table, Loop)
+    return LoopRun(run, model, prepare(replace(run.table, time_s=run.table.time_s - run.table.time_s[0])))
+
+
 def film_of(run: Run, model: Model) -> Film:
     """A deployment's table made ready; `model` is the model as it was in this run."""
     table = run.table
@@ -64,8 +73,16 @@ def film_of(run: Run, model: Model) -> Film:
     nominal = np.array([stowed if channel == "z_m" else 0.0 for channel in channels])
     from_first_frame = bool(np.all(np.abs(values[:, 0] - nominal) < _ZEROED * sigma[:, 0]))
     zeroed = np.full(len(channels), from_first_frame)
-    expected = _onset_s(table.time_s, values[channels.index("z_m")]) if zeroed.any() and "z_m" in channels else 0.0
-    return Film(run, model, table.time_s, channels, values, sigma, np.isfinite(values), nominal, zeroed, expected)
+    clock = _clock_s(table.time_s, values[channels.index("z_m")], model) if "z_m" in channels else 0.0
+    time = table.time_s - clock
+    expected = _onset_s(time, values[channels.index("z_m")]) if zeroed.any() and "z_m" in channels else 0.0
+    return Film(run, model, time, channels, values, sigma, np.isfinite(values), nominal, zeroed, expected, clock)
+
+
+def _clock_s(time_s: Array, elevation_m: Array, model: Model) -> float:
+    """What a clock showed at the release if it was never set by it; zero where it was, to within ten of its spreads."""
+    onset = _onset_s(time_s, elevation_m)
+    return onset if abs(onset) > _UNSET * max(model.nuisance.release_instant_s, _LEAST_SPREAD_S) else 0.0
 
 
 def lengths_of(film: Film) -> list[int]:
@@ -76,8 +93,8 @@ def lengths_of(film: Film) -> list[int]:
 
 def _onset_s(time_s: Array, elevation_m: Array) -> float:
     """When a rise from rest began: at a steady acceleration it has gone h at t_1 and 4 h at t_2, so it began at 2 t_1 - t_2."""
-    rise = elevation_m - elevation_m[0]
-    good = np.isfinite(rise)
+    good = np.isfinite(elevation_m)
+    rise = elevation_m - elevation_m[good][0]
     gone = 0.01 * float(np.nanmax(rise))
     if gone <= 0.0:
         return 0.0

@@ -15,32 +15,20 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from measure.tables import Array, Loop
+from measure.errors import InputError, nearest
+from measure.tables import Array
 from simulate.effect import Effect
-from simulate.model import LEGS, Model, per_leg
+from simulate.model import LEGS, Model
 from simulate.model_file import add_effects
 
 from .campaign import Run
-from .loops import gap, prepare
-from .measured import Film, LoopRun, film_of, lengths_of
+from .knobs import BASE, Knob, base_knobs, effect_knobs, lines_of, release_knobs
+from .loops import LoopData, gap
+from .measured import Film, LoopRun, film_of, lengths_of, loop_of
 from .observe import RunRelease, observe_many
 
-BASE = ("a_l_N_per_m", "b_l_N", "a_u_N_per_m", "b_u_N", "beta_per_m", "initial_force_N")
 _STEP = 1e-5
 _DIVERGED = 1e3
-_WEAK = 4.0
-_CAMERA_DISTANCE_M = 2.0  # a release nearer to the camera by its spread makes every length of the film longer by spread over distance
-
-
-@dataclass(frozen=True)
-class Knob:
-    """One unknown: what it is called, its scale in its own unit, its prior spread in scales (inf: none), its bounds in scales."""
-
-    name: str
-    scale: float
-    spread: float
-    low: float
-    high: float
 
 
 @dataclass(frozen=True)
@@ -57,6 +45,7 @@ class Block:
 class Problem:
     """Measurements, base model and the effects whose parameters are unknown.
 
+    covariate : a further column of the loops to which a part of their force is proportional, none unless given.
     until_s : films are cut there. step_s : of the simulations; the usual one unless given. effect_spread : prior of an
     effect's parameter around the model's value, in typical sizes; none unless given.
     """
@@ -65,6 +54,7 @@ class Problem:
     films: tuple[Film, ...]
     loops: tuple[LoopRun, ...]
     effects: tuple[Effect, ...] = ()
+    covariate: str = ""
     until_s: float = np.inf
     step_s: float | None = None
     effect_spread: float = np.inf
@@ -73,23 +63,31 @@ class Problem:
     def knobs(self) -> tuple[Knob, ...]:
         """All unknowns: base, then each film's release, then the effects."""
         nuisance = [knob for own in self.own_knobs for knob in own]
-        of_effects = [k for effect in self.effects for k in _effect_knobs(effect, self.model, self.effect_spread)]
-        return (*_base_knobs(self.model, bool(self.loops)), *nuisance, *of_effects)
+        of_effects = [k for effect in self.effects for k in effect_knobs(effect, self.model, self.effect_spread)]
+        return (*base_knobs(self.model, bool(self.loops)), *self._covariate_knobs, *nuisance, *of_effects)
+
+    @cached_property
+    def _covariate_knobs(self) -> tuple[Knob, ...]:
+        """The covariate's share of the force, in newtons per unit of its column; its weight is what it does to the force at all."""
+        if not self.covariate:
+            return ()
+        spread = float(np.std(np.concatenate([loop.data.other[self.covariate] for loop in self.loops])) or 1.0)
+        return (Knob(f"covariate {self.covariate}", 0.05 * abs(lines_of(self.model)[1]) / spread, np.inf, -np.inf, np.inf),)
 
     @cached_property
     def own_knobs(self) -> tuple[tuple[Knob, ...], ...]:
         """The knobs of each film's own release."""
-        return tuple(tuple(_release_knobs(film)) for film in self.films)
+        return tuple(tuple(release_knobs(film)) for film in self.films)
 
     @property
     def first_nuisance(self) -> int:
         """Index of the first knob of a release."""
-        return len(BASE)
+        return len(BASE) + bool(self.covariate)
 
     @property
     def first_effect(self) -> int:
         """Index of the first knob of an effect."""
-        return len(BASE) + sum(len(own) for own in self.own_knobs)
+        return self.first_nuisance + sum(len(own) for own in self.own_knobs)
 
     @cached_property
     def blocks(self) -> tuple[Block, ...]:
@@ -219,8 +217,18 @@ class Problem:
         made = []
         for loop in self.loops:
             model = self.model_at(q, loop.model)
-            made.append(gap(lines_of(model), loop.data, model.effects) / loop.data.force_sigma_N)
+            made.append(gap(lines_of(model), self._without_covariate(q, loop.data), model.effects) / loop.data.force_sigma_N)
         return made
+
+    def _without_covariate(self, q: Array, data: LoopData) -> LoopData:
+        if not self.covariate:
+            return data
+        share = q[len(BASE)] * self.scales[len(BASE)] * (data.other[self.covariate] - self._covariate_mean)
+        return replace(data, force_N=data.force_N - share)
+
+    @cached_property
+    def _covariate_mean(self) -> float:
+        return float(np.mean(np.concatenate([loop.data.other[self.covariate] for loop in self.loops])))
 
     def _prior(self, q: Array) -> Array:
         return q[self._with_prior] / self._spreads[self._with_prior] if self._base_root is None else self._prior_with_covariance(q)
@@ -274,11 +282,20 @@ def _stepped(q: Array, index: int, step: float) -> Array:
     return moved
 
 
-def problem_of(model: Model, runs: Sequence[Run]) -> Problem:
-    """The problem of a campaign; what is held out is left out by the caller."""
+def problem_of(model: Model, runs: Sequence[Run], covariate: str = "") -> Problem:
+    """The problem of a campaign; what is held out is left out by the caller.
+
+    Raises
+    ------
+    InputError
+        A run cannot be used with this model, or a loop has no column of the covariate's name.
+    """
     films = tuple(film_of(run, run.model(model)) for run in runs if not run.is_loop)
-    loops = tuple(LoopRun(run, run.model(model), prepare(run.table)) for run in runs if isinstance(run.table, Loop))
-    return Problem(model, films, loops)
+    loops = tuple(loop_of(run, run.model(model)) for run in runs if run.is_loop)
+    for loop in loops:
+        if covariate and covariate not in loop.data.other:
+            raise InputError(f'{loop.run.name}: no column "{covariate}" for the covariate; {nearest(covariate, loop.data.other)}')
+    return Problem(model, films, loops, covariate=covariate if loops else "")
 
 
 def shifted(model: Model, shifts: Array) -> Model:
@@ -290,37 +307,3 @@ def shifted(model: Model, shifts: Array) -> Model:
 
 def _plus(value: float | tuple[float, ...], shift: float) -> float | tuple[float, ...]:
     return tuple(v + float(shift) for v in value) if isinstance(value, tuple) else value + float(shift)
-
-
-def lines_of(model: Model) -> Array:
-    """Force law of the actuator on the shaker, (5,) a_l, b_l, a_u, b_u, beta: the mean where the legs differ."""
-    return np.array([float(np.mean(per_leg(getattr(model.actuator, name)))) for name in BASE[:5]])
-
-
-def _base_knobs(model: Model, loops: bool) -> list[Knob]:
-    """The force law; from films alone its prior is weak but not absent, for it says what kind of spring it is."""
-    law = lines_of(model)
-    force = float(np.mean(np.abs(per_leg(model.actuator.initial_force_N)))) or 1.0
-    stroke = 0.4 if model.geometry is None else model.geometry.deployed_height_m - model.geometry.stowed_height_m
-    scales = (0.1 * force / stroke, 0.05 * force, 0.1 * force / stroke, 0.05 * force, 0.2 * law[4], 0.05 * force)
-    spread = np.inf if loops else _WEAK
-    lows = (-np.inf, -np.inf, -np.inf, -np.inf, -0.99 * law[4] / scales[4], -np.inf)
-    spreads = (spread, spread, spread, spread, _WEAK, _WEAK)
-    return [Knob(name, scale, s, low, np.inf) for name, scale, s, low in zip(BASE, scales, spreads, lows, strict=True)]
-
-
-def _release_knobs(film: Film) -> list[Knob]:
-    spread = film.model.nuisance
-    rows = [(f"position_{axis}", spread.release_position_m) for axis in "xyz"]
-    rows += [(f"theta_{axis}", spread.release_theta_rad) for axis in "xyz"]
-    rows += [("instant", spread.release_instant_s)]
-    rows += [(f"stored_force_{leg}", spread.stored_force_N) for leg in range(LEGS)]
-    rows += [(f"datum_{film.channels[i]}", float(np.nanmedian(film.sigma[i]))) for i in np.flatnonzero(film.zeroed)]
-    if film.zeroed.any():
-        rows += [("scale", spread.release_position_m / _CAMERA_DISTANCE_M)]
-    return [Knob(f"{film.run.name}:{name}", sd, 1.0, -np.inf, np.inf) for name, sd in rows if sd > 0]
-
-
-def _effect_knobs(effect: Effect, model: Model, spread: float) -> list[Knob]:
-    rows = zip(effect.flat_names(), effect.flat(), effect.typical(), type(effect).bounds(model).values(), strict=True)
-    return [Knob(f"{effect.name}:{name}", t, spread, (low - value) / t, (high - value) / t) for name, value, t, (low, high) in rows]

@@ -53,7 +53,8 @@ def _in_film(film: Film, block: Block, part: Array, total: float) -> list[Place]
     time = film.time_s[block.samples]
     drivers = _film_drivers(film, block)
     missing = _second_derivative(part, time)
-    return [_place(block, phase, time, part, here, drivers, missing, total) for phase, here in _film_phases(film, block) if here.any()]
+    shown = time + film.clock_s
+    return [_place(block, phase, shown, part, here, drivers, missing, total) for phase, here in _film_phases(film, block) if here.any()]
 
 
 def _film_phases(film: Film, block: Block) -> list[tuple[str, NDArray[np.bool_]]]:

@@ -29,6 +29,9 @@ def _parser() -> Any:
     made.add_argument("--effects", action="append", default=[], type=Path, metavar="FILE", help="Python file with effects of your own")
     add_reading_options(made)
     made.add_argument(
+        "--covariate", default="", metavar="COLUMN", help="further column of the loops that part of the force is proportional to"
+    )
+    made.add_argument(
         "--budget", choices=("quick", "normal", "thorough"), default="normal", help="how many effects are fitted; default: %(default)s"
     )
     return made
@@ -45,7 +48,7 @@ def _work(arguments: Sequence[str]) -> int:
     catalogue = catalogue_with(given.effects)
     model = read_model(given.model, catalogue)
     runs = read_campaign(given.measured, mapping_from(given))
-    found = explain(model, runs, catalogue, budget=BUDGETS[given.budget], say=_say(given))
+    found = explain(model, runs, catalogue, covariate=given.covariate, budget=BUDGETS[given.budget], say=_say(given))
     _write(given, found, [given.model, *(r.path for r in runs if r.path), *given.effects])
     if not given.quiet:
         print("\n".join(summary(found)))
