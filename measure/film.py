@@ -13,13 +13,13 @@ from .camera import Camera
 from .correlation import find_marks
 from .errors import InputError
 from .film_health import Health
+from .film_summary import summarise
 from .footage import Footage
-from .marks import MISSING, OK, Marks
+from .marks import Marks
 from .platform import CYLINDER, ONE_MARK, PERSPECTIVE, PLANE, Fit, body_points, fit_platform, trajectory
 from .project import MarkList, Project
 from .reference import AFFINE, WARP_NAMES
-from .smoothing import instants, smooth
-from .tables import CHANNELS, Trajectory
+from .tables import Trajectory
 from .tracking import check_subset, follow
 
 _STILL_SHARE = 0.3
@@ -27,14 +27,6 @@ _STILL_SHARE = 0.3
 
 
 _VAGUE = 4.0
-_NOT_RIGID = 10.0
-"""Misfit of the marks to the fitted body, in their own sigmas, beyond which the geometry is wrong and not the noise."""
-
-
-_GEOMETRY = (
-    "the marks do not move as one rigid body under this geometry, and the sigmas are widened for it; "
-    "give radius_m, distance_m and origin_px in the project file, or check them"
-)
 
 
 @dataclass(frozen=True)
@@ -137,78 +129,3 @@ def free_channels(count: int, project: Project) -> Sequence[str]:
     if project.platform.radius_m is None or count < 3:
         return PLANE
     return CYLINDER if project.camera.distance_m is None or count < 4 else PERSPECTIVE
-
-
-def summarise(
-    footage: Footage, project: Project, marks: Marks, fit: Fit | None, table: Trajectory | None, health: Health
-) -> dict[str, Any]:
-    """The result in numbers and a verdict; what `--json` writes."""
-    read = int((marks.status != MISSING).any(axis=1).sum())
-    sigma_px = float(np.nanmedian(marks.sigma_px)) if marks.seen.any() else None
-    return {
-        "verdict": _verdict(footage, marks, fit, read),
-        "film": {
-            "file": footage.name, "frames": footage.frames, "frames_read": read, "fps": project.film.fps, "width_px": footage.width,
-            "height_px": footage.height, "bits": footage.bits, "remarks": [*footage.remarks, *health.remarks],
-        },
-        "marks": [_mark_summary(marks, fit, i) for i in range(len(marks.names))],
-        "subset_px": project.marks.subset_px,
-        "sigma_px": sigma_px,
-        "scale": {
-            "mm_per_px": project.mm_per_px(), "relative_sigma": project.scale.relative_sigma,
-            "note": "common to all lengths of the film; not contained in the sigmas of the frames",
-        },
-        "platform": None if fit is None or table is None else _platform_summary(fit, table),
-    }  # fmt: skip
-
-
-def _verdict(footage: Footage, marks: Marks, fit: Fit | None, read: int) -> str:
-    if read < footage.frames:
-        return "incomplete"
-    posed = fit.seen if fit is not None else marks.seen.any(axis=1)
-    return "ok" if posed.all() else "lost"
-
-
-def _mark_summary(marks: Marks, fit: Fit | None, i: int) -> dict[str, Any]:
-    words, counts = np.unique(marks.status[:, i], return_counts=True)
-    residual = None
-    if fit is not None and fit.used[:, i].any():
-        residual = float(np.sqrt(np.mean(fit.residual_px[fit.used[:, i], i] ** 2)))
-    return {
-        "name": marks.names[i],
-        "x_px": float(marks.reference_px[i, 0]),
-        "y_px": float(marks.reference_px[i, 1]),
-        "frames": {str(word): int(count) for word, count in zip(words, counts, strict=True)},
-        "first_not_ok": _first_not_ok(marks, i),
-        "sigma_px": float(np.nanmedian(marks.sigma_px[:, i])) if (marks.status[:, i] == OK).any() else None,
-        "rigid_residual_px": residual,
-    }
-
-
-def _first_not_ok(marks: Marks, i: int) -> int | None:
-    bad = np.flatnonzero(marks.status[:, i] != OK)
-    return int(bad[0]) if len(bad) else None
-
-
-def _platform_summary(fit: Fit, table: Trajectory) -> dict[str, Any]:
-    return {
-        "channels": list(fit.free),
-        "frames_with_pose": int(fit.seen.sum()),
-        "widened": fit.widened,
-        "remarks": [_GEOMETRY] if fit.widened > _NOT_RIGID else [],
-        "range": {c: _range(table.channels[c]) for c in CHANNELS if c in table.channels},
-        "instants": _instants(table),
-        "median_sigma": {c: float(np.nanmedian(s)) if np.isfinite(s).any() else None for c, s in table.sigma.items()},
-    }
-
-
-def _instants(table: Trajectory) -> dict[str, float | None]:
-    z, sigma = table.channels["z_m"], table.sigma["z_m"]
-    if np.isfinite(z).sum() < 8:
-        return {}
-    return dataclasses.asdict(instants(smooth(table.time_s, z, sigma)))
-
-
-def _range(values: np.ndarray) -> float | None:
-    seen = values[np.isfinite(values)]
-    return float(np.ptp(seen)) if len(seen) else None

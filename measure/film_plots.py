@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+import matplotlib
 import numpy as np
 
 from . import plots
@@ -14,7 +16,12 @@ from .output import replacing
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+    from .dispersion import Dispersion
     from .film import Tracked
+    from .tables import Trajectory
+
+matplotlib.use("Agg")
+
 
 _PANELS = 10
 
@@ -24,9 +31,6 @@ def write_pictures(footage: Footage, tracked: Tracked, folder: Path) -> list[Pat
 
     The film is read once more, and only the frames that are shown are kept.
     """
-    import matplotlib
-
-    matplotlib.use("Agg")
     folder.mkdir(parents=True, exist_ok=True)
     shown = frames_to_show(tracked)
     kept = {number: picture for number, picture in footage.pictures() if number in shown}
@@ -43,6 +47,29 @@ def frames_to_show(tracked: Tracked) -> set[int]:
     lost = ~tracked.marks.seen
     turning = np.flatnonzero((lost[1:] & ~lost[:-1]).any(axis=1)) + 1
     return {0, *np.linspace(0, len(lost) - 1, _PANELS - min(len(turning), 4)).astype(int).tolist(), *turning[:4].tolist()}
+
+
+def write_trajectory_figure(tracked: Tracked, path: Path) -> Path:
+    """The trajectory, one channel below the other."""
+    from matplotlib import pyplot
+
+    assert tracked.trajectory is not None
+    count = len(tracked.trajectory.channels)
+    figure, axes = pyplot.subplots(count, 1, sharex=True, figsize=(7, 1 + 1.7 * count), layout="constrained", squeeze=False)
+    plots.draw_trajectory(list(axes[:, 0]), tracked.trajectory)
+    figure.align_ylabels()
+    return _write(figure, path)
+
+
+def write_dispersion_figure(trajectory: Trajectory, found: Sequence[Dispersion], path: Path) -> Path:
+    """Films of the same deployment over each other."""
+    from matplotlib import pyplot
+
+    count = 2 * sum(any(c in other.channels for other in found) for c in trajectory.channels)
+    figure, axes = pyplot.subplots(count, 1, sharex=True, figsize=(7, 1 + 1.4 * count), layout="constrained", squeeze=False)
+    plots.draw_dispersion(list(axes[:, 0]), trajectory, found)
+    figure.align_ylabels()
+    return _write(figure, path)
 
 
 def _first(picture: Picture, tracked: Tracked) -> Figure:
@@ -66,8 +93,9 @@ def _sheet(kept: dict[int, Picture], tracked: Tracked) -> Figure:
     )
     for ax in axes.flat[len(kept) :]:
         ax.set_axis_off()
+    figure.suptitle(f"yellow: distance from the rigid body, {plots.ENLARGED:g} times enlarged; its rms beside the frame", fontsize=8)
     for ax, (number, picture) in zip(axes.flat, sorted(kept.items()), strict=False):
-        plots.draw_frame(ax, picture, tracked.marks, number, tracked.project.marks.subset_px)
+        plots.draw_frame(ax, picture, tracked.marks, number, tracked.project.marks.subset_px, fit=tracked.fit)
     return figure
 
 

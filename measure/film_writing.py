@@ -24,7 +24,7 @@ class Clock:
 
 
 def write_film(path: Path, pictures: Iterable[Picture], codec: str = "FFV1", clock: Clock | None = None) -> None:
-    """Write 8-bit pictures as an .avi, or pictures of any depth into a folder or, with a clock, as an .mraw.
+    """Write 8-bit pictures, grey or blue-green-red, as an .avi, or pictures of any depth into a folder or, with a clock, as an .mraw.
 
     Raises
     ------
@@ -66,7 +66,7 @@ def _write_avi(path: Path, pictures: Iterable[Picture], codec: str) -> None:
                 raise InputError(f"{path}: an avi holds 8 bit, the pictures have more; write a folder instead.")
             if writer is None:
                 size = (picture.shape[1], picture.shape[0])
-                writer = cv2.VideoWriter(str(temporary), cv2.CAP_FFMPEG, cv2.VideoWriter.fourcc(*codec), 25.0, size, False)
+                writer = cv2.VideoWriter(str(temporary), cv2.CAP_FFMPEG, cv2.VideoWriter.fourcc(*codec), 25.0, size, picture.ndim == 3)
                 if not writer.isOpened():
                     raise InputError(f'{path}: this OpenCV cannot write "{codec}"; take FFV1 (lossless) or MJPG.')
             writer.write(picture)

@@ -99,11 +99,11 @@ def recognise(picture: NDArray, mark: Reference, guess: NDArray[np.float64], usu
         return None
     enough = max(4.0 * usual.unexplained, 0.1 * _UNEXPLAINED)
     scale = max(usual.noise, 0.02 * mark.contrast)
+    under = mark.altered if usual.altered and mark.altered is not None else mark
     if usual.hidden > 0.0:
-        robust = _settled(refine(window, mark, guess, scale))
+        robust = _settled(refine(window, under, guess, scale))
         if robust is not None and robust.unexplained <= enough:
             return robust
-    under = mark.altered if usual.altered and mark.altered is not None else mark
     best = _settled(refine(window, under, guess))
     if best is not None and best.unexplained <= enough and best.uneven <= _UNEVEN:
         return best
@@ -152,7 +152,7 @@ def refine(near: Window, mark: Reference, guess: NDArray[np.float64], scale: flo
     if scale is None:
         found = solve(*place, mark.free, mark.light, mark.values, mark.inverse_hessian, mark.look, mark.uneven, _ROUNDED)
     else:
-        found = solve_robust(*place, mark.descent, mark.added if mark.is_altered else mark.light, mark.values, scale)
+        found = solve_robust(*place, mark.descent, mark.added, mark.values, scale)
     warp, gain, residual, explained, hidden, extra, settled = found
     if not (np.isfinite(warp).all() and residual > 0 and gain > 0):
         return None

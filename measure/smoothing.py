@@ -31,12 +31,15 @@ def smooth(time_s: Array, position: Array, sigma: Array, jerk_density: float | N
     The estimate is Kalman's filter and its backward pass (Rauch, Tung, Striebel, AIAA Journal 3 (1965) 1445), q is the
     one under which the positions are most likely. time_s, position, sigma : (n,), NaN where nothing was seen.
     """
-    if jerk_density is None:
-        scale = _scale(time_s, position)
-        best = minimize_scalar(lambda p: -_forward(time_s, position, sigma, scale * 10.0**p)[0], bounds=(-8.0, 4.0), method="bounded")
-        jerk_density = scale * 10.0 ** float(best.x)  # type: ignore[attr-defined]
-    _, means, covariances = _forward(time_s, position, sigma, jerk_density)
-    return Smoothed(time_s, *_backward(time_s, means, covariances, jerk_density), jerk_density)
+    density = _likeliest(time_s, position, sigma) if jerk_density is None else jerk_density
+    _, means, covariances = _forward(time_s, position, sigma, density)
+    return Smoothed(time_s, *_backward(time_s, means, covariances, density), density)
+
+
+def _likeliest(time_s: Array, position: Array, sigma: Array) -> float:
+    scale = _scale(time_s, position)
+    best = minimize_scalar(lambda p: -_forward(time_s, position, sigma, scale * 10.0**p)[0], bounds=(-8.0, 4.0), method="bounded")
+    return scale * 10.0 ** float(best.x)  # type: ignore[attr-defined]
 
 
 def _scale(time_s: Array, position: Array) -> float:

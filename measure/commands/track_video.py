@@ -11,7 +11,9 @@ from .. import command
 from ..errors import InputError
 
 if TYPE_CHECKING:
+    from ..dispersion import Dispersion
     from ..film import Tracked
+    from ..footage import Footage
     from ..project import Project
 
 _DOES = "Follow marks through a film and give the platform's trajectory, in metres, with an uncertainty for every frame."
@@ -40,6 +42,10 @@ def options() -> command.Parser:
     )
     made.add_argument("--marks", type=Path, metavar="FILE", help="write every mark in every frame (CSV)")
     made.add_argument("--pictures", type=Path, metavar="FOLDER", help="marks on the first frame, contact sheet and quality page (PNG)")
+    made.add_argument("--overlay", type=Path, metavar="FILE", help="write the film with marks, status and residual drawn into it (.avi)")
+    made.add_argument(
+        "--compare", type=Path, action="append", metavar="CSV", help="a trajectory of another film: how far the two disperse; repeat it"
+    )
     return made
 
 
@@ -61,8 +67,10 @@ def _work(arguments: Sequence[str]) -> int:
     project = _project(given)
     footage_path = _footage_path(given, project)
     output = _output(given, project)
-    _require_folders(output, given.marks, given.json, given.project, given.pictures)
+    _require_folders(output, given.marks, given.json, given.project, given.pictures, given.overlay)
+    _require_files(given)
     from ..film import track_platform
+    from ..film_summary import dispersion_lines, lines_for_people
     from ..footage import open_footage
 
     footage = open_footage(footage_path)
@@ -71,14 +79,12 @@ def _work(arguments: Sequence[str]) -> int:
         return command.progress(frames, what="frames", total=footage.frames, quiet=given.quiet)
 
     tracked = track_platform(footage, project, watch)
+    compared = _compared(given, tracked)
     note = _note(arguments, footage_path)
-    written = _write(given, tracked, note, footage_path, output)
-    if given.pictures is not None:
-        from ..film_plots import write_pictures
-
-        written += write_pictures(footage, tracked, given.pictures)
+    written = _write(given, tracked, compared, note, footage_path, output)
+    written += _shown(given, footage, tracked, compared, output)
     if not given.quiet:
-        print("\n".join([*_lines(tracked), *(f"written   {path}" for path in written)]))
+        print("\n".join([*lines_for_people(tracked.summary), *dispersion_lines(compared), *(f"written   {path}" for path in written)]))
     return command.DONE if tracked.summary["verdict"] == "ok" else command.VERDICT_BAD
 
 
@@ -134,13 +140,59 @@ def _require_folders(*files: Path | None) -> None:
             raise InputError(f"{file}: the folder {file.parent} does not exist. Make it, or name another.")
 
 
+def _require_files(given: argparse.Namespace) -> None:
+    """What is read or written at the end must be usable before the long work begins."""
+    for file in given.compare or ():
+        command.existing_file(file, what="a trajectory (CSV)")
+    if given.overlay is not None and given.overlay.suffix.lower() != ".avi":
+        raise InputError(f"--overlay {given.overlay}: the film is written as .avi; name it so.")
+
+
 def _note(arguments: Sequence[str], footage_path: Path) -> dict[str, Any]:
     from ..output import provenance
 
     return provenance([footage_path], command=["track-video", *arguments])
 
 
-def _write(given: argparse.Namespace, tracked: Tracked, note: dict[str, Any], footage_path: Path, output: Path | None) -> list[Path]:
+def _compared(given: argparse.Namespace, tracked: Tracked) -> list[Dispersion]:
+    """This film against those of `--compare`, before anything is written."""
+    if not given.compare:
+        return []
+    if tracked.trajectory is None:
+        raise InputError("--compare needs a scale, because trajectories are compared in metres; give --mm-per-px S.")
+    from ..dispersion import compare_with_files
+
+    return compare_with_files(tracked.trajectory, given.compare)
+
+
+def _shown(given: argparse.Namespace, footage: Footage, tracked: Tracked, compared: list[Dispersion], output: Path | None) -> list[Path]:
+    """What is for the eye alone."""
+    shown = []
+    if given.pictures is not None:
+        from ..film_plots import write_pictures
+
+        shown += write_pictures(footage, tracked, given.pictures)
+    if given.overlay is not None:
+        from ..film_writing import write_film
+        from ..overlay import overlaid
+
+        write_film(given.overlay, overlaid(footage, tracked), "MJPG")
+        shown.append(given.overlay)
+    if compared and output is not None and tracked.trajectory is not None:
+        from ..film_plots import write_dispersion_figure
+
+        shown.append(write_dispersion_figure(tracked.trajectory, compared, output.with_suffix(".dispersion.png")))
+    return shown
+
+
+def _write(
+    given: argparse.Namespace,
+    tracked: Tracked,
+    compared: list[Dispersion],
+    note: dict[str, Any],
+    footage_path: Path,
+    output: Path | None,
+) -> list[Path]:
     from ..marks import write_marks
     from ..output import write_json, write_provenance
     from ..project import read_project, write_project
@@ -148,10 +200,11 @@ def _write(given: argparse.Namespace, tracked: Tracked, note: dict[str, Any], fo
 
     written = []
     if output is not None and tracked.trajectory is not None:
+        from ..film_plots import write_trajectory_figure
+
         write_trajectory(tracked.trajectory, output)
-        _write_figure(tracked, output.with_suffix(".png"))
         write_provenance(output, note)
-        written += [output, output.with_suffix(".png")]
+        written += [output, write_trajectory_figure(tracked, output.with_suffix(".png"))]
     if given.marks is not None:
         write_marks(tracked.marks, given.marks)
         written.append(given.marks)
@@ -161,7 +214,8 @@ def _write(given: argparse.Namespace, tracked: Tracked, note: dict[str, Any], fo
         write_project(complete, place)
         written.append(place)
     if given.json is not None:
-        write_json(given.json, {**tracked.summary, "provenance": note})
+        dispersion = {"dispersion": [found.summary() for found in compared]} if compared else {}
+        write_json(given.json, {**tracked.summary, **dispersion, "provenance": note})
         written.append(given.json)
     return written
 
@@ -171,62 +225,3 @@ def _with_file(project: Project, footage: Path, place: Path) -> Project:
 
     film = project.film.model_copy(update={"file": Path(os.path.relpath(footage, place.parent)).as_posix()})
     return project.model_copy(update={"film": film})
-
-
-def _write_figure(tracked: Tracked, path: Path) -> None:
-    import matplotlib
-
-    matplotlib.use("Agg")
-    from matplotlib import pyplot
-
-    from ..output import replacing
-    from ..plots import draw_trajectory
-
-    assert tracked.trajectory is not None
-    count = len(tracked.trajectory.channels)
-    figure, axes = pyplot.subplots(count, 1, sharex=True, figsize=(7, 1 + 1.7 * count), layout="constrained", squeeze=False)
-    draw_trajectory(list(axes[:, 0]), tracked.trajectory)
-    figure.align_ylabels()
-    with replacing(path) as temporary:
-        figure.savefig(temporary, dpi=120)
-    pyplot.close(figure)
-
-
-def _lines(tracked: Tracked) -> list[str]:
-    """The result for people."""
-    result = tracked.summary
-    film, marks = result["film"], result["marks"]
-    lines = [
-        f"film      {film['frames_read']} of {film['frames']} frames, {film['width_px']} x {film['height_px']} px, {film['bits']} bit, "
-        f"{film['fps']:g} frames/s",
-        *(f"          {remark}" for remark in film["remarks"]),
-        f"marks     {len(marks)} of subset {result['subset_px']} px",
-        *(_mark_line(mark) for mark in marks if list(mark["frames"]) != ["ok"]),
-    ]
-    scale, platform = result["scale"], result["platform"]
-    millimetres = "" if scale["mm_per_px"] is None or result["sigma_px"] is None else f"   {result['sigma_px'] * scale['mm_per_px']:.4f} mm"
-    if result["sigma_px"] is not None:
-        lines.append(f"sigma     {result['sigma_px']:.4f} px{millimetres} per mark and frame")
-    if platform is not None:
-        lines.append("platform  " + ", ".join(_channel(c, r, platform["median_sigma"][c]) for c, r in platform["range"].items()))
-        lines += [f"          {remark}" for remark in platform["remarks"]]
-    return [*lines, f"verdict   {_VERDICTS[result['verdict']]}"]
-
-
-_VERDICTS = {
-    "ok": "ok",
-    "lost": "the platform is not seen in every frame; those rows are empty",
-    "incomplete": "the film is incomplete: it holds fewer frames than it promises; what was read is written",
-}
-
-
-def _mark_line(mark: dict[str, Any]) -> str:
-    counts = ", ".join(f"{count} {word}" for word, count in mark["frames"].items())
-    return f"          {mark['name']} at {mark['x_px']:.1f},{mark['y_px']:.1f}: {counts}; first not ok in frame {mark['first_not_ok']}"
-
-
-def _channel(channel: str, extent: float | None, sigma: float | None) -> str:
-    factor, unit = (1e3, "mm") if channel.endswith("_m") else (57.29578, "deg")
-    if extent is None or sigma is None:
-        return f"{channel.rsplit('_', 1)[0]} not seen"
-    return f"{channel.rsplit('_', 1)[0]} moves {factor * extent:.2f} +- {factor * sigma:.3f} {unit}"

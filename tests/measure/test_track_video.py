@@ -8,6 +8,7 @@ import sys
 import time
 from pathlib import Path
 
+import cv2
 import numpy as np
 import pytest
 
@@ -47,6 +48,32 @@ def test_a_rising_platform_rises_in_millimetres(film, tmp_path):
 def test_pictures_of_the_marks_are_written_where_asked(film, tmp_path):
     assert _run(film, tmp_path, "--mm-per-px", "0.5", "--pictures", str(tmp_path / "look")) == 0
     assert {p.name for p in (tmp_path / "look").iterdir()} == {"first_frame.png", "contact_sheet.png", "quality.png"}
+
+
+def test_the_overlay_shows_every_frame_with_its_marks(film, tmp_path):
+    assert _run(film, tmp_path, "--mm-per-px", "0.5", "--overlay", str(tmp_path / "seen.avi")) == 0
+    shown = cv2.VideoCapture(str(tmp_path / "seen.avi"))
+    frames = []
+    while (read := shown.read())[0]:
+        frames.append(read[1].astype(int))
+    assert len(frames) == 12
+    green = frames[-1][..., 1] - frames[-1][..., 2]
+    rows, columns = np.nonzero(green > 60)
+    assert abs(columns.min() / 4 - (60 - 15.5)) < 2.0
+    assert abs(rows.max() / 4 - (80 - 1.5 * 11 + 15.5)) < 2.0
+
+
+def test_a_film_compared_with_itself_a_frame_later_does_not_disperse(rising, film, tmp_path):
+    assert _run(film, tmp_path, "--mm-per-px", "0.5") == 0
+    (tmp_path / "out.csv").rename(tmp_path / "first.csv")
+    write_film(tmp_path / "late.avi", rising[1:])
+    options = ["--mark", "60,78.5", "--mark", "95,74", "--mm-per-px", "0.5", "--start-height-m", "0.00075", "--quiet", "--fps", "250"]
+    files = ["-o", str(tmp_path / "out.csv"), "--compare", str(tmp_path / "first.csv"), "--json", str(tmp_path / "r.json")]
+    assert main([str(tmp_path / "late.avi"), *options, *files]) == 0
+    found = json.loads((tmp_path / "r.json").read_text())["dispersion"][0]
+    assert abs(found["shift_s"] - 0.004) < 2e-4
+    assert found["channels"]["z_m"]["rms_percent"] < 0.5
+    assert (tmp_path / "out.dispersion.png").stat().st_size > 5000
 
 
 def test_a_known_length_gives_the_same_scale(film, tmp_path):
@@ -97,6 +124,8 @@ def test_a_cut_film_ends_with_status_one_and_is_called_incomplete(film, tmp_path
         (["--fps", "250", "--mm-per-px", "1", "--marc", "3,3"], "--mark"),
         (["--fps", "250", "--mm-per-px", "1", "--scale-from", "0,0,1,1,1"], "give one"),
         (["--fps", "250", "--scale-from", "5,5,5,5,10"], "px apart"),
+        (["--fps", "250", "--mm-per-px", "1", "--overlay", "seen.mp4"], "name it so"),
+        (["--fps", "250", "--mm-per-px", "1", "--compare", "other.csv"], "no such file"),
         (["--fps", "250", "--mm-per-px", "1", "--json", "/nowhere/r.json"], "does not exist"),
     ],
 )
