@@ -21,6 +21,7 @@ class Camera:
     m_per_px : size of a pixel at the depth of the platform's origin. origin_px : where that origin is in the first
     frame. up_rad : direction of up in the picture, clockwise from the picture's own. distance_m : from the camera to
     the origin, infinite for a camera without perspective. principal_px : where the optical axis meets the picture.
+    focal_px, distortion : of the lens, as cv2.calibrateCamera gives them (k1, k2, p1, p2, k3); no distortion without them.
     """
 
     m_per_px: float
@@ -28,6 +29,8 @@ class Camera:
     up_rad: float = 0.0
     distance_m: float = np.inf
     principal_px: tuple[float, float] | None = None
+    focal_px: float = np.inf
+    distortion: tuple[float, ...] = ()
 
     def project(self, points: Array) -> Array:
         """Picture of points given in the world, relative to the origin of the first frame.
@@ -38,18 +41,42 @@ class Camera:
         from the optical axis. points : (..., 3), m. Returns (..., 2), px.
         """
         principal, right, up = self._axes()
-        away = (np.array(self.origin_px) - principal) * self.m_per_px
+        away = (self.without_distortion(np.array(self.origin_px)) - principal) * self.m_per_px
         nearer = 1.0 / (1.0 + points[..., 1] / self.distance_m)
         across = (points[..., 0] + away @ right) * nearer / self.m_per_px
         above = (points[..., 2] + away @ up) * nearer / self.m_per_px
-        return principal + across[..., None] * right + above[..., None] * up
+        return self.with_distortion(principal + across[..., None] * right + above[..., None] * up)
 
     def place(self, picture_px: Array, depth: Array) -> Array:
         """World points at known depths (y, m) from their picture; the inverse of `project`. Returns (..., 3)."""
         principal, right, up = self._axes()
-        away = (np.array(self.origin_px) - principal) * self.m_per_px
-        seen = (picture_px - principal) * self.m_per_px * (1.0 + depth / self.distance_m)[..., None]
+        away = (self.without_distortion(np.array(self.origin_px)) - principal) * self.m_per_px
+        seen = (self.without_distortion(picture_px) - principal) * self.m_per_px * (1.0 + depth / self.distance_m)[..., None]
         return np.stack([seen @ right - away @ right, depth, seen @ up - away @ up], axis=-1)
+
+    def with_distortion(self, ideal_px: Array) -> Array:
+        """Where the lens puts what an ideal one would put at `ideal_px`, (..., 2).
+
+            x_d = x (1 + k1 r^2 + k2 r^4 + k3 r^6) + 2 p1 x y + p2 (r^2 + 2 x^2),    y_d alike,    x = (x_px - p) / f
+
+        Brown, Photogrammetric Engineering 37 (1971) 855.
+        """
+        if not self.distortion:
+            return ideal_px
+        principal = self._axes()[0]
+        x, y = np.moveaxis((ideal_px - principal) / self.focal_px, -1, 0)
+        k1, k2, p1, p2, k3 = (*self.distortion, 0.0, 0.0, 0.0, 0.0, 0.0)[:5]
+        r2 = x * x + y * y
+        radial = 1.0 + r2 * (k1 + r2 * (k2 + r2 * k3))
+        bent = [x * radial + 2 * p1 * x * y + p2 * (r2 + 2 * x * x), y * radial + p1 * (r2 + 2 * y * y) + 2 * p2 * x * y]
+        return principal + self.focal_px * np.stack(bent, axis=-1)
+
+    def without_distortion(self, picture_px: Array) -> Array:
+        """The inverse of `with_distortion`, by iteration."""
+        ideal = np.asarray(picture_px, float)
+        for _ in range(20 if self.distortion else 0):
+            ideal = ideal + picture_px - self.with_distortion(ideal)
+        return ideal
 
     def _axes(self) -> tuple[Array, Array, Array]:
         """Principal point, and the world's right and up as unit vectors in the picture."""

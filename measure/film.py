@@ -14,11 +14,12 @@ from .correlation import find_marks
 from .errors import InputError
 from .film_health import Health
 from .film_summary import summarise
-from .footage import Footage
+from .footage import Footage, Picture
 from .marks import Marks
 from .platform import CYLINDER, ONE_MARK, PERSPECTIVE, PLANE, Fit, body_points, fit_platform, trajectory
 from .project import MarkList, Project
 from .reference import AFFINE, WARP_NAMES
+from .scale import sized, view
 from .tables import Trajectory
 from .tracking import check_subset, follow
 
@@ -54,16 +55,18 @@ def track_platform(footage: Footage, project: Project, watch: Callable[[Iterator
     """
     fps = _rate(footage, project)
     check_subset(project.marks.subset_px)
+    first = _first(footage)
+    size = sized(project, first)
     health = Health()
-    marks = _follow(footage, project, fps, lambda frames: watch(health.watch(frames)))
+    marks = _follow(footage, project, fps, first, lambda frames: watch(health.watch(frames)))
     origin = project.platform.origin_px or (float(marks.reference_px[:, 0].mean()), float(marks.reference_px[:, 1].mean()))
     project = _completed(project, footage, marks, fps, origin)
     fit, table = None, None
-    if project.mm_per_px() is not None:
-        view = project.view(origin, (footage.width, footage.height))
-        fit = _fit(marks, view, project)
+    if size is not None:
+        camera = view(project, size, origin, (footage.width, footage.height))
+        fit = _fit(marks, camera, project)
         table = trajectory(marks, fit, project.platform.start_height_m, footage.name)
-    return Tracked(table, marks, fit, project, summarise(footage, project, marks, fit, table, health))
+    return Tracked(table, marks, fit, project, summarise(footage, project, size, marks, fit, table, health))
 
 
 def _rate(footage: Footage, project: Project) -> float:
@@ -76,12 +79,17 @@ def _rate(footage: Footage, project: Project) -> float:
     return fps
 
 
-def _follow(footage: Footage, project: Project, fps: float, watch: Callable[[Iterator], Iterator]) -> Marks:
+def _first(footage: Footage) -> Picture:
+    for _, picture in footage.pictures():
+        return picture
+    raise InputError(f"{footage.name}: no frame could be read. Copy the film again from the camera.")
+
+
+def _follow(footage: Footage, project: Project, fps: float, first: Picture, watch: Callable[[Iterator], Iterator]) -> Marks:
     warp = next(count for count, name in WARP_NAMES.items() if name == project.marks.warp)
     exposure_s = project.film.exposure_s or footage.exposure_s or 0.0
     if project.marks.place_px:
         return follow(footage, project.marks.place_px, fps, project.marks.subset_px, warp, exposure_s, watch=watch)
-    _, first = next(footage.pictures())
     places = find_marks(first, project.marks.subset_px)
     if not places:
         raise InputError(f"{footage.name}: no place in the first frame has texture enough to be followed. Name the marks with --mark X,Y.")
@@ -117,15 +125,15 @@ def _completed(project: Project, footage: Footage, marks: Marks, fps: float, ori
     return project.model_copy(update={"film": film, "marks": listed, "platform": platform})
 
 
-def _fit(marks: Marks, view: Camera, project: Project) -> Fit:
-    points = body_points(marks, view, project.platform.radius_m)
-    return fit_platform(marks, view, points, free_channels(len(marks.names), project))
+def _fit(marks: Marks, camera: Camera, project: Project) -> Fit:
+    points = body_points(marks, camera, project.platform.radius_m)
+    return fit_platform(marks, camera, points, free_channels(len(marks.names), project, camera))
 
 
-def free_channels(count: int, project: Project) -> Sequence[str]:
+def free_channels(count: int, project: Project, camera: Camera) -> Sequence[str]:
     """What a film with so many marks can tell, with the geometry that the project knows."""
     if count == 1:
         return ONE_MARK
     if project.platform.radius_m is None or count < 3:
         return PLANE
-    return CYLINDER if project.camera.distance_m is None or count < 4 else PERSPECTIVE
+    return CYLINDER if np.isinf(camera.distance_m) or count < 4 else PERSPECTIVE

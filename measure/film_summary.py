@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from .dispersion import Dispersion
     from .platform import Fit
     from .project import Project
+    from .scale import Sized
 
 _NOT_RIGID = 10.0
 """Misfit of the marks to the fitted body, in their own sigmas, beyond which the geometry is wrong and not the noise."""
@@ -30,7 +31,7 @@ _GEOMETRY = (
 
 
 def summarise(
-    footage: Footage, project: Project, marks: Marks, fit: Fit | None, table: Trajectory | None, health: Health
+    footage: Footage, project: Project, size: Sized | None, marks: Marks, fit: Fit | None, table: Trajectory | None, health: Health
 ) -> dict[str, Any]:
     """The result in numbers and a verdict; what `--json` writes."""
     read = int((marks.status != MISSING).any(axis=1).sum())
@@ -44,12 +45,18 @@ def summarise(
         "marks": [_mark_summary(marks, fit, i) for i in range(len(marks.names))],
         "subset_px": project.marks.subset_px,
         "sigma_px": sigma_px,
-        "scale": {
-            "mm_per_px": project.mm_per_px(), "relative_sigma": project.scale.relative_sigma,
-            "note": "common to all lengths of the film; not contained in the sigmas of the frames",
-        },
+        "scale": _scale_summary(size),
         "platform": None if fit is None or table is None else _platform_summary(fit, table),
     }  # fmt: skip
+
+
+def _scale_summary(size: Sized | None) -> dict[str, Any]:
+    if size is None:
+        return {"mm_per_px": None, "relative_sigma": None}
+    return {
+        **dataclasses.asdict(size),
+        "note": "relative_sigma is common to all lengths of the film; it is not contained in the sigmas of the frames",
+    }
 
 
 def _verdict(footage: Footage, marks: Marks, fit: Fit | None, read: int) -> str:
@@ -118,6 +125,10 @@ def lines_for_people(result: dict[str, Any]) -> list[str]:
     millimetres = "" if scale["mm_per_px"] is None or result["sigma_px"] is None else f"   {result['sigma_px'] * scale['mm_per_px']:.4f} mm"
     if result["sigma_px"] is not None:
         lines.append(f"sigma     {result['sigma_px']:.4f} px{millimetres} per mark and frame")
+    if scale["mm_per_px"] is not None and (scale["relative_sigma"] or scale["said"] != "given"):
+        lines.append(f"scale     {scale['mm_per_px']:.5g} mm/px +- {100 * scale['relative_sigma']:.2g} % ({scale['said']})")
+    if scale["mm_per_px"] is not None and scale["up_sigma_deg"]:
+        lines.append(f"up        {scale['up_deg']:.3f} +- {scale['up_sigma_deg']:.3f} deg by the plumb line")
     if platform is not None:
         lines.append("platform  " + ", ".join(_channel(c, r, platform["median_sigma"][c]) for c, r in platform["range"].items()))
         lines += [f"          {remark}" for remark in platform["remarks"]]

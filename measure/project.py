@@ -8,7 +8,6 @@ from typing import Any
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
-from .camera import Camera
 from .errors import InputError, nearest
 from .output import write_text
 
@@ -37,15 +36,25 @@ class MarkList(_Section):
 
 
 class Scale(_Section):
-    """Picture to metres. mm_per_px : at the depth of the platform's origin. up_deg : direction of up in the picture,
-    clockwise from the picture's own. relative_sigma : uncertainty of the scale, one standard deviation; it is common
-    to all lengths of the film and is no part of the sigmas of the single frames.
+    """Picture to metres. mm_per_px : at the depth of the platform's origin. relative_sigma : its uncertainty, one
+    standard deviation; it is common to all lengths of the film and is no part of the sigmas of the single frames.
+    up_deg : direction of up in the picture, clockwise from the picture's own.
+
+    Or measured in the first frame: from_px_mm : two points and their distance, length_sigma_mm of it, point_sigma_px of each
+    coordinate. rule_px_mm : a line across the graduation of a rule, and its pitch. depth_mm : how much farther from the camera than
+    the platform's origin that length or rule is, and its sigma. plumb_px : two points near a plumb line, which then says where up is.
     """
 
     mm_per_px: float | None = Positive
     from_px_mm: tuple[float, float, float, float, float] | None = None
+    rule_px_mm: tuple[float, float, float, float, float] | None = None
     relative_sigma: float = Field(default=0.0, ge=0, lt=1)
+    point_sigma_px: float = Field(default=0.5, ge=0)
+    length_sigma_mm: float = Field(default=0.0, ge=0)
+    depth_mm: float = 0.0
+    depth_sigma_mm: float = Field(default=0.0, ge=0)
     up_deg: float = 0.0
+    plumb_px: tuple[float, float, float, float] | None = None
 
 
 class PlatformSection(_Section):
@@ -59,10 +68,16 @@ class PlatformSection(_Section):
 
 
 class CameraSection(_Section):
-    """The camera. distance_m : to the platform's origin; absent means no perspective. principal_px : optical axis."""
+    """The camera. distance_m : to the platform's origin; absent means no perspective, unless scale and focal length give it.
+    principal_px : where the optical axis meets the picture. focal_px, distortion (k1, k2, p1, p2, k3) : of a calibration.
+    """
 
     distance_m: float | None = Positive
+    distance_sigma_m: float = Field(default=0.0, ge=0)
     principal_px: Point | None = None
+    focal_px: float | None = Positive
+    focal_sigma_px: float = Field(default=0.0, ge=0)
+    distortion: tuple[float, ...] = Field(default=(), max_length=5)
 
 
 class Project(_Section):
@@ -75,29 +90,10 @@ class Project(_Section):
     platform: PlatformSection = PlatformSection()
     camera: CameraSection = CameraSection()
 
-    def mm_per_px(self) -> float | None:
-        """The scale, from its number or from two points and their distance."""
-        if self.scale.mm_per_px is not None or self.scale.from_px_mm is None:
-            return self.scale.mm_per_px
-        x1, y1, x2, y2, length = self.scale.from_px_mm
-        apart = ((x2 - x1) ** 2 + (y2 - y1) ** 2) ** 0.5
-        if apart < 2.0 or length <= 0.0:
-            raise InputError(
-                f"--scale-from: the points are {apart:.3g} px apart and the length is {length:g} mm; "
-                "give two distinct points X1,Y1,X2,Y2 and the LENGTH_MM between them."
-            )
-        return length / apart
-
-    def view(self, origin_px: Point, picture: tuple[int, int]) -> Camera:
-        """The camera; picture : width and height, px, whose middle is the principal point unless given."""
-        import math
-
-        scale = self.mm_per_px()
-        assert scale is not None
-        distance = math.inf if self.camera.distance_m is None else self.camera.distance_m
-        middle = ((picture[0] - 1) / 2, (picture[1] - 1) / 2)
-        principal = None if self.camera.distance_m is None else self.camera.principal_px or middle
-        return Camera(scale / 1000.0, origin_px, math.radians(self.scale.up_deg), distance, principal)
+    def has_scale(self) -> bool:
+        """Whether anything says how large a pixel is."""
+        measured = self.scale.mm_per_px or self.scale.from_px_mm or self.scale.rule_px_mm
+        return bool(measured or (self.camera.focal_px and self.camera.distance_m))
 
 
 def read_project(path: Path) -> Project:

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from .. import command
 from ..errors import InputError
+from ..film_options import options, project_from
 
 if TYPE_CHECKING:
     from ..dispersion import Dispersion
@@ -16,55 +17,15 @@ if TYPE_CHECKING:
     from ..footage import Footage
     from ..project import Project
 
-_DOES = "Follow marks through a film and give the platform's trajectory, in metres, with an uncertainty for every frame."
-
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Entry point of the command."""
     return command.run("track-video", _work, arguments)
 
 
-def options() -> command.Parser:
-    """The command's options."""
-    made = command.parser("track-video", _DOES, output="trajectory (CSV); its figure and project file stand beside it")
-    made.add_argument("footage", nargs="?", type=Path, metavar="FOOTAGE", help="film file, or folder of numbered pictures")
-    made.add_argument("--fps", type=float, metavar="F", help="capture rate; needed unless the file carries the camera's own")
-    made.add_argument(
-        "--mark", type=_numbers(2), action="append", metavar="X,Y", help="a mark in the first frame, px; repeat it. Else marks are found"
-    )
-    made.add_argument("--subset", type=int, metavar="N", help="side of the compared square, odd, px (31)")
-    made.add_argument("--mm-per-px", type=float, metavar="S", help="scale at the platform's depth")
-    made.add_argument("--scale-from", type=_numbers(5), metavar="X1,Y1,X2,Y2,LENGTH_MM", help="scale from two points and their distance")
-    made.add_argument("--up", type=float, metavar="DEG", help="direction of up in the picture, clockwise from the picture's own (0)")
-    made.add_argument("--start-height-m", type=float, metavar="H", help="height of the platform's origin in the first frame (0)")
-    made.add_argument(
-        "--project", type=Path, metavar="FILE", help="all of that, camera and mark geometry in TOML; read if there, written after"
-    )
-    made.add_argument("--marks", type=Path, metavar="FILE", help="write every mark in every frame (CSV)")
-    made.add_argument("--pictures", type=Path, metavar="FOLDER", help="marks on the first frame, contact sheet and quality page (PNG)")
-    made.add_argument("--overlay", type=Path, metavar="FILE", help="write the film with marks, status and residual drawn into it (.avi)")
-    made.add_argument(
-        "--compare", type=Path, action="append", metavar="CSV", help="a trajectory of another film: how far the two disperse; repeat it"
-    )
-    return made
-
-
-def _numbers(count: int):
-    def parse(text: str) -> tuple[float, ...]:
-        try:
-            values = tuple(float(part) for part in text.split(","))
-        except ValueError:
-            values = ()
-        if len(values) != count or not all(abs(v) < 1e9 for v in values):
-            raise argparse.ArgumentTypeError(f'"{text}" is not {count} numbers with commas between them')
-        return values
-
-    return parse
-
-
 def _work(arguments: Sequence[str]) -> int:
     given = options().parse_args(arguments)
-    project = _project(given)
+    project = project_from(given)
     footage_path = _footage_path(given, project)
     output = _output(given, project)
     _require_folders(output, given.marks, given.json, given.project, given.pictures, given.overlay)
@@ -88,31 +49,6 @@ def _work(arguments: Sequence[str]) -> int:
     return command.DONE if tracked.summary["verdict"] == "ok" else command.VERDICT_BAD
 
 
-def _project(given: argparse.Namespace) -> Project:
-    """The project file with the options laid over it."""
-    from ..project import make_project, read_project
-
-    known = read_project(given.project) if given.project and given.project.exists() else make_project({})
-    table = known.model_dump(by_alias=True, exclude_none=True)
-    if given.mm_per_px is not None and given.scale_from is not None:
-        raise InputError("--mm-per-px and --scale-from both give the scale; give one.")
-    if given.mm_per_px is not None or given.scale_from is not None:
-        table["scale"] = {k: v for k, v in table["scale"].items() if k not in ("mm_per_px", "from_px_mm")}
-    laid_over = (
-        ("film", "fps", given.fps),
-        ("marks", "place_px", given.mark),
-        ("marks", "subset_px", given.subset),
-        ("scale", "mm_per_px", given.mm_per_px),
-        ("scale", "from_px_mm", given.scale_from),
-        ("scale", "up_deg", given.up),
-        ("platform", "start_height_m", given.start_height_m),
-    )
-    for section, key, value in laid_over:
-        if value is not None:
-            table[section][key] = value
-    return make_project(table, "options")
-
-
 def _footage_path(given: argparse.Namespace, project: Project) -> Path:
     if given.footage is not None:
         return given.footage
@@ -123,7 +59,7 @@ def _footage_path(given: argparse.Namespace, project: Project) -> Path:
 
 def _output(given: argparse.Namespace, project: Project) -> Path | None:
     """Where the trajectory goes; without a scale there is none, and the marks in pixels must have been asked for."""
-    if project.mm_per_px() is not None:
+    if project.has_scale():
         return given.output or Path("trajectory.csv")
     if given.output is None and given.marks is not None:
         return None

@@ -13,6 +13,7 @@ from measure.marks import OK, Marks
 from measure.platform import CYLINDER, PERSPECTIVE, PLANE, Body, body_points, fit_platform, trajectory
 from measure.project import MarkList
 from measure.response import even_response
+from measure.scale import sized, view
 from measure.tables import CHANNELS
 
 CAMERA = Camera(0.5e-3, (100.0, 400.0), np.radians(3.0), 2.5, (160.0, 240.0))
@@ -126,7 +127,9 @@ def test_a_bent_mark_seems_to_be_where_its_own_texture_puts_it(rig):
     project = project_for(scene, 100.0, 0.252)
     marks, truth = track_platform(film, project).marks, true_motion(motion, scene, 100.0).trajectory
     assert project.platform.origin_px is not None
-    camera = project.view(project.platform.origin_px, (256, 256))
+    size = sized(project, next(picture for _, picture in film.pictures()))
+    assert size is not None
+    camera = view(project, size, project.platform.origin_px, (256, 256))
     points = body_points(marks, camera, project.platform.radius_m)
     pose = np.stack([truth.channels[c] for c in CHANNELS], axis=-1).astype(np.float64) - [0.0, 0.0, 0.252, 0.0, 0.0, 0.0]
     seen = np.stack([marks.x_px, marks.y_px], axis=-1)

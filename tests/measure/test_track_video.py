@@ -81,6 +81,13 @@ def test_a_known_length_gives_the_same_scale(film, tmp_path):
     assert abs(read_trajectory(tmp_path / "out.csv").channels["z_m"][-1] - 0.5e-3 * 1.5 * 11) < 2e-5
 
 
+def test_what_is_not_known_of_the_scale_is_said(film, tmp_path, capsys):
+    options = ["--fps", "250", "--mark", "60,80", "--scale-from", "10,10,40,50,25", "-o", str(tmp_path / "out.csv")]
+    assert main([str(film), *options, "--json", str(tmp_path / "r.json")]) == 0
+    assert json.loads((tmp_path / "r.json").read_text())["scale"]["relative_sigma"] == pytest.approx(0.5 * np.sqrt(2) / 50)
+    assert "0.5 mm/px +- 1.4 %" in capsys.readouterr().out
+
+
 def test_the_project_file_repeats_the_run(film, tmp_path):
     assert _run(film, tmp_path, "--mm-per-px", "0.5", "--up", "2.5", "--subset", "25") == 0
     first = (tmp_path / "out.csv").read_bytes()
@@ -123,6 +130,9 @@ def test_a_cut_film_ends_with_status_one_and_is_called_incomplete(film, tmp_path
         (["--fps", "250", "--mm-per-px", "1", "--mark", "3,3"], "reaches over the border"),
         (["--fps", "250", "--mm-per-px", "1", "--marc", "3,3"], "--mark"),
         (["--fps", "250", "--mm-per-px", "1", "--scale-from", "0,0,1,1,1"], "give one"),
+        (["--fps", "250", "--rule", "5,5,135,135,1", "--mark", "60,80"], "no graduation"),
+        (["--fps", "250", "--mm-per-px", "1", "--plumb", "5,5,5,500"], "reaches out of the picture"),
+        (["--fps", "250", "--mm-per-px", "1", "--checkerboard", "boards"], "give both"),
         (["--fps", "250", "--scale-from", "5,5,5,5,10"], "px apart"),
         (["--fps", "250", "--mm-per-px", "1", "--overlay", "seen.mp4"], "name it so"),
         (["--fps", "250", "--mm-per-px", "1", "--compare", "other.csv"], "no such file"),
