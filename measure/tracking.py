@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
+from itertools import chain
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,6 +16,7 @@ from .marks import AMBIGUOUS, LOST, MISSING, OCCLUDED, OK, OUT, Marks, Sighting,
 from .reference import AFFINE, Reference, blurred, reference
 from .refinement import ALIKE, MOST_HIDDEN, Match, Usual, recognise
 from .response import responses
+from .stillness import still_frames
 
 _SEARCH_PX = (8, 32, None)
 """Radii of the search around the predicted place, tried in turn; None is the whole picture."""
@@ -160,9 +162,11 @@ def _cut(picture: Picture, warp: NDArray, half: int) -> NDArray | None:
     return patch.copy() if patch.shape == (2 * half + 1, 2 * half + 1) else None
 
 
-def follower(picture: Picture, x: float, y: float, subset: int, warp: int = AFFINE, open_share: float = 0.0) -> Follower:
-    """Prepare to follow the mark at (x, y) of the reference image."""
-    mark = reference(picture, x, y, subset, warp)
+def follower(
+    picture: Picture, x: float, y: float, subset: int, warp: int = AFFINE, open_share: float = 0.0, mean: NDArray | None = None
+) -> Follower:
+    """Prepare to follow the mark at (x, y) of the reference image: `picture`, or the mean of several like it."""
+    mark = reference(picture if mean is None else mean, x, y, subset, warp)
     patch = _cut(picture, mark.start, mark.half)
     assert patch is not None
     return Follower(mark, patch, mark.start, is_unique(picture, patch, x, y, _DISTINCT), open_share)
@@ -196,11 +200,15 @@ def follow(
         A mark without texture or too near the border, no frames.
     """
     check_subset(subset)
-    followers: list[Follower] = []
+    frames = watch(footage.pictures())
+
+    def prepare(picture: Picture, mean: NDArray | None = None) -> list[Follower]:
+        return [follower(picture, x, y, subset, warp, exposure_s * fps, mean) for x, y in places]
+
+    read, mean = still_frames(frames, prepare)
+    followers = prepare(read[0][1], mean) if read else []
     rows: list[list[Sighting]] = []
-    for frame, picture in watch(footage.pictures()):
-        if not followers:
-            followers = [follower(picture, x, y, subset, warp, exposure_s * fps) for x, y in places]
+    for frame, picture in chain(read, frames):
         while len(rows) < frame:
             rows.append([unseen(MISSING) for _ in followers])
         rows.append([mark.look(picture, frame) for mark in followers])

@@ -48,6 +48,27 @@ def test_fast_and_uneven_motion_is_followed_without_a_slip(speckled):
     assert error.max() < 0.05
 
 
+def test_a_platform_at_rest_lends_its_first_frames_to_the_reference(speckled):
+    """Two pictures differ by the noise of both; against the mean of sixteen the difference has hardly more than one's."""
+    errors = {}
+    for rest in (1, 16):
+        x = np.concatenate([np.zeros(rest), 0.37 * np.arange(1, 13)])
+        film = _film(speckled, [(s, 0.0) for s in x])
+        marks = follow(from_array(film), [(70.0, 70.0)], 250.0)
+        assert marks.seen.all()
+        errors[rest] = (np.std(marks.x_px[rest:, 0] - x[rest:]), np.median(marks.sigma_px[rest:]))
+        assert abs(np.mean(marks.x_px[rest:, 0] - 70.0 - x[rest:])) < 0.02
+    assert errors[16][1] < 0.85 * errors[1][1]
+
+
+def test_slow_motion_from_the_first_frame_on_is_not_taken_for_rest(speckled):
+    x = 0.02 * np.arange(20)
+    marks = follow(from_array(_film(speckled, [(s, 0.0) for s in x])), [(70.0, 70.0)], 250.0)
+    slope, offset = np.polyfit(x, marks.x_px[:, 0] - 70.0, 1)
+    assert abs(slope - 1.0) < 0.03
+    assert abs(offset) < 0.02
+
+
 def test_a_covered_mark_has_no_position_and_comes_back(speckled):
     film = _film(speckled, [(0.5 * n, 0.0) for n in range(14)])
     film[5:9, 40:110, 40:110] = 128
