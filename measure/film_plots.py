@@ -4,9 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
-import matplotlib
 import numpy as np
 
 from . import plots
@@ -19,8 +18,6 @@ if TYPE_CHECKING:
     from .dispersion import Dispersion
     from .film import Tracked
     from .tables import Trajectory
-
-matplotlib.use("Agg")
 
 
 _PANELS = 10
@@ -51,11 +48,9 @@ def frames_to_show(tracked: Tracked) -> set[int]:
 
 def write_trajectory_figure(tracked: Tracked, path: Path) -> Path:
     """The trajectory, one channel below the other."""
-    from matplotlib import pyplot
-
     assert tracked.trajectory is not None
     count = len(tracked.trajectory.channels)
-    figure, axes = pyplot.subplots(count, 1, sharex=True, figsize=(7, 1 + 1.7 * count), layout="constrained", squeeze=False)
+    figure, axes = _pyplot().subplots(count, 1, sharex=True, figsize=(7, 1 + 1.7 * count), layout="constrained", squeeze=False)
     plots.draw_trajectory(list(axes[:, 0]), tracked.trajectory)
     figure.align_ylabels()
     return _write(figure, path)
@@ -63,32 +58,36 @@ def write_trajectory_figure(tracked: Tracked, path: Path) -> Path:
 
 def write_dispersion_figure(trajectory: Trajectory, found: Sequence[Dispersion], path: Path) -> Path:
     """Films of the same deployment over each other."""
-    from matplotlib import pyplot
-
     count = 2 * sum(any(c in other.channels for other in found) for c in trajectory.channels)
-    figure, axes = pyplot.subplots(count, 1, sharex=True, figsize=(7, 1 + 1.4 * count), layout="constrained", squeeze=False)
+    figure, axes = _pyplot().subplots(count, 1, sharex=True, figsize=(7, 1 + 1.4 * count), layout="constrained", squeeze=False)
     plots.draw_dispersion(list(axes[:, 0]), trajectory, found)
     figure.align_ylabels()
     return _write(figure, path)
 
 
-def _first(picture: Picture, tracked: Tracked) -> Figure:
+def _pyplot() -> Any:
+    """Without a screen, and imported late: it takes a second."""
+    import matplotlib
+
+    matplotlib.use("Agg")
     from matplotlib import pyplot
 
+    return pyplot
+
+
+def _first(picture: Picture, tracked: Tracked) -> Figure:
     rows, columns = picture.shape
-    figure, ax = pyplot.subplots(figsize=(8 * min(1.0, columns / rows) + 0.5, 8 * min(1.0, rows / columns) + 0.5), layout="constrained")
+    figure, ax = _pyplot().subplots(figsize=(8 * min(1.0, columns / rows) + 0.5, 8 * min(1.0, rows / columns) + 0.5), layout="constrained")
     plots.draw_frame(ax, picture, tracked.marks, 0, tracked.project.marks.subset_px, names=True)
     return figure
 
 
 def _sheet(kept: dict[int, Picture], tracked: Tracked) -> Figure:
-    from matplotlib import pyplot
-
     rows, columns = next(iter(kept.values())).shape
     across = len(kept) if rows > 1.5 * columns else -(-len(kept) // 2)
     down = -(-len(kept) // across)
     width = 14.0
-    figure, axes = pyplot.subplots(
+    figure, axes = _pyplot().subplots(
         down, across, figsize=(width, down * (width / across * rows / columns + 0.3)), layout="constrained", squeeze=False
     )
     for ax in axes.flat[len(kept) :]:
@@ -100,18 +99,14 @@ def _sheet(kept: dict[int, Picture], tracked: Tracked) -> Figure:
 
 
 def _quality(tracked: Tracked) -> Figure:
-    from matplotlib import pyplot
-
-    figure, axes = pyplot.subplots(4, 1, sharex=True, figsize=(8, 9), layout="constrained")
+    figure, axes = _pyplot().subplots(4, 1, sharex=True, figsize=(8, 9), layout="constrained")
     plots.draw_quality(list(axes), tracked.marks, tracked.fit)
     figure.align_ylabels()
     return figure
 
 
 def _write(figure: Figure, path: Path) -> Path:
-    from matplotlib import pyplot
-
     with replacing(path) as temporary:
         figure.savefig(temporary, dpi=110)
-    pyplot.close(figure)
+    _pyplot().close(figure)
     return path
