@@ -65,6 +65,8 @@ def test_the_detectable_amount_is_met_however_it_grows():
         amount = amount_for(lambda a, p=power: 3.0 * a**p, needed(1), 1e9)
         assert amount is not None
         assert 3.0 * amount**power == pytest.approx(needed(1), rel=0.03)
+    jump = amount_for(lambda a: 0.0 if a < 0.37 else 500.0, needed(1), 1e9)
+    assert jump == pytest.approx(0.37, rel=0.05), "a jump is found from above"
     assert amount_for(lambda a: a**2, needed(1), 0.1) is None, "out of its bounds it shows, within them it does not"
 
 

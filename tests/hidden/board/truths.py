@@ -82,7 +82,7 @@ def amount_for(shows: Any, wanted: float, most: float) -> float | None:
     """The amount at which an effect shows as much as is wanted; None where it never does.
 
     What shows grows with the square of the amount, so a few steps of that rule are enough; where it does not (a play of the
-    legs) the amount is halved in between.
+    legs) the amount is halved in between, and where it jumps the least amount seen to show enough is taken.
     """
     amount, low, high = min(1.0, most), 0.0, np.inf
     for _ in range(_ROUNDS):
@@ -93,6 +93,8 @@ def amount_for(shows: Any, wanted: float, most: float) -> float | None:
         step = amount * float(np.clip(np.sqrt(wanted / max(seen, 1e-12 * wanted)), 1e-3, 1e3))
         between = float(np.sqrt(low * high)) if low > 0.0 and high < np.inf else 0.5 * amount
         amount = min(step if low < step < high else between, most)
+    else:
+        amount = high if high < np.inf else amount
     return float(amount) if shows(amount) > 0.5 * wanted else None
 
 
