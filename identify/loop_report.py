@@ -116,6 +116,7 @@ def _loop(fit: ActuatorFit, k: int, data: LoopData, error: float) -> dict[str, A
         "tare_N": fit.tares_N[k],
         "drift_N_per_cycle": drift_per_cycle(data),
         "force_noise_N": data.force_sigma_N,
+        "conditions": {name: float(v[0]) for name, v in data.other.items() if len(v) and np.ptp(v) == 0.0},
         "parts": [asdict(part) for part in data.parts],
         "remarks": list(data.remarks),
     }

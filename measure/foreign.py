@@ -6,13 +6,13 @@ understood can be shown and saved, one mapping file per rig.
 
 from __future__ import annotations
 
-import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
+from .claims import Claim, claims, conditions
 from .clock import in_order, remarks
 from .command import existing_file
 from .dialect import TextTable, read_text_table
@@ -25,8 +25,6 @@ from .tables import Array, Loop
 from .units import FACTORS, SI, Unit, quantity_of, split_unit, unit_of
 
 _HDF5 = b"\x89HDF\r\n\x1a\n"
-_FREQUENCY_NOTE = re.compile(r"^\s*(?:f|freq|frequency)(?:uency)?[ _]*(?:\(?Hz\)?)?\s*[=:;,\t ]\s*(\d+(?:\.\d+)?)\b", re.IGNORECASE)
-_FREQUENCY_NAME = re.compile(r"(?<![\d.])(\d+(?:\.\d+)?)\s*_?Hz", re.IGNORECASE)
 
 
 @dataclass(frozen=True)
@@ -38,6 +36,7 @@ class Understood:
     columns: Mapping[str, int]
     units: Mapping[str, Unit]
     sample_period_s: float | None
+    claims: Sequence[Claim] = ()
 
     def sentences(self) -> list[str]:
         """For people: the dialect, the columns, and the first rows as numbers in SI."""
@@ -54,12 +53,6 @@ class Understood:
             shown = (f"{float(row[place]) * self.units[q].factor:.6g} {SI[q]}" for q, place in self.columns.items())
             lines.append("    " + "  ".join(shown))
         return lines
-
-    def claimed_frequencies_Hz(self) -> list[tuple[str, float]]:
-        """Frequencies that the file's notes or its name speak of, with where; they are compared with the signal, never used."""
-        claims = [("a note in it", float(found[1])) for line in self.table.preamble if (found := _FREQUENCY_NOTE.search(line))]
-        named = _FREQUENCY_NAME.search(Path(self.file).stem)
-        return claims + ([("its name", float(named[1]))] if named else [])
 
 
 def _quoted(table: TextTable, place: int) -> str:
@@ -85,9 +78,12 @@ def read_foreign(path: Path, mapping: ColumnMapping | None = None) -> tuple[Loop
     further = _other(table, set(columns.values()))
     ordered, said = in_order({**values, **{f"other {name}": v for name, v in further.items()}}, lambda row: f"{path}, {table.at(row)}")
     other = {name: ordered[f"other {name}"] for name in further}
+    claimed = claims(path, table.preamble, other)
+    known = conditions(path, table.preamble, wanted.name_pattern)
+    other = {**{name: np.full(len(ordered["time"]), value) for name, value in known.items()}, **other}
     said += remarks(ordered["time"]) + _other_clock(other, columns, wanted.sample_period_s)
     loop = Loop(ordered["time"], ordered["elongation"], ordered["force"], name=str(path), other=other, remarks=said)
-    return loop, Understood(str(path), table, columns, units, wanted.sample_period_s)
+    return loop, Understood(str(path), table, columns, units, wanted.sample_period_s, claimed)
 
 
 def _table(path: Path, wanted: ColumnMapping) -> TextTable:

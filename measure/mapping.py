@@ -22,6 +22,7 @@ class ColumnMapping:
 
     columns : name or number (from one) of the column, by quantity. units : by quantity, see `units.unit_of`.
     delimiter, decimal : words of `dialect`. header : False for a file without names. sample_period_s : where no time stands.
+    name_pattern : conditions that stand in the names of the files, such as "KDN_{pressure_bar}bar".
     """
 
     columns: Mapping[str, str] = field(default_factory=dict)
@@ -31,6 +32,7 @@ class ColumnMapping:
     encoding: str | None = None
     header: bool | None = None
     sample_period_s: float | None = None
+    name_pattern: str | None = None
 
     def __post_init__(self) -> None:
         for option, given in (("--column", self.columns), ("--unit", self.units)):

@@ -161,13 +161,11 @@ def _fitted(given: Namespace, data: Sequence[LoopData], notes: list[str]) -> tup
 
 
 def _contradictions(understood: Sequence[Understood], data: Sequence[LoopData]) -> list[str]:
-    """Frequencies that files claim and their signals deny."""
-    return [
-        f"{loop.name}: {where} says {claimed:g} Hz, the signal {loop.frequency_Hz:.4g} Hz; the signal counts"
-        for how, loop in zip(understood, data, strict=True)
-        for where, claimed in how.claimed_frequencies_Hz()
-        if abs(claimed - loop.frequency_Hz) > 0.03 * loop.frequency_Hz
-    ]
+    """Frequencies and amplitudes that files claim and their signals deny."""
+    from measure.claims import contradictions
+
+    pairs = zip(understood, data, strict=True)
+    return [text for how, loop in pairs for text in contradictions(loop.name, how.claims, loop.frequency_Hz, loop.amplitude_m)]
 
 
 def _order(given: Namespace, data: Sequence[LoopData], kinds: Any, abscissa: Any) -> tuple[int, RateOrder | None]:

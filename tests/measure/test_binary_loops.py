@@ -8,6 +8,7 @@ import pytest
 from nptdms import ChannelObject, GroupObject, RootObject, TdmsWriter
 
 from measure import InputError
+from measure.claims import Claim
 from measure.foreign import read_foreign
 from measure.mapping import ColumnMapping
 
@@ -95,7 +96,7 @@ def channel(name, values, group="Test", **properties):
 def test_a_tdms_file_gives_its_channels_units_and_notes(tmp_path):
     path = tdms(tmp_path, [channel("Time", T, unit_string="s"), channel("Laser", U, unit_string="mm"), channel("Load", F, unit_string="N")])
     understood = check(path, ColumnMapping({"elongation": "Laser", "force": "Load"}))
-    assert understood.claimed_frequencies_Hz() == [("a note in it", 1.5)]
+    assert understood.claims == [Claim("a note in it", "frequency", 1.5)]
 
 
 def test_waveforms_of_a_tdms_file_bring_their_own_time(tmp_path):
@@ -130,7 +131,7 @@ def test_a_matlab_file_of_version_73_is_read_by_the_names_of_its_variables(tmp_p
     mapping = ColumnMapping({"elongation": "rig.Laser", "force": "Load"}, {"elongation": "mm", "force": "N"}, sample_period_s=0.5)
     understood = check(path, mapping)
     assert "note" not in understood.table.header
-    assert understood.claimed_frequencies_Hz() == [("a note in it", 1.5)]
+    assert understood.claims == [Claim("a note in it", "frequency", 1.5)]
 
 
 def test_units_beside_the_data_sets_of_an_hdf5_file_are_taken(tmp_path):

@@ -7,6 +7,7 @@ import pytest
 from scipy.io import savemat
 
 from measure import InputError
+from measure.claims import Claim
 from measure.foreign import read_foreign
 from measure.mapping import ColumnMapping, pairs, read_mapping, write_mapping
 from measure.mat5 import read_mat5
@@ -235,7 +236,7 @@ def test_a_matlab_file_is_read_by_the_names_of_its_variables(tmp_path):
     mapping = ColumnMapping({"elongation": "dist", "force": "rig.forc"}, {"elongation": "mm", "force": "N"}, sample_period_s=0.5)
     loop, understood = read_foreign(tmp_path / "run.mat", mapping)
     check(loop)
-    assert understood.claimed_frequencies_Hz() == [("a note in it", 1.5)]
+    assert understood.claims == [Claim("a note in it", "frequency", 1.5)]
 
 
 def test_a_matlab_file_without_options_names_its_variables(tmp_path):
@@ -256,7 +257,7 @@ def test_a_matlab_file_that_is_cut_or_new_is_refused_with_what_to_do(tmp_path):
 
 def test_a_frequency_in_the_name_is_a_claim(tmp_path):
     _, understood = read_foreign(written(tmp_path, ["time_s,elongation_mm,force_N", *rows(T, U, F)], name="A_0.25Hz_12mm.csv"))
-    assert understood.claimed_frequencies_Hz() == [("its name", 0.25)]
+    assert understood.claims == [Claim("its name", "frequency", 0.25), Claim("its name", "travel", 0.012)]
 
 
 @pytest.mark.parametrize("packed", [False, True])
