@@ -35,7 +35,7 @@ fast: $(VENV)/installed-test
 
 # MuJoCo and a dask cluster, which make test leaves alone.
 peers: $(VENV)/installed-test $(VENV)/installed-peers
-	$(CALM) $(BIN)/pytest tests/simulate/test_mujoco.py tests/simulate/test_cluster.py $(PYTEST_ARGS)
+	$(CALM) $(BIN)/pytest tests/simulate/test_other_engines.py tests/simulate/test_cluster.py $(PYTEST_ARGS)
 
 lint: $(VENV)/installed-lint
 	$(BIN)/ruff check .

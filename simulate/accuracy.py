@@ -22,10 +22,11 @@ _MOST_HALVINGS = 4
 
 @dataclass(frozen=True)
 class StepError:
-    """Largest difference of each channel from the run with half the step, over the whole run and up to the first stop.
+    """Error of each channel over the whole run and up to the first stop: twice the largest difference from the run with half the step.
 
-    RK4 leaves a fifteenth of this while the motion is smooth, and about as much across reversals and stops; so it bounds the error
-    except where the motion is unstable. Behind the stops errors grow, which is why both are told.
+    Twice is what a method of first order would leave, as the chord of an asymptote that moves with the speed is; RK4 leaves a fifteenth
+    of the half while the motion is smooth, and about the half across reversals and stops. Behind the stops errors grow, which is
+    why both are told.
     """
 
     whole: Mapping[str, float]
@@ -57,13 +58,13 @@ def deploy_checked(model: Model) -> Deployment:
 
 
 def step_error(run: Deployment, finer: Deployment) -> StepError:
-    """What another step changes; NaN in both, a run that has diverged, is no difference, NaN in one is an infinite one."""
+    """Twice what half the step changes; NaN in both, a run that has diverged, is no difference, NaN in one is an infinite one."""
     reached = (run.work_J["by_stops"] != 0.0) | np.any(run.elongation_m > stroke_of(run.model), axis=1)
     stop = int(np.argmax(reached)) if reached.any() else len(run.time_s)
     apart = {name: _apart(run.channels[name], finer.channels[name]) for name in CHANNELS}
     return StepError(
-        {name: float(np.max(values)) for name, values in apart.items()},
-        {name: float(np.max(values[:stop], initial=0.0)) for name, values in apart.items()},
+        {name: 2.0 * float(np.max(values)) for name, values in apart.items()},
+        {name: 2.0 * float(np.max(values[:stop], initial=0.0)) for name, values in apart.items()},
     )
 
 

@@ -36,7 +36,7 @@ class Deployment:
 
     time_s : (n,). samples : (n, SAMPLE + worked_by) as laid out in `six_legs`, NaN from the sample on at which the run diverged.
     diverged_at_s : when the state went non-finite, or None. worked_by : effects whose work stands in the last columns.
-    step_error : by how much it differs from the run with half the step; None where that was not computed.
+    step_error : how exact it is, by a run with half the step; None where that was not computed.
     """
 
     model: Model

@@ -158,12 +158,12 @@ def _sentences(result: dict[str, Any], output: Path) -> str:
     return (
         f"simulate  six legs, {result['duration_s']:.2f} s, step {1e3 * result['step_s']:.3g} ms   {verdict}\n"
         f"          {height}; theta_z at its largest {result['theta_z_deg']:.3f} deg\n"
-        f"          half the step changes {_changes(result['step_error'])}\n"
+        f"          exact to {_exact(result['step_error'])}\n"
         f"          written to {output}"
     )
 
 
-def _changes(error: dict[str, Any]) -> str:
+def _exact(error: dict[str, Any]) -> str:
     whole = error["whole_run"]
     place = 1e3 * max(value for name, value in whole.items() if name.endswith("_m"))
     turn = 57.29577951308232 * max(value for name, value in whole.items() if name.endswith("_rad"))
