@@ -18,6 +18,7 @@ from .valleys import released_again
 
 _SHORT_OF_PROMISE = 0.5
 _FIRST_STEPS, _LAST_STEPS = 12, 20
+_NEAR = 50.0  # in the sum of squares
 
 
 @dataclass(frozen=True)
@@ -67,12 +68,15 @@ def _whole(before: Fit, candidate: Candidate) -> Fit:
 
 
 def _whole_from(before: Fit, candidate: Candidate, closing: Fit) -> Fit:
-    """Fitted whole with the releases of another fit, those of the candidate otherwise."""
+    """Fitted whole from the releases of another fit; one that comes near that fit is fitted in its own way too."""
     problem = before.problem.with_effects(candidate.fit.problem.effects)
     own = slice(problem.first_nuisance, problem.first_effect)
     start = candidate.fit.q.copy()
     start[own] = closing.q[own]
-    return to_the_end(solve(problem, start, most_steps=_LAST_STEPS))
+    found = to_the_end(solve(problem, start, most_steps=_LAST_STEPS))
+    if found.cost < closing.cost or found.cost > closing.cost + _NEAR:
+        return found
+    return min(found, _whole(before, candidate), key=lambda fit: fit.cost)
 
 
 def _better(before: Fit, candidate: Candidate, closing: Fit) -> Candidate:

@@ -41,7 +41,7 @@ def sight(fit: Fit, effects: Sequence[Effect], noise: Array, tests: Family) -> t
     """
     single = -np.expm1(np.log1p(-EFFECT_P) / tests.tests)
     wanted = float(np.sqrt(stats.chi2.isf(single, 1)) + stats.norm.ppf(POWER))
-    return tuple(_sight(fit, effect, noise, wanted) for effect in effects)
+    return tuple(_sight(fit, effect, noise, wanted * float(np.sqrt(fit.dilution))) for effect in effects)
 
 
 def _sight(fit: Fit, effect: Effect, noise: Array, wanted: float) -> Sight:

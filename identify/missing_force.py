@@ -11,19 +11,22 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from scipy import stats
 
 from measure.tables import Array
 from simulate.effect import PlatformEffect, parameter
 from simulate.model import Model
 
+from .chance import gained_by, noise_like
 from .evidence import GAP_P, gap_test
 from .fit import ROUGHLY, Fit, before_the_stops, solve
 
 KNOTS, SPACING_S = 16, 0.05
 _BAND = 3.0
-_CLEAR_LEAD = 10.0
+_CLEAR_LEAD = 0.25
 _STROKES_PER_S = 4.0  # the fastest knot
 _MOST_STEPS = 12
+_SHOWN = 1e-2  # of the best seen combination of knots: what shows less is not told from a straight line's own error
 
 
 def _table(doc: str) -> Any:
@@ -109,7 +112,8 @@ _WORDS: dict[Along, tuple[str, str, str]] = {
 class MissingForce:
     """The estimated force: places (n,) of its abscissa, force and one standard deviation (n, 2), vertical and lateral, N.
 
-    leads : by how much it leaves a smaller sum of squares than the same table along each other abscissa, by name.
+    leads : what the same table along each other abscissa leaves of what this one closes, by name. A table is coarse, so only a
+    clear lead says anything.
     """
 
     along: Along
@@ -183,7 +187,8 @@ def estimate(before: Fit) -> MissingForce:
     hint = hint if gap_test(hint).p_value < GAP_P else before
     costs = {along: _fitted(hint, along).cost for along in _WORDS}
     best = min(costs, key=lambda along: costs[along])
-    leads = {_WORDS[along][2]: cost - costs[best] for along, cost in costs.items() if along is not best}
+    closed = max(hint.cost - costs[best], 1e-12)
+    leads = {_WORDS[along][2]: (cost - costs[best]) / closed for along, cost in costs.items() if along is not best}
     return _read(_fitted(before, best), best, leads)
 
 
@@ -196,6 +201,21 @@ def at_once(before: Fit) -> MissingForce:
     jacobian = np.hstack([before.jacobian, problem.jacobian(start, new, before.gaps)[1]])
     start[free] += np.linalg.lstsq(jacobian, -before.gaps, rcond=1e-12)[0]
     return _read(Fit(problem, start, before.gaps, _spread_out(jacobian, free, len(start)), False), ForceAlongTime, {})
+
+
+def chance_of_force(fit: Fit) -> float:
+    """How likely a force along time gains as much as it does if what is left is noise; one without films.
+
+    It is keener than the test of slow against fast parts, for it looks only at what a force on the platform can do.
+    """
+    if not fit.problem.films:
+        return 1.0
+    found = at_once(fit).fit
+    free = fit.free_of_knobs(found.jacobian[:, len(fit.q) :])
+    left, sizes, _ = np.linalg.svd(free / np.maximum(np.linalg.norm(free, axis=0), 1e-300), full_matrices=False)
+    shown = left[:, sizes > _SHOWN]
+    unit = max(1.0, float(np.mean(gained_by(shown, noise_like(fit)))) / max(shown.shape[1], 1))
+    return float(stats.chi2.sf(float(np.sum((shown.T @ fit.gaps) ** 2)) / unit, max(shown.shape[1], 1)))
 
 
 def _spread_out(jacobian: Array, columns: list[int], size: int) -> Array:

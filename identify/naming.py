@@ -22,7 +22,7 @@ from .fit import Fit, before_the_stops, solve
 from .screening import Screened, kinds_to_try, screen
 
 RIVAL_P = 0.01  # a rival that would be led so far less often than this is excluded
-STRONG_BIC = 10.0
+STRONG_BIC, _ROUGH_LEAD = 10.0, 25.0
 _HOPELESS, _CLOSED_BY_FAR = 0.5, 1000.0
 
 Say = Callable[[str], None]
@@ -133,7 +133,7 @@ def _foremost(quick: Sequence[Candidate], budget: Budget) -> list[Candidate]:
     if gap_test(best.fit).p_value < GAP_P:
         return ranked[: budget.whole]
     noise = noise_like(best.fit)
-    return [best, *(c for c in ranked[1:] if not _excluded(c, best, noise))][: budget.rivals]
+    return [best, *(c for c in ranked[1:] if not _excluded(c, best, noise, _ROUGH_LEAD))][: budget.rivals]
 
 
 def _step(current: Fit, look: Look, quick: Sequence[Candidate], whole: Sequence[Candidate]) -> Step | None:
@@ -170,15 +170,17 @@ def _gain(before: Fit, after: Fit, noise: Array, tests: Family) -> Gain:
     return Gain(chi2, knobs, tests.p_value(float(stats.chi2.sf(chi2, knobs))), bic)
 
 
-def _excluded(rival: Candidate, best: Candidate, noise: Array) -> bool:
+def _excluded(rival: Candidate, best: Candidate, noise: Array, least_lead: float = STRONG_BIC) -> bool:
     """Whether a rival is led by more than chance explains, were it the truth; or says the same with many more words.
 
-    What its further parameters cost is told by the BIC; an effect that can bend itself into many others is no rival of the
-    one that it imitates.
+    A lead of a few units excludes nobody: behind the stops the sum of squares has valleys, and fits end up that far apart.
+    What further parameters cost is told by the BIC; an effect that can bend itself into many others is no rival of the one
+    that it imitates.
     """
     if len(rival.fit.q) > len(best.fit.q) and _delta_bic(rival, best.fit, best.fit) < -STRONG_BIC:
         return True
-    return chance_of_lead(best.fit, rival.fit, noise) < RIVAL_P
+    lead = (rival.fit.cost - best.fit.cost) / max(1.0, best.fit.rms**2)
+    return lead > least_lead and chance_of_lead(best.fit, rival.fit, noise) < RIVAL_P
 
 
 def _best_first(tried: Sequence[Candidate]) -> list[Candidate]:

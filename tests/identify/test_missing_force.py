@@ -1,0 +1,84 @@
+"""The force that no effect explains: where it acts, what it goes with, and in what words."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import pytest
+
+from identify.campaign import read_campaign
+from identify.fit import solve_from_afar
+from identify.formula import described
+from identify.missing_force import ForceAlongSpeed, ForceAlongTime, MissingForce, at_once, estimate
+from identify.problem import problem_of
+from simulate.effect import PlatformEffect, parameter
+from simulate.effects import GravityImbalance
+from simulate.model_file import read_model
+
+
+@dataclass(frozen=True)
+class Gust(PlatformEffect):
+    """Blows upwards for a while; nothing in the catalogue does that."""
+
+    name = "gust"
+    force_N: float = parameter(0.0, low=-10.0, high=10.0, typical=0.1, doc="upwards between 0.20 and 0.30 s after the release")
+
+    @staticmethod
+    def platform_wrench(t: float, pose: Any, twist: Any, p: Any, wrench: Any) -> None:
+        if 0.2 < t < 0.3:
+            wrench[2] += p[0]
+
+
+def fitted(folder):
+    runs = [run for run in read_campaign([folder / "campaign.toml"]) if not run.hold_out]
+    return solve_from_afar(problem_of(read_model(folder / "model.toml"), runs))
+
+
+@pytest.mark.slow
+def test_a_force_that_comes_at_its_time_is_seen_to_go_with_time(campaign):
+    """Two start heights are at different heights and speeds when it comes."""
+    heights = ({}, {"geometry.stowed_height_m": 0.35}, {"geometry.stowed_height_m": 0.45}, {})
+    missing = estimate(fitted(campaign(Gust(0.1), 91, deployments=heights)))
+    assert missing.along is ForceAlongTime
+    assert "it goes with the time, whatever the height and the speed" in missing.sentence
+    assert "acts upwards on the platform between 0.20 and 0.30 s" in missing.sentence
+
+
+@pytest.mark.slow
+def test_one_run_cannot_tell_what_a_force_goes_with(campaign):
+    """In one deployment time, height and speed run together."""
+    missing = estimate(fitted(campaign(Gust(0.1), 95, deployments=({},))))
+    assert "these runs cannot tell" in missing.sentence
+
+
+def test_one_look_along_time_shows_a_constant_force_for_what_it_is(campaign):
+    """A steady weight shows as a steady force, within its band at nearly every instant."""
+    found = at_once(fitted(campaign(GravityImbalance(0.02), 92, deployments=({}, {"geometry.stowed_height_m": 0.30}))))
+    assert found.along is ForceAlongTime
+    force, sigma = found.force_N[:, 0], found.sigma_N[:, 0]
+    known = sigma < 0.1
+    assert known.sum() > 4
+    assert np.mean(np.abs(force[known] - 0.02) < 3.0 * sigma[known]) > 0.8
+
+
+def test_a_drag_is_described_by_the_square_of_the_speed(campaign):
+    """A table along the speed that is -0.2 v |v| is written as that, and as no more."""
+    (film,) = fitted(campaign(None, 93, loops=(), deployments=({},))).problem.films
+    speed = np.linspace(0.1, 1.2, 12)
+    force = np.stack([-0.2 * speed**2, np.zeros(12)], axis=1)
+    text = described(MissingForce(ForceAlongSpeed, speed, force, np.full((12, 2), 2e-3), None, {}), film)  # type: ignore[arg-type]
+    assert text is not None
+    assert "-0.2" in text
+    assert "v |v|" in text
+    assert "not a cause" in text
+
+
+def test_a_force_within_its_band_is_not_described(campaign):
+    (film,) = fitted(campaign(None, 94, loops=(), deployments=({},))).problem.films
+    speed = np.linspace(0.1, 1.2, 12)
+    force = np.stack([-0.2 * speed**2, np.zeros(12)], axis=1)
+    missing = MissingForce(ForceAlongSpeed, speed, force, np.full((12, 2), 1.0), None, {})  # type: ignore[arg-type]
+    assert described(missing, film) is None
+    assert "No missing force" in missing.sentence
