@@ -39,7 +39,7 @@ def _parser() -> Any:
 
 def _work(arguments: Sequence[str]) -> int:
     given = _parser().parse_args(arguments)
-    from identify.campaign import read_campaign
+    from identify.campaign import read_campaign, remarks
     from identify.explain import explain
     from identify.naming import BUDGETS
     from simulate.model_file import read_model
@@ -51,7 +51,7 @@ def _work(arguments: Sequence[str]) -> int:
     found = explain(model, runs, catalogue, covariate=given.covariate, budget=BUDGETS[given.budget], say=_say(given))
     _write(given, found, [given.model, *(r.path for r in runs if r.path), *given.effects])
     if not given.quiet:
-        print("\n".join(summary(found)))
+        print("\n".join([*(f"record   {said}" for said in remarks(runs)), *summary(found)]))
         print(f"report   {given.output / 'report.html'}")
     return VERDICT_BAD if found.verdict == "unknown" else DONE
 
