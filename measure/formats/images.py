@@ -14,6 +14,7 @@ import numpy as np
 
 from ..errors import InputError
 from ..footage import Footage, Picture, check_size
+from ..memory import limited
 
 _NAMES = (".tif", ".tiff", ".png", ".bmp")
 _LARGEST_FILE = 512 * 2**20
@@ -96,7 +97,8 @@ def _decode(file: Path, size: tuple[int, int] | None) -> Picture | None:
     check_size(file, *said)
     if size is not None and said != size:
         raise InputError(f"{file}: is {said[0]} x {said[1]} px, the first picture {size[0]} x {size[1]} px. Keep one film in a folder.")
-    picture = cv2.imdecode(np.frombuffer(data, np.uint8), cv2.IMREAD_UNCHANGED)
+    with limited(file):
+        picture = cv2.imdecode(np.frombuffer(data, np.uint8), cv2.IMREAD_UNCHANGED)
     if picture is None or picture.dtype not in (np.uint8, np.uint16):
         return None
     if picture.ndim == 3:

@@ -12,6 +12,7 @@ import numpy as np
 
 from ..errors import InputError
 from ..footage import Footage, Picture, check_size
+from ..memory import limited
 
 _LOCAL_ONLY = "protocol_whitelist;file"
 
@@ -34,7 +35,8 @@ class VideoFile(Footage):
         try:
             number = 0
             while True:
-                read, picture = film.read()
+                with limited(self.path):
+                    read, picture = film.read()
                 if not read:
                     return
                 yield number, _luma(picture, self.width, self.height)
@@ -57,7 +59,8 @@ def open_video(path: Path) -> Footage:
         promised = film.get(cv2.CAP_PROP_FRAME_COUNT)
         if film.isOpened():
             check_size(path, width, height)
-        read, first = film.read() if film.isOpened() else (False, None)
+        with limited(path):
+            read, first = film.read() if film.isOpened() else (False, None)
     finally:
         film.release()
     if not read or first is None:
@@ -72,7 +75,8 @@ def _capture(path: Path) -> cv2.VideoCapture:
     os.environ["OPENCV_FFMPEG_CAPTURE_OPTIONS"] = _LOCAL_ONLY
     os.environ["OPENCV_FFMPEG_LOGLEVEL"] = "-8"
     cv2.utils.logging.setLogLevel(cv2.utils.logging.LOG_LEVEL_SILENT)
-    film = cv2.VideoCapture(str(path.resolve()), cv2.CAP_FFMPEG, [cv2.CAP_PROP_CONVERT_RGB, 0])
+    with limited(path):
+        film = cv2.VideoCapture(str(path.resolve()), cv2.CAP_FFMPEG, [cv2.CAP_PROP_CONVERT_RGB, 0])
     film.set(cv2.CAP_PROP_CONVERT_RGB, 0)
     return film
 

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from measure.errors import InputError
-from measure.film_writing import write_film
+from measure.film_writing import Clock, write_film
 from measure.footage import from_array, open_footage
 
 
@@ -78,6 +78,45 @@ def test_a_picture_that_unpacks_to_gigabytes_is_refused_before_decoding(tmp_path
         (tmp_path / f"f{n}.png").write_bytes(bomb)
     with pytest.raises(InputError, match="60000 x 60000 px"):
         open_footage(tmp_path)
+
+
+def test_a_decoder_that_wants_too_much_memory_ends_in_a_sentence(tmp_path, monkeypatch):
+    """A folder of pictures of 24 megapixels, and a decoder that may take a few megabytes."""
+    for n in range(2):
+        cv2.imwrite(str(tmp_path / f"f{n}.png"), np.zeros((6000, 4000), np.uint16))
+    monkeypatch.setattr("measure.memory.DECODER_BYTES", 2**22)
+    with pytest.raises(InputError, match="takes more than"):
+        open_footage(tmp_path)
+    monkeypatch.undo()
+    assert open_footage(tmp_path).width == 4000
+
+
+def test_the_memory_of_the_rest_is_not_limited_after_decoding(stack, tmp_path):
+    import resource
+
+    before = resource.getrlimit(resource.RLIMIT_AS)
+    write_film(tmp_path / "film.avi", stack)
+    list(open_footage(tmp_path / "film.avi").pictures())
+    assert resource.getrlimit(resource.RLIMIT_AS) == before
+
+
+@pytest.mark.parametrize("kind", ["film.avi", "film.mraw", "film"])
+def test_memory_does_not_grow_with_the_film(kind, tmp_path):
+    """Ten times as many frames are read with the same few pictures in memory."""
+    import tracemalloc
+
+    taken = []
+    for frames in (20, 200):
+        path = tmp_path / str(frames) / kind
+        path.parent.mkdir()
+        noise = np.random.default_rng(0).integers(0, 255, (120, 160), dtype=np.uint8)
+        write_film(path, (np.roll(noise, n, axis=0) for n in range(frames)), clock=Clock(100.0))
+        film = open_footage(path)
+        tracemalloc.start()
+        assert sum(1 for _ in film.pictures()) == frames
+        taken.append(tracemalloc.get_traced_memory()[1])
+        tracemalloc.stop()
+    assert taken[1] < taken[0] + 2 * 120 * 160
 
 
 @pytest.mark.parametrize(
