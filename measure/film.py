@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from .camera import Camera
 from .correlation import find_marks
@@ -17,7 +18,7 @@ from .film_summary import summarise
 from .footage import Footage, Picture
 from .marks import Marks
 from .platform import CYLINDER, ONE_MARK, PERSPECTIVE, PLANE, Fit, body_points, fit_platform, trajectory
-from .project import MarkList, Project
+from .project import Project
 from .reference import AFFINE, WARP_NAMES
 from .scale import sized, view
 from .tables import Trajectory
@@ -41,12 +42,18 @@ class Tracked:
     summary: dict[str, Any]
 
 
-def track_platform(footage: Footage, project: Project, watch: Callable[[Iterator], Iterator] = iter) -> Tracked:
+def track_platform(
+    footage: Footage,
+    project: Project,
+    watch: Callable[[Iterator], Iterator] = iter,
+    mask: NDArray[np.bool_] | None = None,
+) -> Tracked:
     """Follow the marks of a film and fit the platform to them.
 
     footage : from `open_footage` or `from_array`. project : capture rate, marks, scale and camera; the film's own
     rate counts where the project gives none, and marks are found where it names none. watch : wraps the stream of
-    frames, for a progress bar. The result's project is complete: it repeats the run.
+    frames, for a progress bar. mask : (rows, columns), pixels of the first
+    frame that belong to marks. The result's project is complete: it repeats the run.
 
     Raises
     ------
@@ -58,7 +65,7 @@ def track_platform(footage: Footage, project: Project, watch: Callable[[Iterator
     first = _first(footage)
     size = sized(project, first)
     health = Health()
-    marks = _follow(footage, project, fps, first, lambda frames: watch(health.watch(frames)))
+    marks = _follow(footage, project, fps, first, lambda frames: watch(health.watch(frames)), mask)
     origin = project.platform.origin_px or (float(marks.reference_px[:, 0].mean()), float(marks.reference_px[:, 1].mean()))
     project = _completed(project, footage, marks, fps, origin)
     fit, table = None, None
@@ -85,15 +92,17 @@ def _first(footage: Footage) -> Picture:
     raise InputError(f"{footage.name}: no frame could be read. Copy the film again from the camera.")
 
 
-def _follow(footage: Footage, project: Project, fps: float, first: Picture, watch: Callable[[Iterator], Iterator]) -> Marks:
+def _follow(
+    footage: Footage, project: Project, fps: float, first: Picture, watch: Callable[[Iterator], Iterator], mask: NDArray[np.bool_] | None
+) -> Marks:
     warp = next(count for count, name in WARP_NAMES.items() if name == project.marks.warp)
     exposure_s = project.film.exposure_s or footage.exposure_s or 0.0
     if project.marks.place_px:
-        return follow(footage, project.marks.place_px, fps, project.marks.subset_px, warp, exposure_s, watch=watch)
+        return follow(footage, project.marks.place_px, fps, project.marks.subset_px, warp, exposure_s, watch=watch, mask=mask)
     places = find_marks(first, project.marks.subset_px)
     if not places:
         raise InputError(f"{footage.name}: no place in the first frame has texture enough to be followed. Name the marks with --mark X,Y.")
-    marks = follow(footage, places, fps, project.marks.subset_px, AFFINE, exposure_s, watch=watch)
+    marks = follow(footage, places, fps, project.marks.subset_px, AFFINE, exposure_s, watch=watch, mask=mask)
     return moving(marks)
 
 
@@ -120,7 +129,7 @@ def _travel(marks: Marks, i: int) -> float:
 def _completed(project: Project, footage: Footage, marks: Marks, fps: float, origin: tuple[float, float]) -> Project:
     film = project.film.model_copy(update={"fps": fps, "exposure_s": project.film.exposure_s or footage.exposure_s})
     places = tuple((float(x), float(y)) for x, y in marks.reference_px)
-    listed = MarkList(place_px=places, subset_px=project.marks.subset_px, warp=project.marks.warp)
+    listed = project.marks.model_copy(update={"place_px": places})
     platform = project.platform.model_copy(update={"origin_px": origin})
     return project.model_copy(update={"film": film, "marks": listed, "platform": platform})
 

@@ -24,6 +24,9 @@ def options() -> command.Parser:
         "--mark", type=_numbers(2), action="append", metavar="X,Y", help="a mark in the first frame, px; repeat it. Else marks are found"
     )
     made.add_argument("--subset", type=int, metavar="N", help="side of the compared square, odd, px (31)")
+    made.add_argument(
+        "--mask", type=Path, metavar="FILE", help="a picture as large as the film's, white where marks are in the first frame"
+    )
     made.add_argument("--mm-per-px", type=float, metavar="S", help="scale at the platform's depth")
     made.add_argument("--scale-from", type=_numbers(5), metavar="X1,Y1,X2,Y2,LENGTH_MM", help="scale from two points and their distance")
     made.add_argument("--rule", type=_numbers(5), metavar="X1,Y1,X2,Y2,PITCH_MM", help="scale from a rule: a line across its graduation")

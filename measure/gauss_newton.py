@@ -75,6 +75,16 @@ def centre(g: NDArray[np.float32]) -> None:
 
 
 @njit(cache=True, nogil=True)
+def keep(square: NDArray[np.float32], kept: NDArray[np.int64], g: NDArray[np.float32]) -> None:
+    """The pixels of the square that belong to the mark, into g."""
+    if len(kept) == len(square):
+        g[:] = square
+    else:
+        for i in range(len(kept)):
+            g[i] = square[kept[i]]
+
+
+@njit(cache=True, nogil=True)
 def solve(
     c: NDArray[np.float32],
     left: int,
@@ -88,17 +98,23 @@ def solve(
     look: NDArray[np.float32],
     uneven: NDArray[np.float32],
     least: float,
+    kept: NDArray[np.int64],
 ) -> tuple[NDArray[np.float64], float, float, float, float, float, bool]:
     """Iterate with all pixels alike. Returns warp, gain, residual variance, share explained, 0, share of the residual
-    variance that the images `uneven` (u, n) take up beyond the light's, per image, settled. least : variance of whole grey levels."""
+    variance that the images `uneven` (u, n) take up beyond the light's, per image, settled.
+
+    least : variance of whole grey levels. kept : (n,) pixels of the square that belong to the mark.
+    """
     warp, k, m, n = guess.copy(), len(free), len(light), len(values)
     shift_only = k == 2 and warp[0] == 1.0 and warp[4] == 1.0 and warp[1] == 0.0 and warp[3] == 0.0
+    square = np.empty((2 * half + 1) ** 2, np.float32)
     g, slope, even = np.empty(n, np.float32), np.empty(k), values.copy()
     centre(even)
     strength = dot(even, even)
     for _ in range(_STEPS):
-        if not _take(c, left, top, half, warp, shift_only, g):
+        if not _take(c, left, top, half, warp, shift_only, square):
             break
+        keep(square, kept, g)
         centre(g)
         gain = dot(even, g) / strength
         for i in range(k):

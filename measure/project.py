@@ -28,10 +28,13 @@ class Film(_Section):
 
 
 class MarkList(_Section):
-    """The marks in the first frame. place_px : reference points; none means that they are found. subset_px : odd."""
+    """The marks in the first frame. place_px : reference points; none means that they are found. subset_px : odd.
+    mask : a picture as large as the film's, relative to the project file, white where marks are in the first frame.
+    """
 
     place_px: tuple[Point, ...] = ()
     subset_px: int = 31
+    mask: str | None = None
     warp: str = Field(default="affine", pattern="^(translation|euclidean|affine)$")
 
 

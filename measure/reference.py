@@ -31,12 +31,13 @@ _NOISE_SLOPE = 1.0 / (8.0 * math.pi * BLUR_PX**4)
 """Variance of a slope of blurred white noise of variance one."""
 
 _TEXTURE_OVER_NOISE = 2.0
+_FEWEST_PIXELS = 60
 _MANY_PIXELS = 400
 """A smaller subset is too easily explained by light and sharpness that change: each of their 15 images needs some pixels."""
 
 
-Place = tuple[int, int, int, NDArray[np.float64], NDArray[np.float32]]
-"""The first five fields of a reference."""
+Place = tuple[int, int, int, NDArray[np.float64], NDArray[np.float32], NDArray[np.int64]]
+"""The first six fields of a reference."""
 
 
 @dataclass(frozen=True)
@@ -44,11 +45,12 @@ class Reference:
     """A mark as the reference image shows it, ready to be found again.
 
     column, row : the subset's centre pixel. offset : (2,) from it to the reference point, px. surface : spline
-    coefficients around it. values : (n,) blurred grey values f. light : (m, n) orthonormal images that light can add: 1
-    and f, or these and their products with x and y. look : (b, n) orthonormal images of what else may change: motion that
-    bends across the mark; it moves nothing, and is no noise. descent : (k, n) slopes along the warp's parameters; free : the
-    same, projected off the light. inverse_hessian : (k, k) of `free`. noise : (k, k), covariance of the parameters for pixel noise
-    of variance one. altered : the same mark when light and sharpness may change across it, where that can be told from motion.
+    coefficients around it. kept : (n,) pixels of the square subset that belong to the mark. values : (n,) blurred grey values
+    f. light : (m, n) orthonormal images that light can add: 1 and f, or these and their products with x and y. look : (b, n)
+    orthonormal images of what else may change: motion that bends across the mark; it moves nothing, and is no noise.
+    descent : (k, n) slopes along the warp's parameters; free : the same, projected off the light. inverse_hessian : (k, k)
+    of `free`. noise : (k, k), covariance of the parameters for pixel noise of variance one. altered : the same mark when
+    light and sharpness may change across it, where that can be told from motion.
     """
 
     column: int
@@ -56,6 +58,7 @@ class Reference:
     half: int
     offset: NDArray[np.float64]
     surface: NDArray[np.float32]
+    kept: NDArray[np.int64]
     values: NDArray[np.float32]
     light: NDArray[np.float32]
     look: NDArray[np.float32]
@@ -111,11 +114,11 @@ class Reference:
         return warp[[2, 5]] + warp.reshape(2, 3)[:, :2] @ self.offset
 
 
-def reference(picture: NDArray, x: float, y: float, subset: int, warp: int = AFFINE) -> Reference:
+def reference(picture: NDArray, x: float, y: float, subset: int, warp: int = AFFINE, mask: NDArray[np.bool_] | None = None) -> Reference:
     """Prepare the mark at (x, y) of a reference image.
 
     picture : (rows, columns). subset : odd, px. warp : the richest allowed; a poorer one is taken where the texture
-    cannot tell more (a dot has no rotation).
+    cannot tell more (a dot has no rotation). mask : (rows, columns), which pixels belong to marks; all without it.
 
     Raises
     ------
@@ -127,18 +130,32 @@ def reference(picture: NDArray, x: float, y: float, subset: int, warp: int = AFF
     reach = half + _MARGIN
     surface = coefficients(picture, column - reach, row - reach, 2 * reach + 1, 2 * reach + 1, FILTER)
     images = _images(surface, half, (0.0, 0.0))
-    _require_texture(*images, picture.dtype, x, y)
-    noise = _pixel_noise(picture[row - half : row + half + 1, column - half : column + half + 1])
-    place = (column, row, half, np.array([x - column, y - row]), surface)
+    square = (slice(row - half, row + half + 1), slice(column - half, column + half + 1))
+    kept = _kept(mask, square, subset, x, y)
+    f, fx, fy = (image[kept] for image in images)
+    _require_texture(f, fx, fy, picture.dtype, x, y)
+    noise = _pixel_noise(picture[square])
+    place = (column, row, half, np.array([x - column, y - row]), surface, kept)
     made = (_prepared(place, images, k) for k in (AFFINE, EUCLIDEAN, TRANSLATION) if k <= warp)
     return next(mark for mark in made if mark.warp == TRANSLATION or _tells(mark, noise))
+
+
+def _kept(mask: NDArray[np.bool_] | None, square: tuple[slice, slice], subset: int, x: float, y: float) -> NDArray[np.int64]:
+    """Pixels of the subset that the mask leaves, counted row by row."""
+    kept = np.arange(subset**2) if mask is None else np.flatnonzero(mask[square])
+    if len(kept) < _FEWEST_PIXELS:
+        raise InputError(
+            f"mark at {x:g},{y:g}: the mask leaves {len(kept)} pixels of its subset, {_FEWEST_PIXELS} are needed. "
+            "Paint the mark white in the mask, or enlarge --subset."
+        )
+    return kept
 
 
 def blurred(mark: Reference, motion_px: NDArray[np.float64]) -> Reference:
     """The mark as it looks when it moves by `motion_px` (2,) during the exposure: its grey values averaged along the way."""
     length = float(np.hypot(*motion_px))
     motion = motion_px * min(1.0, LONGEST_BLUR_PX / max(length, 1e-9))
-    place = (mark.column, mark.row, mark.half, mark.offset, mark.surface)
+    place = (mark.column, mark.row, mark.half, mark.offset, mark.surface, mark.kept)
     return _prepared(place, _images(mark.surface, mark.half, (float(motion[0]), float(motion[1]))), mark.warp)
 
 
@@ -164,14 +181,14 @@ def _at(surface: NDArray, half: int, x: float, y: float) -> NDArray[np.float64]:
 
 def _prepared(place: Place, images: tuple[NDArray, NDArray, NDArray], warp: int) -> Reference:
     """Project the slopes off what light can do, and keep what each iteration needs."""
-    half = place[2]
-    f, fx, fy = images
+    half, kept = place[2], place[5]
+    f, fx, fy = (image[kept] for image in images)
     across = np.arange(-half, half + 1) / half
-    x, y = (image.ravel() for image in np.meshgrid(across, across))
+    x, y = (image.ravel()[kept] for image in np.meshgrid(across, across))
     even = f - f.mean()
     descent = descent_images(fx, fy, half * x, half * y, warp)
     many = f.size > _MANY_PIXELS
-    sharpness = curvatures(fx, fy) if many else ()
+    sharpness = [image[kept] for image in curvatures(*images[1:])] if many else []
     light = orthonormal([np.ones(f.size), even])
     bends = np.stack([slope * part for slope in (fx, fy) for part in (x * x, x * y, y * y)])
     look = directions(without(without(bends, light), directions(without(descent, light))))[: None if many else 0]
@@ -186,7 +203,7 @@ def _prepared(place: Place, images: tuple[NDArray, NDArray, NDArray], warp: int)
 def _under(place: Place, f: NDArray, light: NDArray, descent: NDArray, look: NDArray) -> Reference:
     look = directions(without(look, light))
     free = without(without(descent, light), look)
-    noise, inverse_hessian = covariance_of_unit_noise(free, 2 * place[2] + 1)
+    noise, inverse_hessian = covariance_of_unit_noise(free, 2 * place[2] + 1, place[5])
     f32, l32, k32, d32, p32 = (np.ascontiguousarray(a, np.float32) for a in (f, light, look, descent, free))
     return Reference(*place, f32, l32, k32, d32, p32, inverse_hessian, noise)
 

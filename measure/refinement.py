@@ -150,9 +150,9 @@ def refine(near: Window, mark: Reference, guess: NDArray[np.float64], scale: flo
     """
     place = (near.surface, near.left, near.top, mark.half, guess)
     if scale is None:
-        found = solve(*place, mark.free, mark.light, mark.values, mark.inverse_hessian, mark.look, mark.uneven, _ROUNDED)
+        found = solve(*place, mark.free, mark.light, mark.values, mark.inverse_hessian, mark.look, mark.uneven, _ROUNDED, mark.kept)
     else:
-        found = solve_robust(*place, mark.descent, mark.added, mark.values, scale)
+        found = solve_robust(*place, mark.descent, mark.added, mark.values, scale, mark.kept)
     warp, gain, residual, explained, hidden, extra, settled = found
     if not (np.isfinite(warp).all() and residual > 0 and gain > 0):
         return None

@@ -92,6 +92,6 @@ def _weights(mark: Reference) -> Array:
     """
     across = np.arange(-mark.half, mark.half + 1) / (mark.half + 0.5)
     along = np.array([np.prod([(across - b) / (a - b) for b in _ALONG if b != a], axis=0) for a in _ALONG])
-    bumps = np.einsum("ai,bj->abij", along, along).reshape(9, -1)
+    bumps = np.einsum("ai,bj->abij", along, along).reshape(9, -1)[:, mark.kept]
     answer = mark.point_slopes @ mark.inverse_hessian @ mark.free.astype(float)
     return np.einsum("ki,qi,ci->qkc", answer, bumps, mark.descent[:2].astype(float))

@@ -6,7 +6,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from .gauss_newton import SETTLED_PX, centre, compose, dot, step_px
+from .gauss_newton import SETTLED_PX, centre, compose, dot, keep, step_px
 from .spline import sample
 
 _TUKEY = 4.685
@@ -28,6 +28,7 @@ def solve_robust(
     light: NDArray[np.float32],
     values: NDArray[np.float32],
     scale: float,
+    kept: NDArray[np.int64],
 ) -> tuple[NDArray[np.float64], float, float, float, float, float, bool]:
     """Iterate with Tukey weights; light : (m, n), all that may change beside the warp. Returns warp, gain, residual variance,
     share explained, hidden share, trace of the inverse Hessian of the two shifts, settled."""
@@ -35,19 +36,21 @@ def solve_robust(
     images = np.empty((k + m, n), np.float32)
     images[:k], images[k:] = descent, light
     g, r, w = np.empty(n, np.float32), np.empty(n, np.float32), np.empty(n, np.float32)
+    square = np.empty((2 * half + 1) ** 2, np.float32)
     even = values.copy()
     centre(even)
     strength = dot(even, even)
     shares, spread = np.empty(m), scale
     for step_number in range(_STEPS):
-        if not sample(c, left, top, half, warp, g):
+        if not sample(c, left, top, half, warp, square):
             break
+        keep(square, kept, g)
         if step_number == 0:
             _first_light(g, values, light, shares)
         _residual(g, light, shares, r)
         if step_number < _SPREAD_STEPS:
             spread = max(scale, 1.4826 * np.median(np.abs(r)))
-        hidden = _tukey(r, spread, 2 * half + 1, w)
+        hidden = _tukey(r, spread, 2 * half + 1, kept, w)
         if w.sum() < 4 * (k + m):
             break
         normal, right = _weighted(images, w, r)
@@ -78,27 +81,26 @@ def _residual(g: NDArray[np.float32], light: NDArray[np.float32], shares: NDArra
 
 
 @njit(cache=True, nogil=True)
-def _tukey(r: NDArray[np.float32], spread: float, size: int, w: NDArray[np.float32]) -> float:
+def _tukey(r: NDArray[np.float32], spread: float, size: int, kept: NDArray[np.int64], w: NDArray[np.float32]) -> float:
     """Weights (1 - (r / c spread)^2)^2, none beyond c spreads and none beside such a pixel, which an edge in front half covers.
 
-    Returns the share of pixels beyond.
+    kept : (n,) places of the pixels in the square of `size`. Returns the share of pixels beyond.
     """
-    hidden = 0
+    hidden, covered = 0, np.zeros(size * size, np.bool_)
     narrow = np.float32(1.0 / (_TUKEY * spread))
     for i in range(len(r)):
         ratio = r[i] * narrow
-        kept = np.float32(1.0) - ratio * ratio
-        w[i] = kept * kept if kept > 0.0 else np.float32(-1.0)
-    for i in range(len(r)):
-        if w[i] == -1.0:
+        inside = np.float32(1.0) - ratio * ratio
+        w[i] = max(inside, np.float32(0.0)) ** 2
+        if inside <= 0.0:
             hidden += 1
-            row, column = i // size, i % size
+            row, column = kept[i] // size, kept[i] % size
             for y in range(max(row - 1, 0), min(row + 2, size)):
                 for x in range(max(column - 1, 0), min(column + 2, size)):
-                    if w[y * size + x] > 0.0:
-                        w[y * size + x] = 0.0
+                    covered[y * size + x] = True
     for i in range(len(r)):
-        w[i] = max(w[i], np.float32(0.0))
+        if covered[kept[i]]:
+            w[i] = 0.0
     return hidden / len(r)
 
 

@@ -163,10 +163,17 @@ def _cut(picture: Picture, warp: NDArray, half: int) -> NDArray | None:
 
 
 def follower(
-    picture: Picture, x: float, y: float, subset: int, warp: int = AFFINE, open_share: float = 0.0, mean: NDArray | None = None
+    picture: Picture,
+    x: float,
+    y: float,
+    subset: int,
+    warp: int = AFFINE,
+    open_share: float = 0.0,
+    mean: NDArray | None = None,
+    mask: NDArray[np.bool_] | None = None,
 ) -> Follower:
     """Prepare to follow the mark at (x, y) of the reference image: `picture`, or the mean of several like it."""
-    mark = reference(picture if mean is None else mean, x, y, subset, warp)
+    mark = reference(picture if mean is None else mean, x, y, subset, warp, mask)
     patch = _cut(picture, mark.start, mark.half)
     assert patch is not None
     return Follower(mark, patch, mark.start, is_unique(picture, patch, x, y, _DISTINCT), open_share)
@@ -187,12 +194,14 @@ def follow(
     exposure_s: float = 0.0,
     names: Sequence[str] = (),
     watch: Callable[[Iterator], Iterator] = iter,
+    mask: NDArray[np.bool_] | None = None,
 ) -> Marks:
     """Follow marks through a film.
 
     places : reference points in the first frame, px. fps : capture rate. warp : the richest warp a mark may have.
     exposure_s : time over which a picture is collected; a fast mark is blurred by it. watch : wraps the stream of
-    frames, for a progress bar. Frames that the film lacks are rows with status `missing`.
+    frames, for a progress bar. mask : (rows, columns), pixels of the first frame that belong to marks.
+    Frames that the film lacks are rows with status `missing`.
 
     Raises
     ------
@@ -203,7 +212,7 @@ def follow(
     frames = watch(footage.pictures())
 
     def prepare(picture: Picture, mean: NDArray | None = None) -> list[Follower]:
-        return [follower(picture, x, y, subset, warp, exposure_s * fps, mean) for x, y in places]
+        return [follower(picture, x, y, subset, warp, exposure_s * fps, mean, mask) for x, y in places]
 
     read, mean = still_frames(frames, prepare)
     followers = prepare(read[0][1], mean) if read else []

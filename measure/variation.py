@@ -49,12 +49,14 @@ def descent_images(fx: NDArray, fy: NDArray, x: NDArray, y: NDArray, warp: int) 
     return np.stack(images[warp])
 
 
-def covariance_of_unit_noise(free: NDArray, subset: int) -> tuple[NDArray, NDArray]:
+def covariance_of_unit_noise(free: NDArray, subset: int, kept: NDArray) -> tuple[NDArray, NDArray]:
     """Covariance of the parameters for white noise of variance one, and the inverse Hessian.
 
     The blur correlates the noise of neighbouring pixels: with B the blur, cov = H^-1 (S B B' S') H^-1, H = S S'.
     """
-    wide = np.pad(free.reshape(-1, subset, subset), ((0, 0), (6, 6), (6, 6)))
+    square = np.zeros((len(free), subset * subset))
+    square[:, kept] = free
+    wide = np.pad(square.reshape(-1, subset, subset), ((0, 0), (6, 6), (6, 6)))
     taps = BLUR[len(BLUR) // 2 - 6 : len(BLUR) // 2 + 7]
     spread = convolve1d(convolve1d(wide, taps, axis=1), taps, axis=2).reshape(len(free), -1)
     inverse = np.linalg.pinv(free @ free.T)

@@ -39,7 +39,7 @@ def _work(arguments: Sequence[str]) -> int:
     def watch(frames: Any) -> Any:
         return command.progress(frames, what="frames", total=footage.frames, quiet=given.quiet)
 
-    tracked = track_platform(footage, project, watch)
+    tracked = track_platform(footage, project, watch, _mask(given, project, footage))
     compared = _compared(given, tracked)
     note = _note(arguments, footage_path)
     written = _write(given, tracked, compared, note, footage_path, output)
@@ -74,6 +74,22 @@ def _require_folders(*files: Path | None) -> None:
     for file in files:
         if file is not None and not file.parent.is_dir():
             raise InputError(f"{file}: the folder {file.parent} does not exist. Make it, or name another.")
+
+
+def _mask_path(given: argparse.Namespace, project: Project) -> Path | None:
+    if given.mask is not None or project.marks.mask is None:
+        return given.mask
+    return given.project.parent / project.marks.mask
+
+
+def _mask(given: argparse.Namespace, project: Project, footage: Footage) -> Any:
+    """Which pixels belong to marks, None where all of a subset does."""
+    path = _mask_path(given, project)
+    if path is None:
+        return None
+    from ..formats.images import read_mask
+
+    return read_mask(path, footage.width, footage.height)
 
 
 def _require_files(given: argparse.Namespace) -> None:
@@ -145,7 +161,7 @@ def _write(
         write_marks(tracked.marks, given.marks)
         written.append(given.marks)
     place = given.project or written[0].with_suffix(".project.toml")
-    complete = _with_file(tracked.project, footage_path, place)
+    complete = _with_files(tracked.project, footage_path, _mask_path(given, tracked.project), place)
     if not place.exists() or read_project(place) != complete:
         write_project(complete, place)
         written.append(place)
@@ -156,8 +172,13 @@ def _write(
     return written
 
 
-def _with_file(project: Project, footage: Path, place: Path) -> Project:
+def _with_files(project: Project, footage: Path, mask: Path | None, place: Path) -> Project:
+    """The project with its files named from where it will stand."""
     import os
 
-    film = project.film.model_copy(update={"file": Path(os.path.relpath(footage, place.parent)).as_posix()})
-    return project.model_copy(update={"film": film})
+    def named(path: Path) -> str:
+        return Path(os.path.relpath(path, place.parent)).as_posix()
+
+    film = project.film.model_copy(update={"file": named(footage)})
+    marks = project.marks.model_copy(update={"mask": None if mask is None else named(mask)})
+    return project.model_copy(update={"film": film, "marks": marks})

@@ -67,6 +67,22 @@ def open_folder(folder: Path) -> Footage:
     )  # fmt: skip
 
 
+def read_mask(file: Path, width: int, height: int) -> np.ndarray:
+    """A picture as large as a film's, as truth values (height, width): white belongs to marks, black does not.
+
+    Raises
+    ------
+    InputError
+        No such file, no picture, another size.
+    """
+    from ..command import existing_file
+
+    picture = _decode(existing_file(file, what="a mask (PNG, BMP, TIFF)"), (width, height), "the film")
+    if picture is None:
+        raise InputError(f"{file}: cannot be decoded; it is cut or damaged. Save it again.")
+    return picture > np.iinfo(picture.dtype).max // 2
+
+
 def _gaps(numbers: list[int], step: int) -> tuple[str, ...]:
     gaps = [(a, b) for a, b in pairwise(numbers) if b - a != step]
     if not gaps:
@@ -83,7 +99,7 @@ def _number(file: Path) -> int:
     return int(found[-1])
 
 
-def _decode(file: Path, size: tuple[int, int] | None) -> Picture | None:
+def _decode(file: Path, size: tuple[int, int] | None, like: str = "the first picture") -> Picture | None:
     """Grey values in full depth, or None where the file is damaged; its size is checked before decoding."""
     if file.stat().st_size > _LARGEST_FILE:
         raise InputError(f"{file}: is larger than {_LARGEST_FILE // 2**20} MB. Save one picture per file.")
@@ -96,7 +112,7 @@ def _decode(file: Path, size: tuple[int, int] | None) -> Picture | None:
         return None
     check_size(file, *said)
     if size is not None and said != size:
-        raise InputError(f"{file}: is {said[0]} x {said[1]} px, the first picture {size[0]} x {size[1]} px. Keep one film in a folder.")
+        raise InputError(f"{file}: is {said[0]} x {said[1]} px, {like} {size[0]} x {size[1]} px. Keep to one size.")
     with limited(file):
         picture = cv2.imdecode(np.frombuffer(data, np.uint8), cv2.IMREAD_UNCHANGED)
     if picture is None or picture.dtype not in (np.uint8, np.uint16):

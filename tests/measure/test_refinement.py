@@ -79,6 +79,26 @@ def test_a_rod_in_front_hardly_moves_a_robustly_refined_mark(speckled):
     assert 0.1 < robust.hidden < 0.3
 
 
+def test_what_the_mask_leaves_out_moves_nothing(speckled):
+    """A round mark on a background that stays behind: the whole square errs, its disc does not."""
+    y, x = np.mgrid[:72, :72] - CENTRE
+    errors = {}
+    for name, mask in (("disc", np.hypot(x, y) < 14), ("square", None)):
+        pictures = []
+        for n, shift in enumerate(((0.0, 0.0), (0.6, 0.4))):
+            moved = np.hypot(x - shift[0], y - shift[1]) < 17
+            pictures.append(np.where(moved, speckled(shift, seed=1, noise_seed=n), speckled(seed=8, noise_seed=n + 5)).astype(np.uint8))
+        mark = reference(pictures[0], CENTRE, CENTRE, SUBSET, mask=mask)
+        errors[name] = np.abs(mark.point(_refined(pictures[1], mark).warp) - CENTRE - [0.6, 0.4]).max()
+    assert errors["disc"] < 0.02
+    assert errors["square"] > 0.05
+
+
+def test_a_mask_that_leaves_nothing_is_refused(speckled):
+    with pytest.raises(InputError, match="leaves 0 pixels"):
+        reference(speckled(), CENTRE, CENTRE, SUBSET, mask=np.zeros((72, 72), bool))
+
+
 def test_a_round_dot_cannot_tell_its_rotation():
     y, x = np.mgrid[:72, :72]
     dot = np.rint(60 + 130 / (1 + np.exp((np.hypot(x - 36, y - 36) - 12) / 0.7))).astype(np.uint8)

@@ -81,6 +81,19 @@ def test_a_known_length_gives_the_same_scale(film, tmp_path):
     assert abs(read_trajectory(tmp_path / "out.csv").channels["z_m"][-1] - 0.5e-3 * 1.5 * 11) < 2e-5
 
 
+def test_a_painted_mask_is_used_and_kept_in_the_project(film, tmp_path):
+    mask = np.zeros((140, 140), np.uint8)
+    for x, y in ((60, 80), (95, 75)):
+        cv2.circle(mask, (x, y), 13, 255, -1)
+    cv2.imwrite(str(tmp_path / "mask.png"), mask)
+    assert _run(film, tmp_path, "--mm-per-px", "0.5", "--mask", str(tmp_path / "mask.png")) == 0
+    first = (tmp_path / "out.csv").read_bytes()
+    assert main(["--project", str(tmp_path / "out.project.toml"), "-o", str(tmp_path / "again.csv"), "--quiet"]) == 0
+    assert (tmp_path / "again.csv").read_bytes() == first
+    assert _run(film, tmp_path, "--mm-per-px", "0.5") == 0
+    assert (tmp_path / "out.csv").read_bytes() != first
+
+
 def test_what_is_not_known_of_the_scale_is_said(film, tmp_path, capsys):
     options = ["--fps", "250", "--mark", "60,80", "--scale-from", "10,10,40,50,25", "-o", str(tmp_path / "out.csv")]
     assert main([str(film), *options, "--json", str(tmp_path / "r.json")]) == 0
