@@ -37,10 +37,13 @@ class Candidate:
 
 
 def fit_screened(before: Fit, screened: Screened) -> Candidate:
-    """Fit an effect jointly; where the fit falls short of what the signature promised, start again at its typical size."""
+    """Fit an effect jointly; where the fit falls short of what its signature promised, carry it on, or start at its typical size."""
     problem = before.problem.with_effects((*before.problem.effects, screened.effect))
     found = _fitted(problem, before, screened.start)
-    if before.cost - found.cost < _SHORT_OF_PROMISE * screened.promise * before.dilution:
+    promised = before.cost - _SHORT_OF_PROMISE * screened.promise * before.dilution
+    if found.cost > promised and not found.converged:
+        found = solve(problem, found.q, most_steps=_LAST_STEPS, enough=ROUGHLY)
+    if found.cost > promised:
         others = [_fitted(problem, before, sign * np.ones(len(screened.start))) for sign in _signs(problem, len(before.q))]
         found = min([found, *others], key=lambda f: f.cost)
     return Candidate(screened.effect, found, gain(before, found), screened.signature)

@@ -177,7 +177,7 @@ def _excluded(rival: Candidate, best: Candidate, noise: Array, least_lead: float
     What further parameters cost is told by the BIC; an effect that can bend itself into many others is no rival of the one
     that it imitates.
     """
-    if len(rival.fit.q) > len(best.fit.q) and _delta_bic(rival, best.fit, best.fit) < -STRONG_BIC:
+    if len(rival.fit.q) > len(best.fit.q) and _delta_bic(rival, best.fit, best.fit) < -least_lead:
         return True
     lead = (rival.fit.cost - best.fit.cost) / max(1.0, best.fit.rms**2)
     return lead > least_lead and chance_of_lead(best.fit, rival.fit, noise) < RIVAL_P

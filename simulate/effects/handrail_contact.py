@@ -23,7 +23,7 @@ class HandrailContact(PlatformEffect):
 
     name = "handrail-contact"
     clearance_m: float = parameter(
-        0.02, low=0.0, high=0.5, typical=0.002, starts=(0.001, 0.003, 0.006, 0.01, 0.02), doc="free way to every side, c"
+        0.02, low=0.0, high=0.5, typical=0.002, starts=(0.0, 0.0005, 0.001, 0.002, 0.004, 0.008, 0.016), doc="free way to every side, c"
     )
     stiffness_N_per_m: float = parameter(0.0, low=0.0, high=1e5, typical=500.0, doc="of the rails, k")
 
