@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from measure.errors import InputError
 from measure.tables import CHANNELS, Array
 
 from .deployment import Deployment, deploy
@@ -46,11 +47,15 @@ class StepError:
 def deploy_checked(model: Model) -> Deployment:
     """Simulate one deployment and say how exact it is; the step is halved until that is fine, unless the model gives a step.
 
-    After four halvings, and where the run diverges, it stays as it is: the error says so.
+    After four halvings, and where the run diverges, it stays as it is: the error says so. It is None where half the step would take more
+    steps than anybody waits for.
     """
     run, halvings = deploy(model), 0
     while True:
-        finer = deploy(_with_step(model, run.step_s / 2))
+        try:
+            finer = deploy(_with_step(model, run.step_s / 2))
+        except InputError:  # so many steps that nobody waits for twice as many
+            return run
         error = step_error(run, finer)
         if error.fine or model.simulation.step_s is not None or halvings == _MOST_HALVINGS or finer.diverged_at_s is not None:
             return replace(run, step_error=error)

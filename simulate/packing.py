@@ -34,7 +34,14 @@ def row_of(model: Model) -> Array:
     InputError
         The model has no geometry, or asymptotes that follow a cycling frequency, which a deployment does not have.
     """
-    model = with_rate_as_effect(model)
+    with np.errstate(all="ignore"):
+        row = _row(with_rate_as_effect(model))
+    if not np.all(np.isfinite(row)):
+        raise InputError(f'model "{model.name}": some of its numbers are too large, or too small, to be computed with. Check them.')
+    return row
+
+
+def _row(model: Model) -> Array:
     at = model.adjusted()
     geometry = geometry_of(at)
     row = np.zeros(PARAMETERS)

@@ -15,6 +15,7 @@ from .model import LEGS, Model
 LONGEST_STEP_S = 5.0e-4
 _STEPS_A_RADIAN = 5.0
 _MOST_STEPS = 50_000_000
+_MOST_SAMPLES = 2_000_000  # some 600 MB
 _SLOW = 1e-5  # m/s and m: small against what eases friction in
 
 
@@ -33,8 +34,9 @@ def step_of(model: Model, longest: float = LONGEST_STEP_S) -> float:
     added = [_stiffness(effect, at) for effect in at.effects]
     spring = LEGS * at.end_stop.stiffness_N_per_m + sum(k for k, _ in added)
     damper = LEGS * at.end_stop.damping_N_s_per_m + sum(c for _, c in added)
-    fastest = max(math.sqrt(spring / mass), damper / mass, 1e-9)
-    return min(longest, 1.0 / (_STEPS_A_RADIAN * fastest))
+    with np.errstate(over="ignore", divide="ignore", invalid="ignore"):
+        fastest = float(max(np.sqrt(np.float64(spring) / mass), np.float64(damper) / mass, 1e-9))
+    return min(longest, 1.0 / min(_STEPS_A_RADIAN * fastest, 1e300)) if math.isfinite(fastest) else 1e-300
 
 
 def _lightest_mass(model: Model) -> float:
@@ -81,15 +83,21 @@ def grid(model: Model, longest: float = LONGEST_STEP_S) -> tuple[float, int, int
     Raises
     ------
     InputError
-        The run would take more steps than anybody waits for.
+        The run would take more steps than anybody waits for, or more samples than fit into memory.
     """
-    simulation = model.simulation
-    between = 1.0 / simulation.sample_rate_Hz
-    stride = max(1, math.ceil(between / step_of(model, longest) - 1e-9))
-    count = math.floor(simulation.duration_s * simulation.sample_rate_Hz + 1e-9) + 1
-    if stride * count > _MOST_STEPS:
+    with np.errstate(all="ignore"):
+        simulation, step = model.simulation, step_of(model, longest)
+        between = float(np.float64(1.0) / simulation.sample_rate_Hz)
+        wanted = float(np.float64(simulation.duration_s) * simulation.sample_rate_Hz)
+        steps = float(np.float64(max(between, simulation.duration_s)) / step)
+    if not (steps <= _MOST_STEPS and wanted <= _MOST_STEPS):
         raise InputError(
-            f'model "{model.name}": {stride * count:.3g} steps of {between / stride:.3g} s; at most {_MOST_STEPS:.0e} are run. '
+            f'model "{model.name}": {max(steps, wanted):.3g} steps of {step:.3g} s; at most {_MOST_STEPS:.0e} are run. '
             "Shorten duration_s, or soften the stops, or give a longer step_s."
+        )
+    stride, count = max(1, math.ceil(between / step - 1e-9)), math.floor(wanted + 1e-9) + 1
+    if count > _MOST_SAMPLES:
+        raise InputError(
+            f'model "{model.name}": {count:.3g} samples; at most {_MOST_SAMPLES:.0e} are kept. Shorten duration_s, or lower sample_rate_Hz.'
         )
     return between / stride, stride, count

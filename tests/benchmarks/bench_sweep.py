@@ -10,7 +10,10 @@ scaled up. MuJoCo runs its own C code on all cores (legs as tendons with armatur
 
 from __future__ import annotations
 
+import os
+import subprocess
 import sys
+import tempfile
 import time
 from collections.abc import Callable
 from dataclasses import replace
@@ -22,10 +25,11 @@ from scipy.integrate import solve_ivp
 
 from simulate import responses
 from simulate.designs import design_of
-from simulate.effects import CATALOGUE
+from simulate.effects import CATALOGUE, AirDrag, CablePendulum, GravityImbalance, PowerLawFriction, TransitionZone
 from simulate.factors import paper_factors
 from simulate.model import Model, per_leg
 from simulate.model_file import read_model
+from simulate.settling import settled
 from simulate.sweep import Sweep, run_on
 
 RUNS = 4096
@@ -102,7 +106,6 @@ def mujoco_seconds(model: Model, runs: int) -> float | None:
     except ImportError:
         return None
     import importlib
-    import os
 
     rollout: Any = importlib.import_module("mujoco.rollout")
     mujoco = cast(Any, mujoco)
@@ -126,21 +129,46 @@ def mujoco_seconds(model: Model, runs: int) -> float | None:
 def main() -> None:
     """Print the table."""
     model = read_model(Path(sys.argv[1] if len(sys.argv) > 1 else "datasets/prototype.toml"))
-    sweep = full_design(model)
-    compiled = seconds(lambda: sweep.responses(0, 16))
+    found = settled(full_design(model), 30.0)
+    sweep = found.sweep
     ours = seconds(lambda: answers_of(sweep), 3)
-    idle = tuple(kind() for name, kind in CATALOGUE.items() if name not in [effect.name for effect in model.effects])
-    whole = full_design(replace(model, effects=(*model.effects, *idle)))
-    whole.responses(0, 16)
-    with_catalogue = seconds(lambda: answers_of(whole), 3)
+    half = replace(sweep, model=replace(sweep.model, simulation=replace(sweep.model.simulation, step_s=sweep.grid[0] / 2)))
     rk45, others = rk45_seconds(sweep.model_at(sweep.design.piece(1234, 1235)[0])) * RUNS, mujoco_seconds(model, 64)
-    print(f"first call, with compilation where none is kept        {compiled:9.2f} s")
     print(f"this project, {RUNS} runs, {1e3 * sweep.grid[0]:.3g} ms                  {ours:9.2f} s      1")
-    print(f"the same with the whole catalogue, switched off        {with_catalogue:9.2f} s {with_catalogue / ours:6.2f}")
+    print(f"the same with half the step                            {seconds(lambda: answers_of(half)):9.2f} s")
     print(f"solve_ivp RK45, rtol 1e-6, run by run (1 run scaled)   {rk45:9.2f} s {rk45 / ours:6.0f}")
     if others is not None:
         print(f"MuJoCo, C, all cores, no law, no stops (64 runs scaled) {others * RUNS / 64:8.2f} s {others * RUNS / 64 / ours:6.1f}")
+    print_costs(sweep.model, ours)
+    print_first_start()
+    print("step tried on the design:", found.report)
     print_errors(model, sweep)
+
+
+def print_costs(model: Model, ours: float) -> None:
+    """Cost over runs and over effects: a block of each, as a share of the whole design with the model's own effects."""
+    for runs in (512, 1024, 2048):
+        took = seconds(lambda runs=runs: full_design(model).responses(0, runs), 3)
+        print(f"{runs} runs of them, for each run                          {took / ours * RUNS / runs:19.2f}")
+    idle = tuple(kind() for name, kind in CATALOGUE.items() if name not in [effect.name for effect in model.effects])
+    acting = (GravityImbalance(1e-3), AirDrag(1e-3), CablePendulum(1e-3), PowerLawFriction(1e-4, 2.0), TransitionZone(1e-4, 0.08))
+    for what, effects in (("whole catalogue, switched off", idle), *((f"{n} effects more", acting[:n]) for n in (1, 2, 3, 4, 5))):
+        other = full_design(replace(model, effects=(*model.effects, *effects)))
+        other.responses(0, 16)
+        print(f"{what:55}{seconds(lambda other=other: answers_of(other)) / ours:19.2f}")
+
+
+def print_first_start() -> None:
+    """Seconds of the first deployment and the first sweep where no compiled kernel is kept."""
+    code = (
+        "import sys, time; from pathlib import Path; sys.path.insert(0, 'tests/benchmarks'); import bench_sweep as b\n"
+        "from simulate.deployment import deploy\n"
+        "model = b.read_model(Path('datasets/prototype.toml'))\n"
+        "started = time.process_time(); deploy(model); one = time.process_time(); b.full_design(model).responses(0, 16)\n"
+        "print(f'first start, one deployment {one - started:.1f} s, first sweep {time.process_time() - one:.1f} s of compilation')"
+    )
+    with tempfile.TemporaryDirectory() as kept:
+        subprocess.run([sys.executable, "-c", code], env={**os.environ, "NUMBA_CACHE_DIR": kept}, check=True)
 
 
 def print_errors(model: Model, sweep: Sweep) -> None:
