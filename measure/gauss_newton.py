@@ -77,11 +77,8 @@ def centre(g: NDArray[np.float32]) -> None:
 @njit(cache=True, nogil=True)
 def keep(square: NDArray[np.float32], kept: NDArray[np.int64], g: NDArray[np.float32]) -> None:
     """The pixels of the square that belong to the mark, into g."""
-    if len(kept) == len(square):
-        g[:] = square
-    else:
-        for i in range(len(kept)):
-            g[i] = square[kept[i]]
+    for i in range(len(kept)):
+        g[i] = square[kept[i]]
 
 
 @njit(cache=True, nogil=True)
@@ -108,13 +105,15 @@ def solve(
     warp, k, m, n = guess.copy(), len(free), len(light), len(values)
     shift_only = k == 2 and warp[0] == 1.0 and warp[4] == 1.0 and warp[1] == 0.0 and warp[3] == 0.0
     square = np.empty((2 * half + 1) ** 2, np.float32)
-    g, slope, even = np.empty(n, np.float32), np.empty(k), values.copy()
+    g = square if n == len(square) else np.empty(n, np.float32)
+    slope, even = np.empty(k), values.copy()
     centre(even)
     strength = dot(even, even)
     for _ in range(_STEPS):
         if not _take(c, left, top, half, warp, shift_only, square):
             break
-        keep(square, kept, g)
+        if n < len(square):
+            keep(square, kept, g)
         centre(g)
         gain = dot(even, g) / strength
         for i in range(k):

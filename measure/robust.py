@@ -35,8 +35,9 @@ def solve_robust(
     warp, k, m, n = guess.copy(), len(descent), len(light), len(values)
     images = np.empty((k + m, n), np.float32)
     images[:k], images[k:] = descent, light
-    g, r, w = np.empty(n, np.float32), np.empty(n, np.float32), np.empty(n, np.float32)
+    r, w = np.empty(n, np.float32), np.empty(n, np.float32)
     square = np.empty((2 * half + 1) ** 2, np.float32)
+    g = square if n == len(square) else np.empty(n, np.float32)
     even = values.copy()
     centre(even)
     strength = dot(even, even)
@@ -44,7 +45,8 @@ def solve_robust(
     for step_number in range(_STEPS):
         if not sample(c, left, top, half, warp, square):
             break
-        keep(square, kept, g)
+        if n < len(square):
+            keep(square, kept, g)
         if step_number == 0:
             _first_light(g, values, light, shares)
         _residual(g, light, shares, r)

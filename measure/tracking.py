@@ -171,12 +171,16 @@ def follower(
     open_share: float = 0.0,
     mean: NDArray | None = None,
     mask: NDArray[np.bool_] | None = None,
+    alone: bool = False,
 ) -> Follower:
-    """Prepare to follow the mark at (x, y) of the reference image: `picture`, or the mean of several like it."""
+    """Prepare to follow the mark at (x, y) of the reference image: `picture`, or the mean of several like it.
+
+    alone : nothing else looks like it, so that the whole picture need not be searched for its like.
+    """
     mark = reference(picture if mean is None else mean, x, y, subset, warp, mask)
     patch = _cut(picture, mark.start, mark.half)
     assert patch is not None
-    return Follower(mark, patch, mark.start, is_unique(picture, patch, x, y, _DISTINCT), open_share)
+    return Follower(mark, patch, mark.start, alone or is_unique(picture, patch, x, y, _DISTINCT), open_share)
 
 
 def check_subset(subset: int) -> None:
@@ -211,10 +215,10 @@ def follow(
     check_subset(subset)
     frames = watch(footage.pictures())
 
-    def prepare(picture: Picture, mean: NDArray | None = None) -> list[Follower]:
-        return [follower(picture, x, y, subset, warp, exposure_s * fps, mean, mask) for x, y in places]
+    def prepare(picture: Picture, mean: NDArray | None = None, alone: bool = False) -> list[Follower]:
+        return [follower(picture, x, y, subset, warp, exposure_s * fps, mean, mask, alone) for x, y in places]
 
-    read, mean = still_frames(frames, prepare)
+    read, mean = still_frames(frames, lambda picture: prepare(picture, alone=True))
     followers = prepare(read[0][1], mean) if read else []
     rows: list[list[Sighting]] = []
     for frame, picture in chain(read, frames):
