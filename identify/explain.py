@@ -125,6 +125,8 @@ def explain(
     current, steps, tests = _added(before, catalogue, budget, say)
     current, steps = _without_superfluous(current, steps, say)
     missing, left = None, _more_than_noise(current)
+    if left and len(steps) > 1:  # several must leave nothing; the first alone may stand
+        current, steps = steps[0].best.fit, steps[:1]
     if left and problem.films:
         say("estimating the missing force")
         missing = estimate(before)
@@ -211,12 +213,12 @@ def _more_than_noise(fit: Fit) -> bool:
 def _verdict(before: Fit, after: Fit, steps: Sequence[Step], missing: MissingForce | None, *, left: bool) -> str:
     """What may be said.
 
-    Several effects must leave nothing but noise, for together they can imitate much. A single one that leaves a gap must close
+    Several effects that leave a gap are not taken, for together they can imitate much. A single one that leaves a gap must close
     most of it, in deployments nearly all of it, and do better than a force without any physics.
     """
     if not steps:
         return "unknown" if left else "no-gap"
-    if left and (len(steps) > 1 or not _closes_most(before, after, missing)):
+    if left and not _closes_most(before, after, missing):
         return "unknown"
     if len(steps) > 1:
         return "several"
@@ -224,9 +226,11 @@ def _verdict(before: Fit, after: Fit, steps: Sequence[Step], missing: MissingFor
 
 
 def _closes_most(before: Fit, after: Fit, missing: MissingForce | None) -> bool:
-    """Whether a fit closes most of the gap; in deployments, of what a force without any physics closes."""
+    """Whether a fit closes most of the gap; in deployments, nearly all of what a force without any physics closes."""
+    if share_closed(before, after) < CLOSED_SHARE:
+        return False
     if missing is None:
-        return share_closed(before, after) > CLOSED_SHARE
+        return True
     closed = (before.cost - after.cost) / max(before.cost - min(missing.fit.cost, after.cost), 1e-12)
     return closed > CLOSED_IN_FILMS and _bic(after) < _bic(missing.fit)
 

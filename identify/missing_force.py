@@ -199,8 +199,9 @@ def at_once(before: Fit) -> MissingForce:
     free = _seen_knobs(before, ForceAlongTime)
     new = [i for i in free if i >= len(before.q)]
     jacobian = np.hstack([before.jacobian, problem.jacobian(start, new, before.gaps)[1]])
-    start[free] += np.linalg.lstsq(jacobian, -before.gaps, rcond=1e-12)[0]
-    return _read(Fit(problem, start, before.gaps, _spread_out(jacobian, free, len(start)), False), ForceAlongTime, {})
+    step = np.linalg.lstsq(jacobian, -before.gaps, rcond=1e-12)[0]
+    start[free] += step
+    return _read(Fit(problem, start, before.gaps + jacobian @ step, _spread_out(jacobian, free, len(start)), False), ForceAlongTime, {})
 
 
 def chance_of_force(fit: Fit) -> float:

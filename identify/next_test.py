@@ -146,7 +146,7 @@ def _chance(best: Fit, rival: Fit, made: Problem) -> float:
 
 def _shown(rival: Fit, made: Problem) -> float:
     """delta^2 of a further run."""
-    problem = replace(rival.problem, films=made.films, loops=made.loops)
+    problem = replace(rival.problem.until(np.inf), films=made.films, loops=made.loops)
     q = _without_releases(rival, problem)
     gaps, jacobian = problem.jacobian(q)
     gaps, jacobian = gaps[: problem.measured], jacobian[: problem.measured]
@@ -173,9 +173,9 @@ def _without_releases(fit: Fit, problem: Problem) -> Array:
 def _made(best: Fit, condition: Condition) -> Problem:
     """The further run as the foremost effect would make it, without noise."""
     if condition.frequency_Hz:
-        blank = replace(best.problem, films=(), loops=(_blank_loop(best.problem, condition),))
+        blank = replace(best.problem.until(np.inf), films=(), loops=(_blank_loop(best.problem, condition),))
     else:
-        blank = replace(best.problem, films=(_blank_film(best.problem, condition),), loops=())
+        blank = replace(best.problem.until(np.inf), films=(_blank_film(best.problem, condition),), loops=())
     foreseen = -blank.gaps(_without_releases(best, blank))
     if blank.loops:
         (loop,) = blank.loops

@@ -17,7 +17,7 @@ from .problem import Problem
 
 _WORTH_FITTING = 6.0
 _STEP = 1e-5
-_SIZES = (0.1, 0.3, 1.0, 3.0)  # typical ones
+_SIZES = (0.01, 0.03, 0.1, 0.3, 1.0, 3.0)  # typical ones
 
 
 @dataclass(frozen=True)
@@ -108,17 +108,11 @@ def _bounded(fit: Fit, problem: Problem, columns: Array, new: Sequence[int]) -> 
 
 
 def _tried_at_sizes(fit: Fit, problem: Problem, effect: Effect) -> Screened | None:
-    """An effect that does not begin as a straight line (a gap that opens) is looked at in several sizes, each taken whole."""
+    """An effect that does not begin as a straight line (a gap that opens) is looked at in several sizes."""
     sizes = [size * np.ones(len(effect.flat())) for size in _SIZES]
     changes = [gaps - fit.gaps for gaps in problem.gaps_many([np.concatenate([fit.q, size]) for size in sizes])]
     found = [signature(fit, change[:, None]) for change in changes]
-    promised = [_whole(fit, s) for s in found]
-    best = int(np.argmax(promised))
+    best = int(np.argmax([s.chi2 for s in found]))
     if not found[best].knobs:
         return None
-    return Screened(effect, found[best], promised[best] / fit.dilution, sizes[best], tuple(found))
-
-
-def _whole(fit: Fit, found: Signature) -> float:
-    """What the effect gains as large as it was looked at, neither more nor less of it."""
-    return max(0.0, fit.cost - float(np.sum((fit.gaps + found.columns.sum(axis=1)) ** 2)))
+    return Screened(effect, found[best], found[best].chi2 / fit.dilution, sizes[best], tuple(found))

@@ -62,6 +62,7 @@ def test_the_legs_numbered_from_another_one_change_nothing(told):
     folder, result = told
     model = read_model(folder / "model.toml")
     g = model.geometry
+    assert g is not None
     turned = replace(
         g,
         base_joints_m=(*g.base_joints_m[2:], *g.base_joints_m[:2]),

@@ -37,12 +37,12 @@ def fitted(folder):
 
 
 @pytest.mark.slow
-def test_a_force_that_comes_at_its_time_is_seen_to_go_with_time(campaign):
-    """Two start heights are at different heights and speeds when it comes."""
+def test_a_force_that_comes_at_its_time_is_best_told_along_time(campaign):
+    """Three start heights are at different heights and speeds when it comes."""
     heights = ({}, {"geometry.stowed_height_m": 0.35}, {"geometry.stowed_height_m": 0.45}, {})
     missing = estimate(fitted(campaign(Gust(0.1), 91, deployments=heights)))
     assert missing.along is ForceAlongTime
-    assert "it goes with the time, whatever the height and the speed" in missing.sentence
+    assert min(missing.leads.values()) > 0.05
     assert "acts upwards on the platform between 0.20 and 0.30 s" in missing.sentence
 
 
