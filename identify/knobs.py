@@ -60,5 +60,5 @@ def release_knobs(film: Film) -> list[Knob]:
 
 def effect_knobs(effect: Effect, model: Model, spread: float) -> list[Knob]:
     """The parameters of an effect within their bounds; zero is where the effect has them."""
-    rows = zip(effect.flat_names(), effect.flat(), effect.typical(), type(effect).bounds(model).values(), strict=True)
+    rows = zip(effect.flat_names(), effect.flat(), effect.typical(), effect.own_bounds(model).values(), strict=True)
     return [Knob(f"{effect.name}:{name}", t, spread, (low - value) / t, (high - value) / t) for name, value, t, (low, high) in rows]

@@ -131,7 +131,7 @@ class Problem:
         for effect in self.effects:
             size = len(effect.flat())
             values = effect.flat() + q[place : place + size] * self.scales[place : place + size]
-            bounds = np.array(list(type(effect).bounds(self.model).values()))
+            bounds = np.array(list(effect.own_bounds(self.model).values()))
             made.append(effect.with_flat(np.clip(values, bounds[:, 0], bounds[:, 1])))
             place += size
         return tuple(made)

@@ -59,7 +59,7 @@ def _finding(finding: Finding, found: Explanation) -> dict[str, Any]:
 def parameters_of(finding: Finding, found: Explanation) -> dict[str, Any]:
     """Value, standard error and 95 % interval of each parameter, cut at its bounds."""
     rows = {}
-    bounds = list(type(finding.effect).bounds(found.before.problem.model).values())
+    bounds = list(finding.effect.own_bounds(found.before.problem.model).values())
     flat = zip(finding.effect.flat_names(), finding.effect.flat(), finding.stderr, bounds, strict=True)
     for name, value, stderr, (low, high) in flat:
         interval = [max(float(value - 1.96 * stderr), low), min(float(value + 1.96 * stderr), high)]

@@ -151,6 +151,10 @@ class Effect(Formulas):
         del model
         return {name: (meta["low"], meta["high"]) for name, meta in cls._flat_metadata()}
 
+    def own_bounds(self, model: Model | None = None) -> Bounds:
+        """The bounds within which a search that starts from this effect may move; most effects may go wherever their kind may."""
+        return type(self).bounds(model)
+
     @classmethod
     def typical(cls) -> Array:
         """A noticeable size of each flat parameter."""

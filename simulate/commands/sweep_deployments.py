@@ -150,12 +150,15 @@ def _without_how(arguments: Sequence[str]) -> list[str]:
 
 def _write(options: Any, folder: Path, result: SweepResult, report: dict[str, Any]) -> None:
     """Write everything beside the pieces first, and move it to its place when it is whole."""
+    import shutil
+
     from measure.output import replacing, write_json, write_provenance
     from measure.tables import write_columns
     from simulate.plots import figure_bytes, sweep_figure
 
     whole = folder / "result"
-    whole.mkdir(exist_ok=True)
+    shutil.rmtree(whole, ignore_errors=True)  # what a killed run left of it
+    whole.mkdir()
     with replacing(whole / "sweep.png") as temporary:
         temporary.write_bytes(figure_bytes(sweep_figure(result, report["tolerance"])))
     write_columns(result.run_columns(), whole / "responses.csv")

@@ -3,9 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from ..effect import LegEffect, parameter
+from ..effect import Bounds, LegEffect, parameter
+
+if TYPE_CHECKING:
+    from ..model import Model
+
+BELOW, ABOVE = 0.8, 1.3
 
 
 @dataclass(frozen=True)
@@ -23,6 +28,16 @@ class PowerLawFriction(LegEffect):
     exponent: float = parameter(
         2.0, low=0.3, high=3.0, typical=2.0, starts=(0.5, 1.5, 2.0, 2.8), doc="n; meant for 0.3 to 0.8 and 1.3 to 3"
     )
+
+    def own_bounds(self, model: Model | None = None) -> Bounds:
+        """A search that starts below 0.8 or above 1.3 stays there: between, the law is viscous friction under another name."""
+        found = type(self).bounds(model)
+        low, high = found["exponent"]
+        if self.exponent <= BELOW:
+            high = BELOW
+        elif self.exponent >= ABOVE:
+            low = ABOVE
+        return {**found, "exponent": (low, high)}
 
     @staticmethod
     def leg_force(u: float, v: float, t: float, R: float, travel: float, p: Any) -> float:
