@@ -165,6 +165,17 @@ def test_a_file_that_promises_more_than_a_loop_holds_is_refused_unread(tmp_path)
         read_foreign(tmp_path / "bomb.h5")
 
 
+@pytest.mark.parametrize(
+    ("call", "sentence"), [("import time; time.sleep(60)", "does not come to an end of it"), ("import os; os.abort()", "falls over it")]
+)
+def test_a_file_on_which_the_library_hangs_or_falls_ends_in_a_sentence(tmp_path, monkeypatch, call, sentence):
+    path = matlab73(tmp_path, Laser=U, Load=F)
+    monkeypatch.setattr("measure.hdf5._PATIENCE_S", 1.0)
+    monkeypatch.setattr("measure.hdf5._CALL", call)
+    with pytest.raises(InputError, match=rf"new.mat: .* {sentence}.*; it is damaged. Save it"):
+        read_foreign(path, NAMED)
+
+
 @pytest.mark.parametrize(("module", "extra"), [("h5py", "hdf5"), ("nptdms", "labview"), ("lvm_read", "labview")])
 def test_a_missing_extra_is_named_with_what_to_do(tmp_path, monkeypatch, module, extra):
     made = {
