@@ -8,6 +8,8 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+Mask = NDArray[np.bool_]
+
 _FLAT = 0.02
 """Share of the patch's variance below which a place counts as flat; there a correlation is a quotient of roundings."""
 
@@ -26,13 +28,13 @@ class Peak:
     second: float
 
 
-def search(picture: NDArray, patch: NDArray, x: float, y: float, radius: int | None) -> Peak | None:
+def search(picture: NDArray, patch: NDArray, x: float, y: float, radius: int | None, mask: Mask | None = None) -> Peak | None:
     """Find a patch near (x, y), to the pixel.
 
         zncc = sum (f - mean f)(g - mean g) / sqrt(sum (f - mean f)^2 sum (g - mean g)^2)
 
     picture : (rows, columns). patch : square, odd, px. radius : px around (x, y); None searches the whole picture.
-    Returns None where the window holds no place for the patch.
+    mask : which pixels of the patch count; all without it. Returns None where the window holds no place for the patch.
     """
     half = len(patch) // 2
     rows, columns = picture.shape
@@ -42,7 +44,7 @@ def search(picture: NDArray, patch: NDArray, x: float, y: float, radius: int | N
         top, bottom = max(round(y) - radius - half, 0), min(round(y) + radius + half + 1, rows)
     if right - left < len(patch) or bottom - top < len(patch):
         return None
-    scores = correlation_map(picture[top:bottom, left:right], patch)
+    scores = correlation_map(picture[top:bottom, left:right], patch, mask)
     row, column = np.unravel_index(int(scores.argmax()), scores.shape)
     best = float(scores[row, column])
     away = max(half, 3)
@@ -50,15 +52,20 @@ def search(picture: NDArray, patch: NDArray, x: float, y: float, radius: int | N
     return Peak(int(column) + left + half, int(row) + top + half, best, float(scores.max()))
 
 
-def correlation_map(window: NDArray, patch: NDArray) -> NDArray[np.float32]:
+def correlation_map(window: NDArray, patch: NDArray, mask: Mask | None = None) -> NDArray[np.float32]:
     """ZNCC of a patch at every place of a window where it fits; -1 where the window is flat.
 
-    window : (rows, columns), patch : (size, size). Returns (rows - size + 1, columns - size + 1).
+    window : (rows, columns). patch, mask : (size, size). Returns (rows - size + 1, columns - size + 1).
     """
-    if window.dtype != np.uint8:
+    if window.dtype != np.uint8 or mask is not None:
         window, patch = window.astype(np.float32), patch.astype(np.float32)
-    scores = cv2.matchTemplate(window, patch, cv2.TM_CCOEFF_NORMED)
-    flat = _variance(window, len(patch)) < _FLAT * float(patch.astype(np.float64).var())
+    if mask is None:
+        scores = cv2.matchTemplate(window, patch, cv2.TM_CCOEFF_NORMED)
+        variance = _variance(window, len(patch))
+    else:
+        scores = cv2.matchTemplate(window, patch, cv2.TM_CCOEFF_NORMED, mask=mask.astype(np.float32))
+        variance, patch = _variance_under(window, mask), patch[mask]
+    flat = variance < _FLAT * float(patch.astype(np.float64).var())
     return np.where(flat | ~np.isfinite(scores), np.float32(-1.0), scores)
 
 
@@ -72,10 +79,19 @@ def _variance(window: NDArray, size: int) -> NDArray[np.float64]:
     return inside(squares) - inside(sums) ** 2
 
 
-def is_unique(picture: NDArray, patch: NDArray, x: float, y: float, distinct: float) -> bool:
+def _variance_under(window: NDArray, mask: Mask) -> NDArray[np.float64]:
+    """Variance of the grey values under a mask at every place where it fits."""
+    weights, values = mask / mask.sum(), window.astype(np.float64)
+    rows, columns = (n - size + 1 for n, size in zip(window.shape, mask.shape, strict=True))
+    mean, square = (cv2.filter2D(image, cv2.CV_64F, weights, anchor=(0, 0))[:rows, :columns] for image in (values, values**2))
+    return np.asarray(square - mean**2, dtype=np.float64)
+
+
+def is_unique(picture: NDArray, patch: NDArray, x: float, y: float, distinct: float, mask: Mask | None = None) -> bool:
     """Whether nothing else in the picture looks like the patch at (x, y), judged at half the resolution."""
     half = [cv2.resize(image, None, fx=0.5, fy=0.5, interpolation=cv2.INTER_AREA) for image in (picture, patch)]
-    peak = search(half[0], np.ascontiguousarray(half[1]), x / 2, y / 2, None)
+    coarse = None if mask is None else cv2.resize(mask.astype(np.float32), half[1].shape[::-1], interpolation=cv2.INTER_AREA) >= 0.5
+    peak = search(half[0], np.ascontiguousarray(half[1]), x / 2, y / 2, None, coarse)
     return peak is not None and peak.second < distinct
 
 

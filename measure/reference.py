@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -72,6 +73,16 @@ class Reference:
     def warp(self) -> int:
         """The number of parameters of the warp."""
         return len(self.descent)
+
+    @cached_property
+    def shape(self) -> NDArray[np.bool_] | None:
+        """(size, size): which pixels of the square belong to the mark; None where all do."""
+        size = 2 * self.half + 1
+        if len(self.kept) == size**2:
+            return None
+        belongs = np.zeros(size**2, dtype=bool)
+        belongs[self.kept] = True
+        return belongs.reshape(size, size)
 
     @property
     def uneven(self) -> NDArray[np.float32]:

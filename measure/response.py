@@ -78,13 +78,6 @@ def responses(marks: list[Reference]) -> Response:
     return Response(points, nodes, np.array([_weights(mark) for mark in marks]), np.array([mark.warp for mark in marks]))
 
 
-def even_response(reference_px: Array, subset: int) -> Response:
-    """The response of marks of which nothing is known but where they are."""
-    count = len(reference_px)
-    nodes = reference_px[:, None] + subset / 2 * NODES
-    return Response(reference_px, nodes, np.broadcast_to(EVEN, (count, 9, 2, 2)), np.full(count, 6))
-
-
 def _weights(mark: Reference) -> Array:
     """(9, 2, 2): shift of the reference point for a motion of one node by one pixel along each axis.
 

@@ -88,7 +88,7 @@ class Follower:
 
     def _searched(self, picture: Picture, guess: NDArray, radius: int | None, status: str) -> tuple[Match | None, str]:
         """Search around the guess and refine there; a place that does not stand out, or is too much covered, is no match."""
-        peak = search(picture, self.patch, guess[2], guess[5], radius)
+        peak = search(picture, self.patch, guess[2], guess[5], radius, self.mark.shape)
         if peak is None or peak.zncc < _FAINT:
             return None, status
         if peak.second > _DISTINCT * peak.zncc and (radius is None or self.missed):
@@ -180,7 +180,7 @@ def follower(
     mark = reference(picture if mean is None else mean, x, y, subset, warp, mask)
     patch = _cut(picture, mark.start, mark.half)
     assert patch is not None
-    return Follower(mark, patch, mark.start, alone or is_unique(picture, patch, x, y, _DISTINCT), open_share)
+    return Follower(mark, patch, mark.start, alone or is_unique(picture, patch, x, y, _DISTINCT, mark.shape), open_share)
 
 
 def check_subset(subset: int) -> None:

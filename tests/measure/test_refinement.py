@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from measure.correlation import correlation_map, search
 from measure.errors import InputError
 from measure.reference import AFFINE, EUCLIDEAN, TRANSLATION, reference
 from measure.refinement import Match, Usual, recognise, refine, surface_near
@@ -92,6 +93,34 @@ def test_what_the_mask_leaves_out_moves_nothing(speckled):
         errors[name] = np.abs(mark.point(_refined(pictures[1], mark).warp) - CENTRE - [0.6, 0.4]).max()
     assert errors["disc"] < 0.02
     assert errors["square"] > 0.05
+
+
+def test_what_the_mask_leaves_out_is_not_searched_for(speckled):
+    """A small round mark moved far over a background that stays: with its square it is taken to be where the background is."""
+    y, x = np.mgrid[:72, :72] - CENTRE
+    disc, shift = np.hypot(x, y) < 6, (9.0, -7.0)
+    before = np.where(disc, speckled(seed=1), speckled(seed=8, noise_seed=5)).astype(np.uint8)
+    moved = np.hypot(x - shift[0], y - shift[1]) < 6
+    after = np.where(moved, speckled(shift, seed=1, noise_seed=1), speckled(seed=8, noise_seed=6)).astype(np.uint8)
+    square = slice(CENTRE - 15, CENTRE + 16), slice(CENTRE - 15, CENTRE + 16)
+    masked, whole = (search(after, before[square], CENTRE, CENTRE, None, mask) for mask in (disc[square], None))
+    assert masked is not None
+    assert whole is not None
+    assert (masked.x - CENTRE, masked.y - CENTRE) == shift
+    assert masked.zncc > 0.9
+    assert (whole.x - CENTRE, whole.y - CENTRE) == (0, 0)
+
+
+def test_under_a_mask_the_correlation_is_numpys_and_a_flat_place_has_none(speckled):
+    picture = speckled().astype(np.float32)
+    picture[:, 50:] = 90.0
+    mask = np.hypot(*(np.mgrid[:15, :15] - 7)) < 6
+    patch = picture[20:35, 22:37]
+    scores = correlation_map(picture, patch, mask)
+    for row, column in ((20, 22), (3, 11), (40, 30)):
+        under = picture[row : row + 15, column : column + 15][mask]
+        assert scores[row, column] == pytest.approx(np.corrcoef(under, patch[mask])[0, 1], abs=1e-4)
+    assert np.all(scores[:, 52:] == -1.0)
 
 
 def test_a_mask_that_leaves_nothing_is_refused(speckled):
