@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -14,6 +14,8 @@ from measure.output import sha256
 from measure.tables import Loop, Trajectory
 from simulate.model import Model
 from simulate.model_file import read_document, with_changes
+
+from .orientation import oriented
 
 _RUN_KEYS = ("file", "model", "hold_out", "mapping")
 
@@ -62,7 +64,17 @@ def read_campaign(paths: Iterable[Path], mapping: ColumnMapping | None = None) -
     if all(run.hold_out for run in runs):
         raise InputError("every run is held out; at least one must be there to fit.")
     _require_distinct(runs)
-    return runs
+    return _oriented(runs)
+
+
+def _oriented(runs: Sequence[Run]) -> tuple[Run, ...]:
+    """The runs with the signs of their loops as in the force law, and a remark where that took a turn."""
+    loops = [run.table for run in runs if isinstance(run.table, Loop)]
+    counted, turned = oriented(loops)
+    if not turned.quantity:
+        return tuple(runs)
+    tables = iter(replace(loop, remarks=(*loop.remarks, turned.sentence)) for loop in counted)
+    return tuple(replace(run, table=next(tables)) if run.is_loop else run for run in runs)
 
 
 def remarks(runs: Iterable[Run]) -> list[str]:

@@ -179,6 +179,7 @@ def minimise(problem: LoopProblem, start: Array | None = None, *, roughly: bool 
     if problem.robust:
         at_start = np.concatenate(problem.residuals(begin))
         options |= {"loss": "soft_l1", "f_scale": _OUTLIER * 1.4826 * max(float(np.median(np.abs(at_start))), 1e-12)}
-    result: Any = lmfit.minimize(residual, parameters, method="least_squares", **options)
+    with np.errstate(invalid="ignore", divide="ignore"):  # of lmfit's own covariance, singular where a design tells nothing, and not used
+        result: Any = lmfit.minimize(residual, parameters, method="least_squares", **options)
     theta = np.array([result.params[name].value for name in names])
     return theta, bool(result.success) and bool(np.all(np.isfinite(theta)))

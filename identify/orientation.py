@@ -9,7 +9,7 @@ import numpy as np
 
 from measure.tables import Loop
 
-from .loops import LoopData, area, prepare
+from .loops import area, prepare
 
 
 @dataclass(frozen=True)
@@ -20,8 +20,8 @@ class Turned:
     sentence: str
 
 
-def oriented(loops: Sequence[Loop]) -> tuple[list[LoopData], Turned]:
-    """The loops made ready, force and elongation counted as in the force law; and what was turned for it.
+def oriented(loops: Sequence[Loop]) -> tuple[list[Loop], Turned]:
+    """The loops with force and elongation counted as in the force law, and what was turned for it.
 
     If every loop with a full cycle runs clockwise one sign is the other way round. Where the force is positive on the whole
     it is the elongation's, else the force's. Loops that disagree are left as they are; the verdict of the fit will say so.
@@ -29,11 +29,9 @@ def oriented(loops: Sequence[Loop]) -> tuple[list[LoopData], Turned]:
     data = [prepare(loop) for loop in loops]
     areas = [area(d, d.force_N) for d in data if d.cycles.spans]
     if not areas or max(areas) >= 0.0:
-        return data, Turned("", "")
+        return list(loops), Turned("", "")
     if np.mean([loop.force_N.mean() for loop in loops]) > 0.0:
-        turned = [prepare(replace(loop, elongation_m=-loop.elongation_m)) for loop in loops]
-        said = "the loops run clockwise as given, so the elongation was counted the other way round (--as-given forbids it)"
-        return turned, Turned("elongation", said)
-    turned = [prepare(replace(loop, force_N=-loop.force_N)) for loop in loops]
-    said = "the loops run clockwise and the force is negative as given, so the force's sign was turned (--as-given forbids it)"
-    return turned, Turned("force", said)
+        turned = [replace(loop, elongation_m=-loop.elongation_m) for loop in loops]
+        return turned, Turned("elongation", "the loops run clockwise as given, so the elongation was counted the other way round")
+    turned = [replace(loop, force_N=-loop.force_N) for loop in loops]
+    return turned, Turned("force", "the loops run clockwise and the force is negative as given, so the force's sign was turned")

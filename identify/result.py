@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from .covariates import hint, shares
 from .explain import Explanation, Finding
 from .formula import described
 from .next_test import NextTest
@@ -126,11 +127,24 @@ def _missing_force(found: Explanation, file: str | None) -> str | None:
         return None
     texts = [f"Table: {file}"] if file else []
     if found.before.problem.loops:
-        texts.insert(0, force_in_loops(found.before)[0])
+        texts[:0] = [force_in_loops(found.before)[0], *_column_worth_trying(found)]
     if found.missing is not None:
         formula = described(found.missing, found.before.problem.films[0])
         texts = [found.missing.sentence, *([f"{formula}."] if formula else []), *texts]
     return " ".join(texts)
+
+
+def _column_worth_trying(found: Explanation) -> list[str]:
+    """The sentence on a further column of the loops that goes with what is left, if there is one."""
+    fit, problem = found.before, found.before.problem
+    if problem.covariate:
+        return []
+    loops = [(loop.data, block) for loop, block in zip(problem.loops, problem.blocks[-len(problem.loops) :], strict=True)]
+    noise = [data.force_sigma_N for data, _ in loops]
+    left = [sigma * fit.part(block) for sigma, (_, block) in zip(noise, loops, strict=True)]
+    slopes = [sigma * fit.jacobian[block.rows] for sigma, (_, block) in zip(noise, loops, strict=True)]
+    text = hint(shares([data for data, _ in loops], left, slopes))
+    return [f"{text[0].upper()}{text[1:]}."] if text else []
 
 
 def missing_table(found: Explanation) -> dict[str, Any] | None:

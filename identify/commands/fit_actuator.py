@@ -62,7 +62,7 @@ def _work(arguments: Sequence[str]) -> int:
     if given.preview:
         return DONE
     data, turned = _oriented(given, loops)
-    fit, result = _fitted(given, data, [*notes, *filter(None, [turned.sentence])])
+    fit, result = _fitted(given, data, [*notes, *([f"{turned.sentence} (--as-given forbids it)"] if turned.quantity else [])])
     result["notes"] += _contradictions(understood, data)
     profile = _resampled(given, fit, data, result)
     _write(given, _saved(given, mapping, turned, understood), fit, data, result, profile)
@@ -124,7 +124,8 @@ def _oriented(given: Namespace, loops: Sequence[Loop]) -> tuple[list[LoopData], 
     from ..loops import prepare
     from ..orientation import Turned, oriented
 
-    return ([prepare(loop) for loop in loops], Turned("", "")) if given.as_given else oriented(loops)
+    counted, turned = (list(loops), Turned("", "")) if given.as_given else oriented(loops)
+    return [prepare(loop) for loop in counted], turned
 
 
 def _saved(given: Namespace, mapping: ColumnMapping, turned: Turned, understood: Sequence[Understood]) -> ColumnMapping:

@@ -11,7 +11,7 @@ import pytest
 from identify.campaign import Run
 from identify.commands.compare_model import main
 from identify.compare import compare
-from identify.observe import RunRelease, observe
+from identify.observe import RunRelease, View, between, observe
 from measure.tables import Trajectory
 from simulate.deployment import deploy
 from simulate.model_file import read_model
@@ -26,7 +26,7 @@ def model():
 
 def film(model, offset=0.0, sigma=1e-5, seed=0, release=None):
     time = np.arange(120) / 250.0
-    shown = observe(model, Trajectory(time, {"z_m": np.zeros(120)}), release or RunRelease(position_m=(1e-3, 0.0, 0.0)))
+    shown = observe(View(model, time, release or RunRelease(position_m=(1e-3, 0.0, 0.0))))
     noise = np.random.default_rng(seed).normal(0.0, sigma, (2, 120))
     channels = {"x_m": shown["x_m"] + noise[0], "z_m": shown["z_m"] + offset + noise[1]}
     return Trajectory(time, channels, {name: np.full(120, sigma) for name in channels}, name="film")
@@ -51,7 +51,7 @@ def test_taken_to_the_letter_an_offset_is_the_error(model):
 def test_between_its_samples_a_deployment_is_seen_as_at_them(model):
     fine = deploy(model)
     times = fine.time_s[10:600:7]
-    shown = observe(model, Trajectory(times, {"z_m": np.zeros(len(times))}))
+    shown = observe(View(model, times, RunRelease()))
     assert np.max(np.abs(shown["z_m"] - fine.channels["z_m"][10:600:7])) < 5e-6
 
 
@@ -74,3 +74,12 @@ def test_the_command_writes_json_and_figure(model, tmp_path, capsys):
     assert result["dispersion_percent"] is None
     assert (tmp_path / "r.png").stat().st_size > 10_000
     assert "the gap is" in capsys.readouterr().out
+
+
+def test_between_rows_a_polynomial_of_the_fifth_degree_is_met_exactly_and_few_rows_do():
+    at = np.array([0.0, 0.3, 2.5, 7.0, 10.75, 11.0])
+    curve = np.polynomial.Polynomial([1.0, -0.4, 0.3, -0.05, 2e-3, 1e-4])
+    assert between(np.column_stack([curve(np.arange(12.0)), np.arange(12.0)]), at) == pytest.approx(
+        np.column_stack([curve(at), at]), rel=1e-12
+    )
+    assert between(np.array([[1.0], [3.0]]), np.array([0.25]))[0, 0] == pytest.approx(1.5)

@@ -5,9 +5,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from identify.loops import area
+from identify.campaign import read_campaign, remarks
+from identify.loops import area, prepare
 from identify.orientation import oriented
-from measure import Loop
+from measure import Loop, write_loop
 from simulate.law import loop_force
 
 
@@ -19,17 +20,30 @@ def loop():
     return Loop(t, u, force)
 
 
+def enclosed(given):
+    data = prepare(given)
+    return area(data, data.force_N)
+
+
 @pytest.mark.parametrize(("elongation", "force", "word"), [(-1, 1, "elongation"), (1, -1, "force"), (1, 1, ""), (-1, -1, "")])
 def test_a_sign_that_was_counted_the_other_way_is_turned_and_said(elongation, force, word):
     given = replace(loop(), elongation_m=elongation * loop().elongation_m, force_N=force * loop().force_N)
-    data, turned = oriented([given])
-    assert area(data[0], data[0].force_N) > 0.0
+    loops, turned = oriented([given])
+    assert enclosed(loops[0]) > 0.0
     assert turned.quantity == word
     assert f"{word}" in turned.sentence
 
 
 def test_loops_that_disagree_are_left_as_they_are():
     other = replace(loop(), elongation_m=-loop().elongation_m)
-    data, turned = oriented([loop(), other])
+    loops, turned = oriented([loop(), other])
     assert not turned.sentence
-    assert area(data[1], data[1].force_N) < 0.0
+    assert enclosed(loops[1]) < 0.0
+
+
+def test_a_campaign_turns_its_loops_too_and_says_so(tmp_path):
+    write_loop(replace(loop(), elongation_m=-loop().elongation_m), tmp_path / "loop.csv")
+    (run,) = read_campaign([tmp_path / "loop.csv"])
+    assert isinstance(run.table, Loop)
+    assert run.table.elongation_m == pytest.approx(loop().elongation_m, abs=1e-9)
+    assert remarks([run]) == ["loop.csv: the loops run clockwise as given, so the elongation was counted the other way round"]
