@@ -19,7 +19,7 @@ from pathlib import Path
 
 import numpy as np
 
-from identify.observe import RunRelease, observe, released
+from identify.observe import RunRelease, View, observe, released
 from measure.made_footage import deployment_scene, project_for, render
 from measure.output import write_text
 from measure.project import write_project
@@ -126,7 +126,7 @@ def loop_of(model: Model, frequency_Hz: float, amplitude_m: float, chance: np.ra
 def seen_of(model: Model, release: RunRelease, chance: np.random.Generator) -> Trajectory:
     """A deployment as an earlier film gave it: x, z and roll in the rig's own axes, with the camera's noise."""
     time = np.arange(FRAMES) / FPS
-    shown = observe(model, Trajectory(time, {"z_m": np.zeros(FRAMES)}), release)
+    shown = observe(View(model, time, release))
     noise = {"x_m": CAMERA_SIGMA_M, "z_m": CAMERA_SIGMA_M, "theta_y_rad": CAMERA_SIGMA_RAD}
     channels = {name: np.round(shown[name] + chance.normal(0.0, sigma, FRAMES), 8) for name, sigma in noise.items()}
     return Trajectory(time, channels, {name: np.full(FRAMES, sigma) for name, sigma in noise.items()})

@@ -17,7 +17,6 @@ from .problem import Block, Problem
 
 ENOUGH, ROUGHLY = 0.05, 1.0  # fall of the sum of squares at which a fit stops, in units of the noise squared
 _SAME_COURSE, _SAME_PLACE = 1e-3, 0.2  # relative change of the sum of squares, and way in scales, within which a Jacobian is still good
-_SMOOTH_STEP_S = 5e-4  # up to the stops; behind them a film sees what such a step leaves
 _EARLY_SPREAD = 30.0  # typical sizes
 _FIRST_LEG, _NEXT_LEG, _LAST_LEG = 12, 6, 60
 _CLOSE = 1.5  # times the noise: worth being taken to the very end
@@ -171,7 +170,7 @@ def solve_from_afar(problem: Problem, start: Array | None = None, *, free: Seque
     """
     q = start
     for i, horizon in enumerate(horizons(problem)):
-        shorter = replace(problem.until(horizon, _SMOOTH_STEP_S if i == 0 else None), effect_spread=_EARLY_SPREAD)
+        shorter = replace(problem.until(horizon), effect_spread=_EARLY_SPREAD)
         q = solve(shorter, q, free=free, most_steps=_FIRST_LEG if i == 0 else _NEXT_LEG, enough=ROUGHLY).q
     return to_the_end(solve(problem, q, free=free, most_steps=most_steps), free)
 
@@ -194,7 +193,7 @@ def horizons(problem: Problem) -> list[float]:
 def before_the_stops(problem: Problem) -> Problem:
     """The films cut where the first of them reaches the stops; the same problem where none does."""
     found = horizons(problem)
-    return problem.until(found[0], _SMOOTH_STEP_S) if found else problem
+    return problem.until(found[0]) if found else problem
 
 
 def _last_frame_s(problem: Problem) -> float:

@@ -57,11 +57,6 @@ class NextTest:
     condition: Condition
     chances: Mapping[str, float]
 
-    @property
-    def worst(self) -> float:
-        """The chance for the rival that is hardest to split off."""
-        return min(self.chances.values())
-
 
 def next_tests(best: Fit, rivals: Sequence[Candidate]) -> tuple[NextTest, ...]:
     """Every test that can be foreseen with these runs, the most telling first."""

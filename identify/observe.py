@@ -4,18 +4,24 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property, lru_cache
 
 import numpy as np
-from scipy.interpolate import CubicSpline
+from numpy.typing import NDArray
 
-from measure.tables import CHANNELS, Array, Trajectory
-from simulate.deployment import channels_of, deploy_many
+from measure.tables import Array
+from simulate.deployment import channels_of, deploy_ahead, deploy_many
 from simulate.effect import Effect
 from simulate.model import Model, Simulation
+from simulate.pace import Pace
+from simulate.packing import without_idle
 from simulate.six_legs import POSE
+from simulate.steps import step_of
 
+POSE_SIZE = 7
 _MARGIN_S = 0.05
-_STEP_S = 1.25e-4  # a film sees micrometres; at the half millisecond of a sweep the stops leave ten of them
+_NEAREST = 6
+_SHORTEST_STEP_S = 1.25e-4  # however stiff an effect is; steps are divided at the stops, for a film sees micrometres
 
 
 @dataclass(frozen=True)
@@ -58,68 +64,104 @@ def seen(
 ) -> dict[str, Array]:
     """Channels at the times of a film, from the samples of a deployment that starts at the release.
 
-    Before its release the platform stands still where it is held. Between samples a cubic spline runs.
+    Before its release the platform stands still where it is held. Behind a sample that is not finite nothing is seen.
 
     Parameters
     ----------
     turned : whether rotations count from the first frame, R(t) R(t_0)', as a tracker's do that has no other zero.
     """
-    at = np.maximum(rig_time(effects, shown_s) - release.instant_s, 0.0)
+    at = np.maximum(rig_time(effects, shown_s) - release.instant_s, 0.0) * rate_Hz
+    poses = np.full((len(at), POSE_SIZE), np.nan)
+    finite: NDArray[np.bool_] = np.all(np.isfinite(samples[:, POSE : POSE + POSE_SIZE]), axis=1)
+    good = len(finite) if finite.all() else int(np.argmin(finite))
+    covered = at <= good - 1
+    if good > 1:
+        poses[covered] = between(samples[:good, POSE : POSE + POSE_SIZE], at[covered])
     if turned:
-        samples = _from_first_frame(samples, int(np.clip(round(float(at[0]) * rate_Hz), 0, len(samples) - 1)))
-    curves = np.stack(list(channels_of(samples).values()), axis=-1)
-    good = np.isfinite(curves).all(axis=-1)
-    times = np.arange(len(curves)) / rate_Hz
-    values = np.full((len(at), len(CHANNELS)), np.nan)
-    covered = at <= times[good][-1] if good.any() else np.zeros(len(at), dtype=bool)
-    if good.sum() > 3:
-        values[covered] = CubicSpline(times[good], curves[good])(at[covered])
-    channels: Mapping[str, Array] = dict(zip(CHANNELS, values.T, strict=True))
+        poses = _from_first_frame(poses)
+    channels: Mapping[str, Array] = channels_of(poses)
     for effect in effects:
         channels = effect.observe(shown_s, channels)
     return dict(channels)
 
 
-def _from_first_frame(samples: Array, first: int) -> Array:
-    """The samples with every rotation counted from one of them."""
+def between(rows: Array, at: Array) -> Array:
+    """Rows (n, k) that are evenly spaced, seen at places (m,) between them: the polynomial through the six nearest, or all of fewer."""
+    count = min(_NEAREST, len(rows))
+    first = np.clip(np.floor(at).astype(int) - (count // 2 - 1), 0, len(rows) - count)
+    away = (at - first)[:, None] - np.arange(count)
+    weights = np.stack([np.prod(np.delete(away, j, axis=1) / np.delete(j - np.arange(count), j), axis=1) for j in range(count)], axis=1)
+    return np.einsum("mj,mjk->mk", weights, rows[first[:, None] + np.arange(count)])
+
+
+def _from_first_frame(poses: Array) -> Array:
+    """Poses with every rotation counted from the first."""
     from scipy.spatial.transform import Rotation
 
-    good, place = np.isfinite(samples[:, POSE]), slice(POSE + 3, POSE + 7)
-    turn = Rotation.from_quat(samples[good, place], scalar_first=True)
-    changed = samples.copy()
-    changed[good, place] = (turn * turn[first].inv()).as_quat(scalar_first=True)
+    good: NDArray[np.bool_] = np.all(np.isfinite(poses), axis=1)
+    if not good[0]:
+        return poses
+    turn = Rotation.from_quat(poses[good, 3:], scalar_first=True)
+    changed = poses.copy()
+    changed[good, 3:] = (turn * turn[0].inv()).as_quat(scalar_first=True)
     return changed
 
 
-def observe_many(
-    models: Sequence[Model], shown_s: Sequence[Array], releases: Sequence[RunRelease], turned: Sequence[bool] | None = None
-) -> list[dict[str, Array]]:
-    """What the films of several runs show, model by model; those that share their effects are simulated together.
+@dataclass(frozen=True)
+class View:
+    """A model, the times of a film of it (n,), and how this run was released.
+
+    turned : whether rotations count from the first frame.
+    """
+
+    model: Model
+    shown_s: Array
+    release: RunRelease
+    turned: bool = False
+
+    @cached_property
+    def rig(self) -> Model:
+        """What moves: the model without its camera and clock, released as it was, for as long as the film lasts."""
+        given = self.model.simulation
+        duration = duration_for(self.model.effects, self.shown_s, self.release)
+        simulation = Simulation(duration, given.sample_rate_Hz, given.step_s)
+        acting = tuple(effect for effect in self.model.effects if effect.acts_on != "measurement")
+        return replace(
+            released(self.model, self.release), simulation=simulation, effects=acting, name="", nuisance=type(self.model.nuisance)()
+        )
+
+    def of(self, samples: Array) -> dict[str, Array]:
+        """What the film shows of these samples of a deployment."""
+        return seen(samples, self.rig.simulation.sample_rate_Hz, self.model.effects, self.shown_s, self.release, self.turned)
+
+
+def observe(view: View) -> dict[str, Array]:
+    """What a film shows, every channel (n,)."""
+    return view.of(_ahead(without_idle([view.rig])[0])[0])
+
+
+def observe_beside(first: View, views: Sequence[View]) -> list[dict[str, Array]]:
+    """What films show of models that hardly differ from a first one, its steps taken by all, so that differences are smooth.
 
     Models that differ only in what happens between rig and film are simulated once.
     """
-    rigs = [_rig(*case) for case in zip(models, shown_s, releases, strict=True)]
-    samples = _simulate(list(dict.fromkeys(rigs)))
-    return [
-        seen(samples[rig], rig.simulation.sample_rate_Hz, model.effects, at, release, count)
-        for rig, model, at, release, count in zip(rigs, models, shown_s, releases, turned or [False] * len(models), strict=True)
-    ]
-
-
-def _rig(model: Model, shown_s: Array, release: RunRelease) -> Model:
-    given = model.simulation
-    simulation = Simulation(duration_for(model.effects, shown_s, release), given.sample_rate_Hz, given.step_s or _STEP_S)
-    acting = tuple(effect for effect in model.effects if effect.acts_on != "measurement")
-    return replace(released(model, release), simulation=simulation, effects=acting, name="", nuisance=type(model.nuisance)())
-
-
-def _simulate(rigs: Sequence[Model]) -> dict[Model, Array]:
+    _, step, pace = _ahead(without_idle([first.rig])[0])
+    samples: dict[Model, Array] = {}
     groups: dict[tuple, list[Model]] = {}
-    for rig in rigs:
+    for rig in dict.fromkeys(view.rig for view in views):
         groups.setdefault((rig.simulation, *(type(effect) for effect in rig.effects)), []).append(rig)
-    return {run.model: run.samples for group in groups.values() for run in deploy_many(group)}
+    for group in groups.values():
+        runs = deploy_many([_with_step(rig, step) for rig in group], pace)
+        samples |= {rig: run.samples for rig, run in zip(group, runs, strict=True)}
+    return [view.of(samples[view.rig]) for view in views]
 
 
-def observe(model: Model, trajectory: Trajectory, release: RunRelease | None = None) -> dict[str, Array]:
-    """What the film of one run would show at its own times, every channel (n,)."""
-    return observe_many([model], [trajectory.time_s], [release or RunRelease()])[0]
+@lru_cache(maxsize=64)
+def _ahead(rig: Model) -> tuple[Array, float, Pace]:
+    """The samples of a run that chooses its own steps, their length, and how they are divided."""
+    run, pace = deploy_ahead(_with_step(rig, rig.simulation.step_s or max(step_of(rig), _SHORTEST_STEP_S)))
+    return run.samples, run.step_s, pace
+
+
+def _with_step(rig: Model, step_s: float) -> Model:
+    return replace(rig, simulation=replace(rig.simulation, step_s=step_s))

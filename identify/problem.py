@@ -25,7 +25,7 @@ from .campaign import Run
 from .knobs import BASE, Knob, base_knobs, effect_knobs, lines_of, release_knobs
 from .loops import LoopData, gap
 from .measured import Film, LoopRun, film_of, lengths_of, loop_of
-from .observe import RunRelease, observe_many
+from .observe import RunRelease, View, observe, observe_beside
 
 _STEP = 1e-5
 _DIVERGED = 1e3
@@ -46,8 +46,8 @@ class Problem:
     """Measurements, base model and the effects whose parameters are unknown.
 
     covariate : a further column of the loops to which a part of their force is proportional, none unless given.
-    until_s : films are cut there. step_s : of the simulations; the usual one unless given. effect_spread : prior of an
-    effect's parameter around the model's value, in typical sizes; none unless given.
+    until_s : films are cut there. effect_spread : prior of an effect's parameter around the model's value, in typical sizes;
+    none unless given.
     """
 
     model: Model
@@ -56,7 +56,6 @@ class Problem:
     effects: tuple[Effect, ...] = ()
     covariate: str = ""
     until_s: float = np.inf
-    step_s: float | None = None
     effect_spread: float = np.inf
 
     @cached_property
@@ -115,9 +114,9 @@ class Problem:
         """The same measurements with other unknown effects."""
         return replace(self, effects=tuple(effects))
 
-    def until(self, horizon_s: float, step_s: float | None = None) -> Problem:
-        """The same with the films cut at a time, where larger steps may do; loops are whole."""
-        return replace(self, until_s=horizon_s, step_s=step_s)
+    def until(self, horizon_s: float) -> Problem:
+        """The same with the films cut at a time; loops are whole."""
+        return replace(self, until_s=horizon_s)
 
     # From knobs to models -------------------------------------------------------------------------------------------
 
@@ -165,10 +164,15 @@ class Problem:
 
     def gaps(self, q: Array) -> Array:
         """Measured minus modelled, over the noise, film by film and loop by loop; behind them the knobs over their priors."""
-        return self.gaps_many([q])[0]
+        films = [self._film_gap(film, observe(self._view(q, i)), *self._datum_at(q, i)) for i, film in enumerate(self.films)]
+        return np.concatenate([*films, *self._loop_gaps(q), self._prior(q)])
 
-    def gaps_many(self, points: Sequence[Array], only: Sequence[int | None] | None = None, known: Array | None = None) -> list[Array]:
-        """`gaps` at several points; the simulations run side by side.
+    def gaps_many(self, points: Sequence[Array]) -> list[Array]:
+        """`gaps` at several points, each by itself."""
+        return [self.gaps(q) for q in points]
+
+    def gaps_beside(self, points: Sequence[Array], only: Sequence[int | None] | None = None, known: Array | None = None) -> list[Array]:
+        """`gaps` at points that hardly differ from the first one, with the same steps, side by side: differences are smooth.
 
         only : for each point the one film that it can differ in from the first point, or None where all may differ.
         known : the gaps at the first point, where they have been worked out before.
@@ -190,19 +194,16 @@ class Problem:
 
     def _film_gaps(self, points: Sequence[Array], touched: Sequence[int | None], first: dict[int, Array]) -> list[list[Array]]:
         made = {(0, i): gaps for i, gaps in first.items()}
-        every = [(k, i) for k in range(len(points)) for i in range(len(self.films)) if k == 0 or touched[k] in (None, i)]
-        wanted = [at for at in every if at not in made]
-        if wanted:
-            cases = [self._case(points[k], i) for k, i in wanted]
-            for (k, i), shown in zip(wanted, observe_many(*zip(*cases, strict=True)), strict=True):
-                made[k, i] = self._film_gap(self.films[i], shown, *self._datum_at(points[k], i))
+        for i, film in enumerate(self.films):
+            wanted = [k for k in range(len(points)) if (k, i) not in made and (k == 0 or touched[k] in (None, i))]
+            views = [self._view(points[k], i) for k in wanted]
+            for k, shown in zip(wanted, observe_beside(self._view(points[0], i), views), strict=True):
+                made[k, i] = self._film_gap(film, shown, *self._datum_at(points[k], i))
         return [[made.get((k, i), made[0, i]) for i in range(len(self.films))] for k in range(len(points))]
 
-    def _case(self, q: Array, index: int) -> tuple[Model, Array, RunRelease, bool]:
+    def _view(self, q: Array, index: int) -> View:
         film, model = self.films[index], self.model_at(q, self.films[index].model)
-        if self.step_s is not None and model.simulation.step_s is None:
-            model = replace(model, simulation=replace(model.simulation, step_s=self.step_s))
-        return model, film.time_s[film.time_s <= self.until_s], self.release_at(q, index), film.turned
+        return View(model, film.time_s[film.time_s <= self.until_s], self.release_at(q, index), film.turned)
 
     def _film_gap(self, film: Film, seen: dict[str, Array], datum: Array, scale: float) -> Array:
         n = len(next(iter(seen.values())))
@@ -272,7 +273,7 @@ class Problem:
         chosen = list(range(len(q))) if columns is None else list(columns)
         steps = [-_STEP if q[i] + _STEP > self.knobs[i].high else _STEP for i in chosen]
         points = [q, *(_stepped(q, i, step) for i, step in zip(chosen, steps, strict=True))]
-        here, *there = self.gaps_many(points, [None, *(self._owner(i) for i in chosen)], known)
+        here, *there = self.gaps_beside(points, [None, *(self._owner(i) for i in chosen)], known)
         return here, np.stack([(g - here) / step for g, step in zip(there, steps, strict=True)], axis=1)
 
 

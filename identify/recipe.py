@@ -28,7 +28,6 @@ class Recipe:
 
     lines: Array
     straight: Array
-    area_J: float
     statement: str
 
     @property
@@ -59,9 +58,9 @@ def paper_recipe(loops: Sequence[LoopData], beta_bounds: tuple[float, float]) ->
         more = "more" if at_high < 0.0 else "less"
         reached = measured + (at_high if at_high < 0.0 else at_low)
         statement = f"no beta gives the measured area: the loops enclose {measured:.4g} J, {more} than the {reached:.4g} J of these lines"
-        return Recipe(np.append(shifted(straight, np.inf)[:4], np.nan), straight, measured, statement)
+        return Recipe(np.append(shifted(straight, np.inf)[:4], np.nan), straight, statement)
     beta = float(np.exp(brentq(excess, low, high, xtol=1e-6)))  # type: ignore[arg-type]
-    return Recipe(shifted(straight, beta), straight, measured, f"equal areas at beta = {beta:.4g} 1/m")
+    return Recipe(shifted(straight, beta), straight, f"equal areas at beta = {beta:.4g} 1/m")
 
 
 def shifted(straight: Array, beta: float) -> Array:

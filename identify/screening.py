@@ -85,7 +85,8 @@ def _other_shapes(fit: Fit, problem: Problem, shapes: Sequence[Effect], shown: I
             moved[knob] += _STEP
             points.append(np.concatenate([fit.q, moved]))
     columns = []
-    for i, gaps in enumerate(problem.gaps_many(points) if points else []):
+    here = np.concatenate([fit.q, np.zeros(size)])
+    for i, gaps in enumerate(problem.gaps_beside([here, *points], known=fit.gaps)[1:] if points else []):
         if i % len(shown) == 0:
             columns.append(np.zeros((len(fit.gaps), size)))
         columns[-1][:, shown[i % len(shown)]] = (gaps - fit.gaps) / _STEP

@@ -17,6 +17,7 @@ from .calls import workers
 from .layout import ALONE, MANY
 from .ledger import ledger_of
 from .model import LEGS, Model
+from .pace import WHOLE, Pace
 from .packing import geometry_of, leg_lengths, program_of, row_of, without_idle, working_effects
 from .rate import with_rate_as_effect
 from .stage import stage
@@ -167,19 +168,41 @@ def deploy(model: Model) -> Deployment:
     InputError
         The model has no geometry, or would take too many steps.
     """
+    return _alone(model, WHOLE, leads=False)
+
+
+def deploy_ahead(model: Model) -> tuple[Deployment, Pace]:
+    """Simulate one deployment whose steps are divided where a leg runs into a stop, and how they are, for others to follow.
+
+    Raises
+    ------
+    InputError
+        As `deploy`.
+    """
+    _, stride, count = grid(model)
+    pace = np.ones(stride * count, dtype=np.int64)
+    return _alone(model, pace, leads=True), pace
+
+
+def _alone(model: Model, pace: Pace, *, leads: bool) -> Deployment:
     step, stride, count = grid(model)
     acting = without_idle([model])[0]
     called = program_of(acting)
     samples, good = np.empty((1, count, six_legs.SAMPLE + workers(called))), np.empty(1, dtype=np.int64)
-    six_legs.deploy_block(row_of(acting)[None], 0, called, stage(ALONE, True).address, ALONE, step, stride, samples, good)
+    compiled = stage(ALONE, True).address
+    six_legs.deploy_block(row_of(acting)[None], 0, called, compiled, ALONE, step, stride, pace, leads, samples, good)
     time_s = np.arange(count) / model.simulation.sample_rate_Hz
     return Deployment(model, time_s, samples[0], step, None if good[0] == count else float(time_s[good[0]]), working_effects(acting))
 
 
-def deploy_many(models: Sequence[Model]) -> list[Deployment]:
+def deploy_many(models: Sequence[Model], pace: Pace | None = None) -> list[Deployment]:
     """Simulate deployments that share effects, duration and sampling, on all cores.
 
     The answer of each is the same to the last digit whatever the number of cores, and as from `deploy` with the same step.
+
+    Parameters
+    ----------
+    pace : into how many parts each step is divided, from `deploy_ahead`; by default none is.
     """
     first = models[0]
     if any(_kinds(model) != _kinds(first) or model.simulation != first.simulation for model in models):
@@ -190,12 +213,13 @@ def deploy_many(models: Sequence[Model]) -> list[Deployment]:
     called = program_of(acting[0])
     samples = np.empty((len(models), count, six_legs.SAMPLE + workers(called)))
     good = np.empty(len(models), dtype=np.int64)
+    parts = WHOLE if pace is None else pace
     if len(models) < FEW:
         alone = stage(ALONE, True).address
         for i in range(len(models)):
-            six_legs.deploy_block(rows, i, called, alone, ALONE, step, stride, samples, good)
+            six_legs.deploy_block(rows, i, called, alone, ALONE, step, stride, parts, False, samples, good)
     else:
-        six_legs.deploy_kernel(rows, called, stage(MANY, True).address, MANY, step, stride, samples, good)
+        six_legs.deploy_kernel(rows, called, stage(MANY, True).address, MANY, step, stride, parts, samples, good)
     time_s = np.arange(count) / first.simulation.sample_rate_Hz
     return [
         Deployment(model, time_s, samples[i], step, None if good[i] == count else float(time_s[good[i]]), working_effects(acting[0]))

@@ -26,6 +26,7 @@ from .layout import (
 from .layout import KINETIC, LEGS, OUT, OUT_FORCE, OUT_R, POWERS, ROTATION, ROWS, SCRATCH, SPENT, STATE, STATES, TRIAL, TURNED
 from .layout import STORED as AT_STORED
 from .mechanics import rotate
+from .pace import Pace, parts_of_step
 from .packing import CENTRE, JOINT, LEG, LEG_SIZE, PARAMETERS, POSITION, START_FORCE, STOWED
 from .stage import call_stage
 
@@ -51,41 +52,54 @@ class Block(NamedTuple):
 
 @njit(cache=True, parallel=True, error_model="numpy")
 def deploy_kernel(
-    values: Array, called: Program, stage: int, n: int, step: float, stride: int, samples: Array, good: NDArray[np.int64]
+    values: Array, called: Program, stage: int, n: int, step: float, stride: int, pace: Pace, samples: Array, good: NDArray[np.int64]
 ) -> None:
     """Integrate every row of `values`, block by block on all cores.
 
     stage, n : address of a compiled stage that keeps a ledger, and its width.
+    pace : into how many parts each step is divided.
     samples : (runs, count, SAMPLE + workers), filled with one sample every `stride` steps, NaN from the one on that is not finite.
     good : (runs,) number of good samples.
     """
     for block in prange((values.shape[0] + n - 1) // n):
-        deploy_block(values, block * n, called, stage, n, step, stride, samples, good)
+        deploy_block(values, block * n, called, stage, n, step, stride, pace, False, samples, good)
 
 
 @njit(cache=True, error_model="numpy")
 def deploy_block(
-    values: Array, first: int, called: Program, stage: int, n: int, step: float, stride: int, samples: Array, good: NDArray[np.int64]
+    values: Array,
+    first: int,
+    called: Program,
+    stage: int,
+    n: int,
+    step: float,
+    stride: int,
+    pace: Pace,
+    leads: bool,
+    samples: Array,
+    good: NDArray[np.int64],
 ) -> None:
-    """One block of deployments, from run `first` on."""
+    """One block of deployments, from run `first` on. leads : the first run of the block sets the pace and writes it down."""
     runs = min(n, values.shape[0] - first)
     mine = rows_of_block(values, first, n)
     fixed = transposed(mine, n)
     w, table = start(fixed, n, workers(called)), listed(called)
     block = Block(uncounted(w), uncounted(fixed), uncounted(mine), uncounted(table), stage, n, workers(called))
-    deploy_runs(block, step, stride, samples[first : first + runs], good[first : first + runs])
+    deploy_runs(block, step, stride, pace, leads, samples[first : first + runs], good[first : first + runs])
     w[0], fixed[0], mine[0], table[0] = 0.0, 0.0, 0.0, 0  # kept alive until here
 
 
 @njit(cache=True, error_model="numpy")
-def deploy_runs(block: Block, step: float, stride: int, samples: Array, good: NDArray[np.int64]) -> None:
+def deploy_runs(block: Block, step: float, stride: int, pace: Pace, leads: bool, samples: Array, good: NDArray[np.int64]) -> None:
     """The deployments of one block, from the release on."""
     count, runs = samples.shape[1], samples.shape[0]
+    part = step
     good[:] = count
     for sample in range(count):
         for j in range(stride):
-            time = (sample * stride + j) * step
-            begin_step(block, time, step)
+            place = sample * stride + j
+            time = place * step
+            begin_step(block, time, part)
             if j == 0:
                 for i in range(runs):
                     if good[i] == count and not record(block, i, samples[i, sample]):
@@ -93,7 +107,14 @@ def deploy_runs(block: Block, step: float, stride: int, samples: Array, good: ND
                         good[i] = sample
                 if sample + 1 == count:
                     return
-            end_step(block, time, step)
+            if leads:
+                pace[place] = parts_of_step(block.w, block.fixed, 0, block.n, step)
+            parts = pace[place] if place < len(pace) else 1
+            part = step / parts
+            end_step(block, time, part)
+            for k in range(1, parts):
+                begin_step(block, time + k * part, part)
+                end_step(block, time + k * part, part)
 
 
 @njit(cache=True, error_model="numpy")
@@ -140,7 +161,7 @@ def start(fixed: Array, n: int, working: int) -> Array:
 
 @njit(cache=True, error_model="numpy")
 def begin_step(block: Block, time: float, step: float) -> None:
-    """End the step before, and compute the rates at the start of this one."""
+    """End the step before, whose length is given, and compute the rates at the start of this one."""
     look(block, time, 0.0, step)
 
 

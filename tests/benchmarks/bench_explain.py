@@ -20,7 +20,7 @@ from board.platform_ode import moved_by_ode
 
 from identify.campaign import Run
 from identify.explain import Explanation, explain
-from identify.observe import RunRelease, observe
+from identify.observe import RunRelease, View, observe
 from identify.problem import problem_of
 from measure.tables import Loop, Trajectory
 from simulate.effects import GravityImbalance
@@ -44,7 +44,7 @@ def deployments(model: Model, chance: np.random.Generator) -> list[Run]:
                 truth = with_value(truth, f"{table}.{key}", value)
         time_s = np.arange(150) / 250.0
         release = RunRelease(tuple(chance.normal(0.0, 1e-3, 3)), tuple(chance.normal(0.0, 2e-3, 3)), float(chance.normal(0.0, 4e-3)))
-        shown = observe(truth, Trajectory(time_s, {"z_m": 0.0 * time_s}), release)
+        shown = observe(View(truth, time_s, release))
         noisy = {name: shown[name] + chance.normal(0.0, sigma, 150) for name, sigma in SIGMA.items()}
         runs.append(
             Run(Trajectory(time_s, noisy, {name: np.full(150, sigma) for name, sigma in SIGMA.items()}), changes, name=f"run {i + 1}")

@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
+import importlib.util
 import json
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 from pathlib import Path
+from types import ModuleType
 from typing import Any
 
 import numpy as np
 import pytest
 
-from identify.observe import RunRelease, observe
+from identify.observe import RunRelease, View, observe
 from measure.tables import Loop, Trajectory, write_loop, write_trajectory
 from simulate.effect import Effect
 from simulate.law import loop_force
@@ -28,11 +30,23 @@ def prototype() -> Model:
     return read_model(Path(__file__).with_name("rig.toml"))
 
 
+@pytest.fixture(scope="session")
+def made_by() -> ModuleType:
+    """The script that makes the shipped data, for what it put into them."""
+    script = Path(__file__).resolve().parents[2] / "datasets" / "make_datasets.py"
+    specification = importlib.util.spec_from_file_location("make_datasets", script)
+    assert specification is not None
+    assert specification.loader is not None
+    module = importlib.util.module_from_spec(specification)
+    specification.loader.exec_module(module)
+    return module
+
+
 @pytest.fixture
 def campaign(tmp_path: Path, prototype: Model) -> Callable[..., Path]:
     """Make a campaign in files: model.toml, campaign.toml, tables; what is hidden goes to a sealed file elsewhere.
 
-    The truth is simulated with a step six times finer than the one that fits use.
+    The truth is simulated with steps of 20 us.
     """
 
     def make(
@@ -85,7 +99,7 @@ def _deployment(truth: Model, changes: Mapping[str, Any], channels: tuple[str, .
     time = np.arange(150) / 250.0
     position, theta = chance.normal(0.0, 1e-3, 3), chance.normal(0.0, 2e-3, 3)
     release = RunRelease(tuple(position.tolist()), tuple(theta.tolist()), float(chance.normal(0.0, 4e-3)))
-    shown = observe(truth, Trajectory(time, {"z_m": np.zeros(150)}), release)
+    shown = observe(View(truth, time, release))
     noisy = {name: shown[name] + chance.normal(0.0, SIGMA[name], 150) for name in channels}
     return Trajectory(time, noisy, {name: np.full(150, SIGMA[name]) for name in channels})
 

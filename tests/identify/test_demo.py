@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import importlib.util
 import json
 from pathlib import Path
-from types import ModuleType
 
 import pytest
 
@@ -14,21 +12,11 @@ from identify.commands.demo import main
 DATASETS = Path(__file__).resolve().parents[2] / "datasets"
 
 
-def made_by() -> ModuleType:
-    """The script that makes the data, for what it hid in them."""
-    specification = importlib.util.spec_from_file_location("make_datasets", DATASETS / "make_datasets.py")
-    assert specification is not None
-    assert specification.loader is not None
-    module = importlib.util.module_from_spec(specification)
-    specification.loader.exec_module(module)
-    return module
-
-
 @pytest.mark.slow
-def test_the_demonstration_names_the_hidden_effect_from_film_and_loops(tmp_path, capsys):
+def test_the_demonstration_names_the_hidden_effect_from_film_and_loops(tmp_path, capsys, made_by):
     assert main(["-o", str(tmp_path)]) == 0
     result = json.loads((tmp_path / "result.json").read_text())
-    hidden = made_by().HIDDEN
+    hidden = made_by.HIDDEN
     assert result["verdict"] == "named"
     (effect,) = result["effects"]
     assert effect["name"] == hidden.name
@@ -43,16 +31,16 @@ def test_the_demonstration_names_the_hidden_effect_from_film_and_loops(tmp_path,
 
 
 @pytest.mark.slow
-def test_the_same_film_and_loops_without_the_effect_show_no_gap(tmp_path):
-    made_by().make(tmp_path / "data", hidden=None)
+def test_the_same_film_and_loops_without_the_effect_show_no_gap(tmp_path, made_by):
+    made_by.make(tmp_path / "data", hidden=None)
     assert main(["-o", str(tmp_path / "out"), "--data", str(tmp_path / "data" / "demo"), "--quiet"]) == 0
     result = json.loads((tmp_path / "out" / "result.json").read_text())
     assert result["verdict"] == "no-gap", result["sentence"]
 
 
 @pytest.mark.slow
-def test_the_script_makes_the_shipped_tables_to_the_byte(tmp_path):
-    made_by().make(tmp_path)
+def test_the_script_makes_the_shipped_tables_to_the_byte(tmp_path, made_by):
+    made_by.make(tmp_path)
     shipped = [path for path in DATASETS.rglob("*") if path.suffix in (".csv", ".toml")]
     assert len(shipped) == 12
     for path in shipped:

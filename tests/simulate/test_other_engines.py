@@ -25,7 +25,7 @@ try:
 except ImportError:
     found = None
 mujoco: Any = found
-with_mujoco = pytest.mark.skipif(mujoco is None, reason="MuJoCo is not installed: make peers")
+with_mujoco = pytest.mark.skipif(mujoco is None, reason="MuJoCo is not installed: it comes with make test")
 
 
 def random_rig(prototype, seed):

@@ -12,7 +12,7 @@ from .shaker import Stroke, kernel_force
 
 Array = np.ndarray
 
-FINE_STEP_S = 2e-5  # six times finer than that of a fit
+FINE_STEP_S = 2e-5  # 25 times finer than that of a fit
 
 
 def motion_by(engine: str, model: Model, duration_s: float = DURATION_S) -> Motion:

@@ -35,7 +35,7 @@ PAIRS = (
     ("force-offset", "pulley-friction"),
     ("cable-pendulum", "curved-asymptotes"),
 )
-# Where no other engine can say it, the project's own kernel at a step six times finer does.
+# Where no other engine can say it, the project's own kernel at a step 25 times finer does.
 ONLY_IN_THE_KERNEL = ("joint-friction", "backlash")
 NOT_IN_MUJOCO = (*ONLY_IN_THE_KERNEL, "leg-mass", "counterweight-inertia", "pulley-inertia")
 
