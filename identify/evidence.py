@@ -23,11 +23,13 @@ class GapTest:
     """Whether what is left is more than noise: probabilities of as much if it were noise.
 
     slow_p : slow parts of the gap against its fast parts (F test). release_p : the releases against their priors (chi^2).
+    excess : sum of squares of the slow parts beyond what the fast ones say that noise has.
     """
 
     slow_p: float
     release_p: float
     rms_over_noise: float
+    excess: float
 
     @property
     def p_value(self) -> float:
@@ -54,7 +56,8 @@ def gap_test(fit: Fit) -> GapTest:
         fast, fast_n = fast + float(power[cut:].sum()), fast_n + len(part) - cut
     freedom = max(slow_n - len(fit.q), 1)
     slow_p = float(stats.f.sf((slow / freedom) / (fast / fast_n), freedom, fast_n)) if fast_n and fast > 0 else 1.0
-    return GapTest(slow_p, _release_p(fit), fit.rms)
+    excess = max(0.0, slow - freedom * fast / fast_n) if fast_n else 0.0
+    return GapTest(slow_p, _release_p(fit), fit.rms, excess)
 
 
 def _release_p(fit: Fit) -> float:

@@ -158,7 +158,7 @@ def _added(before: Fit, catalogue: Mapping[str, type[Effect]], budget: Budget, s
     """Effects added one by one while they help; the last fit, the steps, and how many tests a look at the catalogue is."""
     current, steps, tests = before, [], Family(1.0)
     while len(steps) < budget.effects:
-        look, found = next_effect(current, catalogue, budget, say)
+        look, found = next_effect(current, catalogue, budget, say, last=1 < len(steps) + 1 == budget.effects)
         tests = look.tests
         if found is None or (steps and not _matters(before, current, found.best.fit)):
             break

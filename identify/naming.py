@@ -24,6 +24,7 @@ from .screening import Screened, kinds_to_try, screen
 RIVAL_P = 0.01  # a rival that would be led so far less often than this is excluded
 STRONG_BIC, _ROUGH_LEAD = 10.0, 25.0
 _HOPELESS, _CLOSED_BY_FAR = 0.5, 1000.0
+_LAST_SHARE = 0.25  # of the excess over noise; a signature is a straight line's guess
 
 Say = Callable[[str], None]
 
@@ -78,17 +79,23 @@ class Look:
     tests: Family
 
 
-def next_effect(current: Fit, catalogue: Mapping[str, type[Effect]], budget: Budget, say: Say) -> tuple[Look, Step | None]:
-    """The effect that closes most of what is left, or None where only noise is left or nothing helps; and where it was looked for."""
+def next_effect(
+    current: Fit, catalogue: Mapping[str, type[Effect]], budget: Budget, say: Say, *, last: bool = False
+) -> tuple[Look, Step | None]:
+    """The effect that closes most of what is left, or None where only noise is left or nothing helps; and where it was looked for.
+
+    last : no other may follow, so it has to close all that is left, and those whose signature is far from that are not tried.
+    """
     look = _look(current, catalogue)
     if gap_test(current).p_value > GAP_P and not _promising(look):
         return look, None
-    return look, _best_of(current, look, budget, say)
+    return look, _best_of(current, look, _LAST_SHARE * gap_test(look.hint).excess if last else 0.0, budget, say)
 
 
-def _best_of(current: Fit, look: Look, budget: Budget, say: Say) -> Step | None:
+def _best_of(current: Fit, look: Look, least: float, budget: Budget, say: Say) -> Step | None:
+    """The best of the effects whose signature promises to close `least` of the sum of squares; None where there is none."""
     quick: list[Candidate] = []
-    for one in [s for s in look.screened if s.worth_fitting][: budget.fitted]:
+    for one in [s for s in look.screened if s.worth_fitting and s.promise * look.hint.dilution >= least][: budget.fitted]:
         if not _hopeless(one, quick):
             say(f"trying {one.effect.name}")
             quick.append(fit_screened(look.hint, one))
