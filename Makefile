@@ -21,7 +21,7 @@ PYTEST := $(CALM) $(BIN)/pytest --numprocesses $(WORKERS) --dist worksteal $(PYT
 SUBSET ?= standard
 METHODS ?= explain-gap
 
-.PHONY: demo test fast peers lint datasets scoreboard clean pins
+.PHONY: demo test fast lint datasets scoreboard clean pins
 .DELETE_ON_ERROR:
 
 demo: $(VENV)/installed
@@ -32,10 +32,6 @@ test: $(VENV)/installed-test
 
 fast: $(VENV)/installed-test
 	$(PYTEST) -m "not slow"
-
-# MuJoCo and a dask cluster, which make test leaves alone.
-peers: $(VENV)/installed-test $(VENV)/installed-peers
-	$(CALM) $(BIN)/pytest tests/simulate/test_other_engines.py tests/simulate/test_cluster.py $(PYTEST_ARGS)
 
 lint: $(VENV)/installed-lint
 	$(BIN)/ruff check .
@@ -81,6 +77,6 @@ pins:
 	rm -rf out/pins
 	$(PYTHON) -m venv out/pins
 	out/pins/bin/python -m pip install --quiet --upgrade pip
-	out/pins/bin/python -m pip install --quiet hatchling editables --group dev --group peers --editable '.[dask,hdf5,labview]'
+	out/pins/bin/python -m pip install --quiet hatchling editables --group dev --editable '.[dask,hdf5,labview]'
 	out/pins/bin/python -m pip freeze --all --exclude unspool --exclude setuptools > constraints.txt
 	rm -rf out/pins

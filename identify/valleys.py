@@ -17,8 +17,9 @@ from .evidence import GAP_P, gap_test
 from .fit import ROUGHLY, Fit, before_the_stops, first_stop_s, solve, to_the_end
 
 _MET = 1.25  # times the noise
-_DRAWS, _TRIED = 40, 5
+_DRAWS, _TRIED = 120, 8  # with 40 and 5, three of eight fits that stood in a wrong valley stayed there
 _STEPS = 12
+_ALIKE, _DEEPER = 1e-3, 0.01  # relative to the sum of squares
 
 
 def released_again(fit: Fit, free: Sequence[int] | None = None) -> Fit:
@@ -67,21 +68,27 @@ def _from_elsewhere(fit: Fit, index: int, early: Array, spread: Array, free: Seq
     chance = np.random.default_rng(0)
     root = np.linalg.cholesky(spread[np.ix_(own, own)] + 1e-12 * np.eye(len(own)))
     starts = [_with(fit.q, own, early[own] + root @ chance.normal(size=len(own))) for _ in range(_DRAWS)]
-    costs = [float(gaps @ gaps) for gaps in problem.gaps_many(starts, [None, *[index] * (_DRAWS - 1)])]
+    costs = [float(gaps @ gaps) for gaps in problem.gaps_many(starts)]
     valleys: list[Fit] = []
     for i in np.argsort(costs)[:_TRIED]:
         valleys.append(solve(problem, starts[i], free=own, most_steps=_STEPS, enough=ROUGHLY))
-        if len(valleys) > 1 and len(_distinct(valleys)) == 1:
+        if _deeper_twice(valleys, fit):
             break
     # the rest was fitted to the wrong valley, so a valley shows how deep it is only when everything moves
     return min([fit, *(solve(problem, valley.q, free=free) for valley in _distinct(valleys))], key=lambda f: f.cost)
+
+
+def _deeper_twice(valleys: Sequence[Fit], fit: Fit) -> bool:
+    """Whether two ways have led into the same valley and it is well below the one the fit stands in."""
+    depths = sorted(valley.cost for valley in valleys)[:2]
+    return len(depths) == 2 and depths[1] < depths[0] * (1.0 + _ALIKE) and depths[0] < fit.cost * (1.0 - _DEEPER)
 
 
 def _distinct(valleys: Sequence[Fit]) -> list[Fit]:
     """The two deepest of different depth; mirror images are equally deep."""
     found: list[Fit] = []
     for valley in sorted(valleys, key=lambda f: f.cost):
-        if all(abs(valley.cost - other.cost) > 1e-3 * other.cost for other in found):
+        if all(abs(valley.cost - other.cost) > _ALIKE * other.cost for other in found):
             found.append(valley)
     return found[:2]
 
