@@ -84,12 +84,12 @@ class Reference:
         belongs[self.kept] = True
         return belongs.reshape(size, size)
 
-    @property
+    @cached_property
     def uneven(self) -> NDArray[np.float32]:
         """(4 or 0, n): orthonormal images that light changing across the mark adds, where that can be told from motion."""
         return self.light[:0] if self.altered is None else self.altered.light[2:]
 
-    @property
+    @cached_property
     def added(self) -> NDArray[np.float32]:
         """(m + b, n): all that comes on top of the warp."""
         return np.concatenate([self.light, self.look])
@@ -99,7 +99,7 @@ class Reference:
         """Whether the light may change across the mark."""
         return len(self.light) > 2
 
-    @property
+    @cached_property
     def contrast(self) -> float:
         """Standard deviation of the grey values."""
         return float(self.values.std())
@@ -109,7 +109,13 @@ class Reference:
         """The warp that leaves the mark where the reference image has it."""
         return np.array([1.0, 0.0, self.column, 0.0, 1.0, self.row])
 
-    @property
+    @cached_property
+    def point_noise(self) -> NDArray[np.float64]:
+        """(2, 2), covariance of the reference point for pixel noise of variance one, px^2."""
+        slopes = self.point_slopes
+        return slopes @ self.noise @ slopes.T
+
+    @cached_property
     def point_slopes(self) -> NDArray[np.float64]:
         """(2, k): how the reference point moves with the parameters."""
         x, y = self.offset

@@ -160,8 +160,7 @@ def refine(near: Window, mark: Reference, guess: NDArray[np.float64], scale: flo
     if scale is not None:
         residual, widening = residual / _TUKEY_SHARE, max(extra / np.trace(mark.inverse_hessian[:2, :2]), 1.0)
     residual = max(residual, _ROUNDED)
-    jacobian = mark.point_slopes
-    covariance = jacobian @ mark.noise @ jacobian.T * (residual / NOISE_LEFT / gain**2) * widening
+    covariance = mark.point_noise * (residual / NOISE_LEFT / gain**2 * widening)
     uneven = 0.0 if scale is not None else extra * NOISE_LEFT
     return Match(warp, covariance, math.sqrt(max(explained, 0.0)), gain, math.sqrt(residual), hidden, settled, uneven, mark.is_altered)
 

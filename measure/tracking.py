@@ -125,6 +125,8 @@ class Follower:
 
     def _as_moving(self, warp: NDArray) -> Reference:
         """The reference blurred by the motion to `warp` during the exposure, in small steps; kept while it serves."""
+        if self.open_share == 0.0:
+            return self.mark
         steps = np.rint(self._speed(warp) * self.open_share / _BLUR_STEP_PX)
         if np.hypot(*steps) * _BLUR_STEP_PX < _LEAST_BLUR_PX:
             return self.mark

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
+from itertools import count
 from pathlib import Path
 
 import cv2
@@ -30,19 +32,25 @@ class VideoFile(Footage):
     path: Path = Path()
 
     def pictures(self) -> Iterator[tuple[int, Picture]]:
-        """Frame by frame, until the file ends or cannot be decoded."""
+        """Frame by frame, until the file ends or cannot be decoded; the next one is decoded while the last one is used."""
         film = _capture(self.path)
         try:
-            number = 0
-            while True:
-                with limited(self.path):
-                    read, picture = film.read()
-                if not read:
-                    return
-                yield number, _luma(picture, self.width, self.height)
-                number += 1
+            with ThreadPoolExecutor(1) as decoder:
+                coming = decoder.submit(self._decoded, film)
+                for number in count():
+                    picture = coming.result()
+                    if picture is None:
+                        return
+                    coming = decoder.submit(self._decoded, film)
+                    yield number, picture
         finally:
             film.release()
+
+    def _decoded(self, film: cv2.VideoCapture) -> Picture | None:
+        """The next picture; None at the end."""
+        with limited(self.path):
+            read, picture = film.read()
+        return _luma(picture, self.width, self.height) if read else None
 
 
 def open_video(path: Path) -> Footage:
