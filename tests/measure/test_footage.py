@@ -5,6 +5,7 @@ from __future__ import annotations
 import struct
 import zlib
 
+import av
 import cv2
 import numpy as np
 import pytest
@@ -59,6 +60,101 @@ def test_a_cut_avi_promises_more_than_it_holds(stack, tmp_path):
     (tmp_path / "cut.avi").write_bytes(data[: len(data) // 2])
     film = open_footage(tmp_path / "cut.avi")
     assert film.frames == 12 > len(list(film.pictures()))
+
+
+@pytest.mark.parametrize(("codec", "name", "lost"), [("MJPG", "film.avi", {6}), ("mp4v", "film.mp4", {6, 7, 8, 9, 10, 11})])
+def test_a_damaged_picture_is_missing_and_so_is_what_is_built_on_it(codec, name, lost, tmp_path):
+    """The sixth of twelve pictures, one of them standing alone in the .mp4; the .avi's all do."""
+    speckle = cv2.GaussianBlur(np.random.default_rng(3).normal(128.0, 300.0, (64, 96)).astype(np.float32), (0, 0), 3.0)
+    grey = [np.clip(speckle[n : n + 48, :64], 0, 255).astype(np.uint8) for n in range(12)]
+    writer = cv2.VideoWriter(str(tmp_path / name), cv2.VideoWriter.fourcc(*codec), 25.0, (64, 48), False)
+    for picture in grey:
+        writer.write(picture)
+    writer.release()
+    whole = dict(open_footage(tmp_path / name).pictures())
+    assert list(whole) == list(range(12))
+    with av.open(str(tmp_path / name)) as container:
+        sixth = [packet for packet in container.demux(video=0) if packet.size][6]
+    data = bytearray((tmp_path / name).read_bytes())
+    assert sixth.pos is not None
+    middle = sixth.pos + sixth.size // 2
+    data[middle : middle + 60] = bytes(60)
+    (tmp_path / name).write_bytes(data)
+    film = open_footage(tmp_path / name)
+    sound = dict(film.pictures())
+    assert film.frames == 12
+    assert set(range(12)) - set(sound) == lost
+    assert all(np.array_equal(picture, whole[number]) for number, picture in sound.items())
+
+
+@pytest.mark.parametrize(("depth", "kind"), [(10, "yuv420p10le"), (12, "gray12le"), (8, "yuyv422"), (8, "bgr24")])
+def test_containers_keep_their_depth(depth, kind, tmp_path):
+    """Written without loss by the library that decodes."""
+    grey = (
+        np.random.default_rng(4).integers(16 << (depth - 8), 235 << (depth - 8), (3, 48, 64)).astype(np.uint16 if depth > 8 else np.uint8)
+    )
+    name = tmp_path / ("film.avi" if depth == 8 else "film.mkv")
+    with av.open(str(name), "w") as container:
+        stream = container.add_stream("rawvideo" if depth == 8 else "ffv1", rate=25)
+        stream.width, stream.height, stream.pix_fmt = 64, 48, kind
+        for picture in grey:
+            frame = av.VideoFrame(64, 48, kind)
+            _fill(frame, kind, picture)
+            container.mux(stream.encode(frame))
+        container.mux(stream.encode(None))
+    film = open_footage(name)
+    assert (film.bits, film.frames) == (depth, 3)
+    for (_, found), picture in zip(film.pictures(), grey, strict=True):
+        assert np.array_equal(found, picture)
+
+
+def _fill(frame, kind, picture):
+    """A grey picture in the pixels of a format; neutral colours."""
+    for n, plane in enumerate(frame.planes):
+        if kind == "bgr24":
+            pixels = np.repeat(picture, 3, axis=1)
+        elif kind == "yuyv422":
+            pixels = np.stack([picture, np.full_like(picture, 128)], axis=2).reshape(48, 128)
+        else:
+            pixels = picture if n == 0 else np.full((24, 32), 512, np.uint16)
+        rows = np.zeros((plane.height, plane.line_size), np.uint8)
+        rows[:, : pixels.shape[1] * pixels.itemsize] = np.ascontiguousarray(pixels).view(np.uint8)
+        plane.update(rows.tobytes())
+
+
+def _spoilt(data, chance):
+    """A copy of a file, cut or with bytes changed: a few anywhere, a few in its head, or a stretch."""
+    spoilt = bytearray(data)
+    way = chance.integers(4)
+    if way == 0:
+        return spoilt[: chance.integers(1, len(data))]
+    if way == 3:
+        start = chance.integers(len(data))
+        spoilt[start : start + 100] = chance.bytes(len(spoilt[start : start + 100]))
+        return spoilt
+    for place in chance.integers(len(data) if way == 1 else 600, size=20):
+        spoilt[place] = chance.integers(256)
+    return spoilt
+
+
+@pytest.mark.parametrize(("codec", "name"), [("MJPG", "film.avi"), ("mp4v", "film.mp4"), ("FFV1", "film.mkv")])
+def test_spoilt_films_end_in_pictures_or_one_sentence(codec, name, stack, tmp_path):
+    writer = cv2.VideoWriter(str(tmp_path / name), cv2.VideoWriter.fourcc(*codec), 25.0, stack.shape[:0:-1], False)
+    for picture in stack:
+        writer.write(picture)
+    writer.release()
+    data, chance = (tmp_path / name).read_bytes(), np.random.default_rng(5)
+    read = 0
+    for _ in range(60):
+        (tmp_path / name).write_bytes(_spoilt(data, chance))
+        try:
+            film = open_footage(tmp_path / name)
+            numbers = [number for number, _ in film.pictures()]
+        except InputError:
+            continue
+        assert numbers == sorted(set(numbers))
+        read += len(numbers)
+    assert read > 100
 
 
 def test_pictures_of_two_sizes_are_two_films(stack, tmp_path):
