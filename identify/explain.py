@@ -30,7 +30,7 @@ from .naming import BUDGETS, RIVAL_P, Budget, Rival, Say, Step, next_effect
 from .next_test import NextTest, next_tests
 from .problem import problem_of
 from .screening import kinds_to_try
-from .valleys import released_again
+from .valleys import released_again, searched_everywhere
 
 CLOSED_SHARE, CLOSED_IN_FILMS, FAIR_SHARE = 2 / 3, 0.9, 0.05
 _AS_GIVEN_STEPS = 8
@@ -179,13 +179,20 @@ def _without_superfluous(current: Fit, steps: list[Step], say: Say) -> tuple[Fit
     """Take out each effect in turn and see whether the others do without it."""
     if len(steps) < 2:
         return current, steps
-    for step in list(steps):
+    for step in reversed(steps):
         others = tuple(e for e in current.problem.effects if e.name != step.best.name)
         say(f"doing without {step.best.name}")
         less = _refitted(current, others)
-        if gain(less, current).p_value > RIVAL_P:
+        if _is_needed(less, current):
+            less = searched_everywhere(less)
+        if not _is_needed(less, current):
             return _without_superfluous(less, [s for s in steps if s is not step], say)
     return current, steps
+
+
+def _is_needed(less: Fit, more: Fit) -> bool:
+    """Whether a fit without an effect is worse than chance makes it."""
+    return gain(less, more).p_value <= RIVAL_P
 
 
 def _refitted(current: Fit, effects: tuple[Effect, ...]) -> Fit:
