@@ -63,7 +63,7 @@ def gap_test(fit: Fit) -> GapTest:
 def _release_p(fit: Fit) -> float:
     """How likely releases as far from the planned one are, if they follow their priors."""
     problem = fit.problem
-    q = fit.q[problem.first_nuisance : problem.first_effect]
+    q = fit.q[problem.first_nuisance : problem.first_zero]
     return float(stats.chi2.sf(q @ q, len(q))) if len(q) else 1.0
 
 

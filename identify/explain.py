@@ -28,9 +28,10 @@ from .fit import ROUGHLY, Fit, solve, solve_from_afar
 from .missing_force import MissingForce, at_once, chance_of_force, estimate
 from .naming import BUDGETS, RIVAL_P, Budget, Rival, Say, Step, next_effect
 from .next_test import NextTest, next_tests
-from .problem import problem_of
+from .problem import Problem, problem_of
 from .screening import kinds_to_try
 from .valleys import released_again, searched_everywhere
+from .zeros import Tare, zeros_differ
 
 CLOSED_SHARE, CLOSED_IN_FILMS, FAIR_SHARE = 2 / 3, 0.9, 0.05
 _AS_GIVEN_STEPS = 8
@@ -100,6 +101,7 @@ def explain(
     catalogue: Mapping[str, type[Effect]] = CATALOGUE,
     *,
     covariate: str = "",
+    tare: Tare = "auto",
     budget: Budget = BUDGETS["normal"],
     say: Say = lambda text: None,
 ) -> Explanation:
@@ -110,6 +112,8 @@ def explain(
     runs : loops and deployments; those held out take no part in fitting or naming.
     catalogue : effects to try, by name.
     covariate : a further column of the loops (a pressure, a temperature) to which a part of their force is proportional.
+    tare : "common", the load cell has one zero in all loops; "each", one of its own in each; "auto", the
+        latter where a gap is left otherwise and the zeros differ by more than three standard errors.
     budget : how much is tried.
     say : told what is being done, for people who wait.
 
@@ -118,8 +122,19 @@ def explain(
     InputError
         A run cannot be used with this model.
     """
+    fitted = [run for run in runs if not run.hold_out]
+    problem = problem_of(model, fitted, covariate, own_zeros=tare == "each")
+    found = _explained(problem, runs, catalogue, budget, say)
+    left = found.verdict == "unknown" or found.gap_after.p_value < GAP_P
+    if tare != "auto" or not left or not zeros_differ(found.after):
+        return found
+    say("giving each loop a zero of its own")
+    again = _explained(replace(problem, own_zeros=True), runs, catalogue, budget, say)
+    return found if again.verdict == "unknown" else again
+
+
+def _explained(problem: Problem, runs: Sequence[Run], catalogue: Mapping[str, type[Effect]], budget: Budget, say: Say) -> Explanation:
     say("fitting base and releases")
-    problem = problem_of(model, [run for run in runs if not run.hold_out], covariate)
     before = released_again(solve_from_afar(problem))
     as_given = _as_given(before)
     current, steps, tests = _added(before, catalogue, budget, say)
@@ -133,7 +148,7 @@ def explain(
     verdict = _verdict(before, current, steps, missing, left=left)
     after = current if verdict in ("named", "class", "several") else before
     say("looking at the runs held out")
-    held = tuple(_held(model, run, before, after) for run in runs if run.hold_out)
+    held = tuple(_held(run, before, after) for run in runs if run.hold_out)
     findings = _findings(after, before, steps) if after is current else ()
     rivals = tuple(c for step in steps for c in step.equivalents) if findings else ()
     say("looking for what could have been seen")
@@ -207,8 +222,9 @@ def share_closed(before: Fit, after: Fit) -> float:
     return float(np.clip((before.cost - after.cost) / excess, 0.0, 1.0)) if excess > 0 else 0.0
 
 
-def _held(model: Model, run: Run, before: Fit, after: Fit) -> Held:
-    problem = problem_of(model, [run], before.problem.covariate)
+def _held(run: Run, before: Fit, after: Fit) -> Held:
+    of = before.problem
+    problem = problem_of(of.model, [run], of.covariate, own_zeros=of.own_zeros)
     return Held(carried_over(before, problem), carried_over(after, problem.with_effects(after.problem.effects)))
 
 

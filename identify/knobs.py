@@ -58,6 +58,11 @@ def release_knobs(film: Film) -> list[Knob]:
     return [Knob(f"{film.run.name}:{name}", sd, 1.0, -np.inf, np.inf) for name, sd in rows if sd > 0]
 
 
+def zero_knob(run: str, model: Model) -> Knob:
+    """What a load cell that was set to zero anew may be off by in one loop."""
+    return Knob(f"{run}:zero_N", 0.05 * float(np.mean(np.abs(per_leg(model.actuator.initial_force_N)))) or 0.05, 1.0, -np.inf, np.inf)
+
+
 def effect_knobs(effect: Effect, model: Model, spread: float) -> list[Knob]:
     """The parameters of an effect within their bounds; zero is where the effect has them."""
     rows = zip(effect.flat_names(), effect.flat(), effect.typical(), effect.own_bounds(model).values(), strict=True)

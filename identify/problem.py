@@ -22,13 +22,14 @@ from simulate.model import LEGS, Model
 from simulate.model_file import add_effects
 
 from .campaign import Run
-from .knobs import BASE, Knob, base_knobs, effect_knobs, lines_of, release_knobs
+from .knobs import BASE, Knob, base_knobs, effect_knobs, lines_of, release_knobs, zero_knob
 from .loops import LoopData, gap
 from .measured import Film, LoopRun, film_of, lengths_of, loop_of
 from .observe import RunRelease, View, observe, observe_beside
 
 _STEP = 1e-5
 _DIVERGED = 1e3
+LOOPS = -1  # in place of a film's number: what is common to no film
 
 
 @dataclass(frozen=True)
@@ -46,6 +47,7 @@ class Problem:
     """Measurements, base model and the effects whose parameters are unknown.
 
     covariate : a further column of the loops to which a part of their force is proportional, none unless given.
+    own_zeros : whether the load cell was set to zero for each loop anew.
     until_s : films are cut there. effect_spread : prior of an effect's parameter around the model's value, in typical sizes;
     none unless given.
     """
@@ -55,13 +57,14 @@ class Problem:
     loops: tuple[LoopRun, ...]
     effects: tuple[Effect, ...] = ()
     covariate: str = ""
+    own_zeros: bool = False
     until_s: float = np.inf
     effect_spread: float = np.inf
 
     @cached_property
     def knobs(self) -> tuple[Knob, ...]:
-        """All unknowns: base, then each film's release, then the effects."""
-        nuisance = [knob for own in self.own_knobs for knob in own]
+        """All unknowns: base, then each film's release, then the zeros of the loops, then the effects."""
+        nuisance = [*(knob for own in self.own_knobs for knob in own), *self._zero_knobs]
         of_effects = [k for effect in self.effects for k in effect_knobs(effect, self.model, self.effect_spread)]
         return (*base_knobs(self.model, bool(self.loops)), *self._covariate_knobs, *nuisance, *of_effects)
 
@@ -78,15 +81,24 @@ class Problem:
         """The knobs of each film's own release."""
         return tuple(tuple(release_knobs(film)) for film in self.films)
 
+    @cached_property
+    def _zero_knobs(self) -> tuple[Knob, ...]:
+        return tuple(zero_knob(loop.run.name, self.model) for loop in self.loops) if self.own_zeros else ()
+
     @property
     def first_nuisance(self) -> int:
         """Index of the first knob of a release."""
         return len(BASE) + bool(self.covariate)
 
     @property
+    def first_zero(self) -> int:
+        """Index of the first knob of a loop's zero, behind the releases."""
+        return self.first_nuisance + sum(len(own) for own in self.own_knobs)
+
+    @property
     def first_effect(self) -> int:
         """Index of the first knob of an effect."""
-        return self.first_nuisance + sum(len(own) for own in self.own_knobs)
+        return self.first_zero + len(self._zero_knobs)
 
     @cached_property
     def blocks(self) -> tuple[Block, ...]:
@@ -145,6 +157,11 @@ class Problem:
             tuple(values.get(f"stored_force_{leg}", 0.0) for leg in range(LEGS)),
         )
 
+    def zeros_at(self, q: Array) -> Array:
+        """What the load cell said without force in each loop, (loops,) N."""
+        own = slice(self.first_zero, self.first_effect)
+        return q[own] * self.scales[own] if self._zero_knobs else np.zeros(len(self.loops))
+
     def _own_values(self, q: Array, index: int) -> dict[str, float]:
         place = self.first_nuisance + sum(len(own) for own in self.own_knobs[:index])
         return {k.name.rpartition(":")[2]: float(q[place + i] * k.scale) for i, k in enumerate(self.own_knobs[index])}
@@ -174,7 +191,8 @@ class Problem:
     def gaps_beside(self, points: Sequence[Array], only: Sequence[int | None] | None = None, known: Array | None = None) -> list[Array]:
         """`gaps` at points that hardly differ from the first one, with the same steps, side by side: differences are smooth.
 
-        only : for each point the one film that it can differ in from the first point, or None where all may differ.
+        only : for each point the one film that it can differ in from the first point, `LOOPS` for the loops alone, or None where
+        all may differ.
         known : the gaps at the first point, where they have been worked out before.
         """
         touched = list(only) if only is not None else [None] * len(points)
@@ -182,7 +200,7 @@ class Problem:
         films = self._film_gaps(points, touched, first)
         loops = self._loop_gaps(points[0]) if known is None else [known[b.rows] for b in self.blocks if b.channel == "force_N"]
         return [
-            np.concatenate([*films[k], *(loops if k == 0 or touched[k] is not None else self._loop_gaps(q)), self._prior(q)])
+            np.concatenate([*films[k], *(self._loop_gaps(q) if k and touched[k] in (None, LOOPS) else loops), self._prior(q)])
             for k, q in enumerate(points)
         ]
 
@@ -216,9 +234,9 @@ class Problem:
 
     def _loop_gaps(self, q: Array) -> list[Array]:
         made = []
-        for loop in self.loops:
+        for loop, zero_N in zip(self.loops, self.zeros_at(q), strict=True):
             model = self.model_at(q, loop.model)
-            made.append(gap(lines_of(model), self._without_covariate(q, loop.data), model.effects) / loop.data.force_sigma_N)
+            made.append((gap(lines_of(model), self._without_covariate(q, loop.data), model.effects) - zero_N) / loop.data.force_sigma_N)
         return made
 
     def _without_covariate(self, q: Array, data: LoopData) -> LoopData:
@@ -257,7 +275,9 @@ class Problem:
         return np.concatenate([self._base_root @ (q[:5] * self.scales[:5]), q[others] / self._spreads[others]])
 
     def _owner(self, knob: int) -> int | None:
-        """The film whose own release a knob belongs to, or None."""
+        """The film whose own release a knob belongs to, `LOOPS` for a loop's zero, or None."""
+        if self.first_zero <= knob < self.first_effect:
+            return LOOPS
         place = self.first_nuisance
         for index, own in enumerate(self.own_knobs):
             if place <= knob < place + len(own):
@@ -283,8 +303,10 @@ def _stepped(q: Array, index: int, step: float) -> Array:
     return moved
 
 
-def problem_of(model: Model, runs: Sequence[Run], covariate: str = "") -> Problem:
+def problem_of(model: Model, runs: Sequence[Run], covariate: str = "", *, own_zeros: bool = False) -> Problem:
     """The problem of a campaign; what is held out is left out by the caller.
+
+    own_zeros : whether the load cell was set to zero for each loop anew.
 
     Raises
     ------
@@ -296,7 +318,7 @@ def problem_of(model: Model, runs: Sequence[Run], covariate: str = "") -> Proble
     for loop in loops:
         if covariate and covariate not in loop.data.other:
             raise InputError(f'{loop.run.name}: no column "{covariate}" for the covariate; {nearest(covariate, loop.data.other)}')
-    return Problem(model, films, loops, covariate=covariate if loops else "")
+    return Problem(model, films, loops, covariate=covariate if loops else "", own_zeros=own_zeros)
 
 
 def shifted(model: Model, shifts: Array) -> Model:

@@ -11,6 +11,7 @@ from .explain import Explanation, Finding
 from .formula import described
 from .next_test import NextTest
 from .where import force_in_loops, locate
+from .zeros import zeros_of
 
 _PLACES = 12
 
@@ -42,6 +43,7 @@ def result_of(found: Explanation, missing_force_file: str | None = None) -> dict
         "next_experiments": [_foreseen(test) for test in found.next_tests],
         "detectable": [{"name": one.effect.name, "parameters": dict(one.sizes)} for one in found.sights],
         "base": base_moves(found),
+        "loop_zeros_N": zeros_of(found.after),
         "sentence": sentence(found),
     }
 

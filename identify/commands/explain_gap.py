@@ -32,6 +32,12 @@ def _parser() -> Any:
         "--covariate", default="", metavar="COLUMN", help="further column of the loops that part of the force is proportional to"
     )
     made.add_argument(
+        "--tare",
+        choices=("auto", "common", "each"),
+        default="auto",
+        help="whether the load cell was set to zero for each loop anew; auto finds out where a gap is left otherwise; default: %(default)s",
+    )
+    made.add_argument(
         "--budget", choices=("quick", "normal", "thorough"), default="normal", help="how many effects are fitted; default: %(default)s"
     )
     return made
@@ -48,7 +54,8 @@ def _work(arguments: Sequence[str]) -> int:
     catalogue = catalogue_with(given.effects)
     model = read_model(given.model, catalogue)
     runs = read_campaign(given.measured, mapping_from(given))
-    found = explain(model, runs, catalogue, covariate=given.covariate, budget=BUDGETS[given.budget], say=_say(given))
+    budget = BUDGETS[given.budget]
+    found = explain(model, runs, catalogue, covariate=given.covariate, tare=given.tare, budget=budget, say=_say(given))
     _write(given, found, [given.model, *(r.path for r in runs if r.path), *given.effects])
     if not given.quiet:
         print("\n".join([*(f"record   {said}" for said in remarks(runs)), *summary(found)]))
@@ -81,6 +88,8 @@ def summary(found: Explanation) -> list[str]:
         for name, row in parameters_of(finding, found).items():
             low, high = row["ci95"]
             lines.append(f"         {finding.name} {name} = {row['value']:.5g}   95 % {low:.5g} ... {high:.5g}")
+    if zeros := result["loop_zeros_N"].values():
+        lines.append(f"loops    each was given a zero of its own; they differ by up to {max(zeros) - min(zeros):.3g} N")
     lines += [f"         {text}" for text in (result["missing_force"], result["next_experiment"]) if text]
     return lines
 

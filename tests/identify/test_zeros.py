@@ -1,0 +1,57 @@
+"""Loops whose load cell was set to zero for each anew."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from identify.campaign import read_campaign
+from identify.explain import explain
+from identify.naming import BUDGETS
+from identify.zeros import zeros_of
+from measure.tables import Loop
+from simulate.effects import HubInertia, ViscousFriction
+from simulate.model_file import read_model
+
+
+def zeroed_anew(folder, sigma_N=0.01):
+    """The model and the runs of a campaign, each loop off by a force of its own; and these forces."""
+    chance, zeros, runs = np.random.default_rng(8), {}, []
+    for run in read_campaign([folder / "campaign.toml"]):
+        if isinstance(run.table, Loop):
+            zeros[run.name] = float(chance.normal(0.0, sigma_N))
+            run = replace(run, table=replace(run.table, force_N=run.table.force_N + zeros[run.name]))
+        runs.append(run)
+    return read_model(folder / "model.toml"), runs, zeros
+
+
+def test_loops_alone_with_zeros_of_their_own_still_name_a_friction(campaign):
+    model, runs, zeros = zeroed_anew(campaign(ViscousFriction(0.0728 + 0.02), 820, deployments=()))
+    assert explain(model, runs, tare="common").verdict == "unknown"
+    found = explain(model, runs)
+    assert found.verdict in ("named", "class")
+    assert "viscous-friction" in (found.findings[0].name, *found.findings[0].equivalents)
+    given = zeros_of(found.after)
+    errors = np.array([given[name] - zeros[name] for name in zeros])
+    assert np.abs(errors - errors.mean()).max() < 1e-3
+
+
+def test_common_zeros_stay_common(campaign):
+    folder = campaign(ViscousFriction(0.0728 + 0.02), 821, deployments=())
+    found = explain(read_model(folder / "model.toml"), read_campaign([folder / "campaign.toml"]))
+    assert found.verdict in ("named", "class")
+    assert zeros_of(found.after) == {}
+
+
+@pytest.mark.slow
+def test_with_deployments_too_an_inertia_is_named(campaign):
+    model, runs, zeros = zeroed_anew(campaign(HubInertia(0.746 + 0.01), 822))
+    found = explain(model, runs, budget=BUDGETS["quick"])
+    assert found.verdict in ("named", "class")
+    assert "hub-inertia" in (found.findings[0].name, *found.findings[0].equivalents)
+    given = zeros_of(found.after)
+    errors = np.array([given[name] - zeros[name] for name in zeros])
+    assert np.abs(errors - errors.mean()).max() < 1e-3
+    assert np.abs(errors).max() < 5e-3
