@@ -212,7 +212,7 @@ def test_memory_does_not_grow_with_the_film(kind, tmp_path):
         assert sum(1 for _ in film.pictures()) == frames
         taken.append(tracemalloc.get_traced_memory()[1])
         tracemalloc.stop()
-    assert taken[1] < taken[0] + 2 * 120 * 160
+    assert taken[1] < taken[0] + 8 * 120 * 160  # a few more may be on their way at a time
 
 
 @pytest.mark.parametrize(
