@@ -17,7 +17,7 @@ from typing import Any
 
 from .errors import InputError
 
-_REPORTED_PACKAGES = ("unspool", "numpy", "scipy", "numba", "lmfit", "opencv-python-headless")
+_REPORTED_PACKAGES = ("unspool", "numpy", "scipy", "numba", "lmfit", "opencv-python-headless", "av")
 
 
 @contextmanager
