@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -12,11 +12,13 @@ from simulate.effect import Effect
 
 from .evidence import GAP_P, Gain, Signature, gain, gap_test
 from .fit import ROUGHLY, Fit, solve, solve_from_afar, to_the_end
+from .knobs import POSE
 from .problem import Problem
 from .screening import Screened
 from .valleys import released_again
 
-_SHORT_OF_PROMISE = 0.5
+_SHORT_OF_PROMISE = 0.8
+_ON_ITS_WAY = 2.0  # times the sum of squares that was promised
 _FIRST_STEPS, _LAST_STEPS = 12, 20
 _NEAR = 50.0  # in the sum of squares
 
@@ -37,16 +39,45 @@ class Candidate:
 
 
 def fit_screened(before: Fit, screened: Screened) -> Candidate:
-    """Fit an effect jointly; where the fit falls short of what its signature promised, carry it on, or start at its typical size."""
+    """Fit an effect jointly, from one start after the other until the fit keeps what its signature promised."""
     problem = before.problem.with_effects((*before.problem.effects, screened.effect))
-    found = _fitted(problem, before, screened.start)
     promised = before.cost - _SHORT_OF_PROMISE * screened.promise * before.dilution
-    if found.cost > promised and not found.converged:
-        found = solve(problem, found.q, most_steps=_LAST_STEPS, enough=ROUGHLY)
-    if found.cost > promised:
-        others = [_fitted(problem, before, sign * np.ones(len(screened.start))) for sign in _signs(problem, len(before.q))]
-        found = min([found, *others], key=lambda f: f.cost)
+    found: Fit | None = None
+    for start in _starts(problem, before, screened):
+        fit = _fitted(problem, start, promised)
+        found = fit if found is None or fit.cost < found.cost else found
+        if found.cost <= promised:
+            break
+    assert found is not None
     return Candidate(screened.effect, found, gain(before, found), screened.signature)
+
+
+def _starts(problem: Problem, before: Fit, screened: Screened) -> Iterator[Array]:
+    """Where the fit of an effect may start: what its signature promises; releases as planned; its typical size, up and down.
+
+    Releases farther from the plan than they can be have swallowed a part of what is missing; then the plan comes first, the
+    effect not there yet, for straight lines from a release that cannot be lead far astray.
+    """
+    promised = np.concatenate([before.q, screened.start])
+    fresh = np.zeros_like(screened.start) if screened.effect.is_straight() else screened.start
+    planned = np.concatenate([as_planned(before.problem, before.q), fresh])
+    yield from (planned, promised) if gap_test(before).release_p < GAP_P else (promised, planned)
+    yield from (np.concatenate([before.q, sign * np.ones_like(fresh)]) for sign in _signs(problem, len(before.q)))
+
+
+def as_planned(problem: Problem, q: Array) -> Array:
+    """The same knobs, every film released where it was planned to be."""
+    planned = q.copy()
+    planned[[i for i, knob in enumerate(problem.knobs) if knob.name.rpartition(":")[2] in POSE]] = 0.0
+    return planned
+
+
+def _fitted(problem: Problem, start: Array, promised: float) -> Fit:
+    """Fitted in a hurry; one that is on its way and falls short of what was promised is carried on."""
+    found = solve(problem, start, most_steps=_FIRST_STEPS, enough=ROUGHLY)
+    if promised < found.cost < _ON_ITS_WAY * promised and not found.converged:
+        return solve(problem, found.q, most_steps=_LAST_STEPS, enough=ROUGHLY)
+    return found
 
 
 def carried_to_the_end(before: Fit, foremost: Sequence[Candidate]) -> list[Candidate]:
@@ -96,10 +127,6 @@ def _refitted(candidate: Candidate, before: Fit, fit: Fit) -> Candidate:
 
 def _signs(problem: Problem, first: int) -> tuple[float, ...]:
     return (1.0, -1.0) if all(knob.low < -1.0 for knob in problem.knobs[first:]) else (1.0,)
-
-
-def _fitted(problem: Problem, before: Fit, start: Array) -> Fit:
-    return solve(problem, np.concatenate([before.q, start]), most_steps=_FIRST_STEPS, enough=ROUGHLY)
 
 
 def held_out_rms(fit: Fit) -> float:

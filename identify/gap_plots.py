@@ -132,15 +132,18 @@ def missing_force_figure(missing: MissingForce) -> Any:
     """The estimated missing force along what it goes with, with a band of two standard deviations."""
     from matplotlib.figure import Figure
 
-    figure = Figure(figsize=(8.0, 3.2), layout="constrained")
-    axes = figure.subplots()
-    for column, (name, colour) in enumerate((("vertical, up", AFTER), ("lateral, x", BEFORE))):
+    figure = Figure(figsize=(8.0, 4.8), layout="constrained")
+    forces, moment = figure.subplots(2, 1, sharex=True)
+    rows = ((forces, "vertical, up", AFTER), (forces, "lateral, x", BEFORE), (moment, "about y", AFTER))
+    for column, (axes, name, colour) in enumerate(rows):
         force, sigma = missing.force_N[:, column], missing.sigma_N[:, column]
         axes.fill_between(missing.places, force - 2 * sigma, force + 2 * sigma, color=colour, alpha=0.2, lw=0)
         axes.plot(missing.places, force, "o-", ms=3, color=colour, label=name)
-    axes.axhline(0.0, color="0.5", lw=0.7)
-    axes.set(xlabel=missing.label, ylabel="missing force, N")
-    axes.legend(frameon=False, fontsize="small")
+    for axes, label in ((forces, "missing force, N"), (moment, "missing moment, N m")):
+        axes.axhline(0.0, color="0.5", lw=0.7)
+        axes.set_ylabel(label)
+        axes.legend(frameon=False, fontsize="small")
+    moment.set_xlabel(missing.label)
     return figure
 
 

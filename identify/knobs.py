@@ -13,6 +13,7 @@ from simulate.model import LEGS, Model, per_leg
 from .measured import Film
 
 BASE = ("a_l_N_per_m", "b_l_N", "a_u_N_per_m", "b_u_N", "beta_per_m", "initial_force_N")
+POSE = (*(f"position_{axis}" for axis in "xyz"), *(f"theta_{axis}" for axis in "xyz"))
 _WEAK = 4.0
 _CAMERA_DISTANCE_M = 2.0  # a release nearer to the camera by its spread makes every length of the film longer by spread over distance
 
@@ -48,8 +49,7 @@ def base_knobs(model: Model, loops: bool) -> list[Knob]:
 def release_knobs(film: Film) -> list[Knob]:
     """What a film's own release, its first frame and its scale may be off by."""
     spread = film.model.nuisance
-    rows = [(f"position_{axis}", spread.release_position_m) for axis in "xyz"]
-    rows += [(f"theta_{axis}", spread.release_theta_rad) for axis in "xyz"]
+    rows = list(zip(POSE, 3 * [spread.release_position_m] + 3 * [spread.release_theta_rad], strict=True))
     rows += [("instant", spread.release_instant_s)]
     rows += [(f"stored_force_{leg}", spread.stored_force_N) for leg in range(LEGS)]
     rows += [(f"datum_{film.channels[i]}", float(np.nanmedian(film.sigma[i]))) for i in np.flatnonzero(film.zeroed)]

@@ -1,12 +1,14 @@
 """The force that is missing on the platform, with its band: along time, along the height or along the speed.
 
-The force is unknown input to the six-leg model: a table of vertical and lateral values at fixed places of an abscissa, straight
-lines between. It is an effect like any other, so it is estimated together with base and releases and is the same in every
-run; but it has no physics and is never a name. Which abscissa suits all runs best says what the force goes with.
+The force is unknown input to the six-leg model: a table of what a film in the plane x, z can see, two forces and a moment, at
+fixed places of an abscissa, straight lines between. It is an effect like any other, so it is estimated together with base and
+releases and is the same in every run; but it has no physics and is never a name. Which abscissa suits all runs best says what
+the force goes with.
 """
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -22,6 +24,7 @@ from .evidence import GAP_P, gap_test
 from .fit import ROUGHLY, Fit, before_the_stops, solve
 
 KNOTS, SPACING_S = 16, 0.05
+AXES = 3  # vertical, lateral, moment
 _BAND = 3.0
 _CLEAR_LEAD = 0.25
 _STROKES_PER_S = 4.0  # the fastest knot
@@ -29,31 +32,33 @@ _MOST_STEPS = 12
 _SHOWN = 1e-2  # of the best seen combination of knots: what shows less is not told from a straight line's own error
 
 
-def _table(doc: str) -> Any:
-    return parameter((0.0,) * KNOTS, low=-1e3, high=1e3, typical=0.02, doc=doc)
+def _table(typical: float, doc: str) -> Any:
+    return parameter((0.0,) * KNOTS, low=-1e3, high=1e3, typical=typical, doc=doc)
 
 
 @dataclass(frozen=True)
 class ForceTable(PlatformEffect):
-    """A force on the platform along an abscissa: F_z and F_x at evenly spaced places, linear between, steady beyond.
+    """A force on the platform along an abscissa: F_z, F_x and M_y at evenly spaced places, linear between, steady beyond.
 
     The abscissa is time since the release, height, or upward speed, by its code 0, 1, 2; its origin and spacing follow.
     """
 
     name = "missing-force"
     constants = 3
-    vertical_N: tuple[float, ...] = _table("F_z at the places")
-    lateral_N: tuple[float, ...] = _table("F_x at the places")
+    vertical_N: tuple[float, ...] = _table(0.02, "F_z at the places")
+    lateral_N: tuple[float, ...] = _table(0.02, "F_x at the places")
+    moment_N_m: tuple[float, ...] = _table(0.001, "M_y at the places")
 
     @staticmethod
     def platform_wrench(t: float, pose: Any, twist: Any, p: Any, wrench: Any) -> None:
-        """Adds the force of this instant, height or speed, N."""
-        at = t if p[32] < 0.5 else (pose[2] if p[32] < 1.5 else twist[2])
-        place = min(max((at - p[33]) / p[34], 0.0), 14.999999)
+        """Adds the force of this instant, height or speed, N and N m."""
+        at = t if p[48] < 0.5 else (pose[2] if p[48] < 1.5 else twist[2])
+        place = min(max((at - p[49]) / p[50], 0.0), 14.999999)
         left = int(place)
         share = place - left
         wrench[2] += p[left] + share * (p[left + 1] - p[left])
         wrench[0] += p[16 + left] + share * (p[17 + left] - p[16 + left])
+        wrench[4] += p[32 + left] + share * (p[33 + left] - p[32 + left])
 
     @classmethod
     def places(cls, model: Model) -> Array:
@@ -106,11 +111,17 @@ _WORDS: dict[Along, tuple[str, str, str]] = {
     ForceAlongHeight: ("height_m", "m of height", "height"),
     ForceAlongSpeed: ("speed_m_per_s", "m/s of upward speed", "speed"),
 }
+ALONGS: tuple[Along, ...] = tuple(_WORDS)
+_DOES = (
+    ("acts upwards on the platform", "acts downwards on the platform", "N"),
+    ("acts to the right on the platform", "acts to the left on the platform", "N"),
+    ("turns the platform about +y", "turns the platform about -y", "N m"),
+)
 
 
 @dataclass(frozen=True)
 class MissingForce:
-    """The estimated force: places (n,) of its abscissa, force and one standard deviation (n, 2), vertical and lateral, N.
+    """The estimated force: places (n,) of its abscissa, force and one standard deviation (n, 3): vertical and lateral, N; moment, N m.
 
     leads : what the same table along each other abscissa leaves of what this one closes, by name. A table is coarse, so only a
     clear lead says anything.
@@ -126,7 +137,7 @@ class MissingForce:
     @property
     def sentence(self) -> str:
         """What the force does, for a person to act on."""
-        words = [w for w in (self._axis(0, "upwards", "downwards"), self._axis(1, "to the right", "to the left")) if w]
+        words = [w for axis, (up, down, unit) in enumerate(_DOES) if (w := self._axis(axis, up, down, unit))]
         if not words:
             return "No missing force on the platform stands out of its band anywhere."
         return "The missing force " + " and ".join(words) + "; " + self.goes_with + "."
@@ -151,6 +162,8 @@ class MissingForce:
             "sigma_vertical_force_N": self.sigma_N[:, 0],
             "lateral_force_N": self.force_N[:, 1],
             "sigma_lateral_force_N": self.sigma_N[:, 1],
+            "moment_N_m": self.force_N[:, 2],
+            "sigma_moment_N_m": self.sigma_N[:, 2],
         }
 
     @property
@@ -158,7 +171,7 @@ class MissingForce:
         """The abscissa with its unit, for a figure."""
         return {"time": "time after the release, s", "height": "height, m", "speed": "upward speed, m/s"}[_WORDS[self.along][2]]
 
-    def _axis(self, axis: int, positive: str, negative: str) -> str:
+    def _axis(self, axis: int, positive: str, negative: str, force_unit: str) -> str:
         force, sigma = self.force_N[:, axis], self.sigma_N[:, axis]
         strong = np.abs(force) > _BAND * sigma
         if not strong.any():
@@ -171,9 +184,11 @@ class MissingForce:
         while last < len(force) - 1 and same[last + 1]:
             last += 1
         side, unit = positive if force[peak] > 0 else negative, _WORDS[self.along][1]
+        size = f"{abs(force[peak]):.3g} +- {sigma[peak]:.2g} {force_unit}"
+        if len(force) == 1:
+            return f"{side} about {self.places[peak]:.2f} {unit}, {size}"
         return (
-            f"acts {side} on the platform between {self.places[first]:.2f} and {self.places[last]:.2f} {unit}, "
-            f"{abs(force[peak]):.3g} +- {sigma[peak]:.2g} N at its largest ({self.places[peak]:.2f})"
+            f"{side} between {self.places[first]:.2f} and {self.places[last]:.2f} {unit}, {size} at its largest ({self.places[peak]:.2f})"
         )
 
 
@@ -187,21 +202,25 @@ def estimate(before: Fit) -> MissingForce:
     hint = hint if gap_test(hint).p_value < GAP_P else before
     costs = {along: _fitted(hint, along).cost for along in _WORDS}
     best = min(costs, key=lambda along: costs[along])
-    closed = max(hint.cost - costs[best], 1e-12)
-    leads = {_WORDS[along][2]: (cost - costs[best]) / closed for along, cost in costs.items() if along is not best}
-    return _read(_fitted(before, best), best, leads)
+    leads = named_leads(best, {along: cost - costs[best] for along, cost in costs.items()}, hint.cost - costs[best])
+    return read(_fitted(before, best), best, leads)
+
+
+def named_leads(best: Along, short: Mapping[Along, float], closed: float) -> dict[str, float]:
+    """What the other abscissas leave of what the best one closes, by name."""
+    return {_WORDS[along][2]: left / max(closed, 1e-12) for along, left in short.items() if along is not best}
 
 
 def at_once(before: Fit) -> MissingForce:
     """The missing force along time by a single step along a fit's straight lines: where the gap is, before anything is named."""
     problem = before.problem.with_effects((*before.problem.effects, ForceAlongTime()))
-    start = np.concatenate([before.q, np.zeros(2 * KNOTS)])
-    free = _seen_knobs(before, ForceAlongTime)
+    start = np.concatenate([before.q, np.zeros(AXES * KNOTS)])
+    free = seen_knobs(before, ForceAlongTime)
     new = [i for i in free if i >= len(before.q)]
     jacobian = np.hstack([before.jacobian, problem.jacobian(start, new, before.gaps)[1]])
     step = np.linalg.lstsq(jacobian, -before.gaps, rcond=1e-12)[0]
     start[free] += step
-    return _read(Fit(problem, start, before.gaps + jacobian @ step, _spread_out(jacobian, free, len(start)), False), ForceAlongTime, {})
+    return read(Fit(problem, start, before.gaps + jacobian @ step, spread_out(jacobian, free, len(start)), False), ForceAlongTime, {})
 
 
 def chance_of_force(fit: Fit) -> float:
@@ -219,7 +238,8 @@ def chance_of_force(fit: Fit) -> float:
     return float(stats.chi2.sf(float(np.sum((shown.T @ fit.gaps) ** 2)) / unit, max(shown.shape[1], 1)))
 
 
-def _spread_out(jacobian: Array, columns: list[int], size: int) -> Array:
+def spread_out(jacobian: Array, columns: list[int], size: int) -> Array:
+    """The columns of the knobs that moved among all, the others zero."""
     whole = np.zeros((len(jacobian), size))
     whole[:, columns] = jacobian
     return whole
@@ -227,22 +247,23 @@ def _spread_out(jacobian: Array, columns: list[int], size: int) -> Array:
 
 def _fitted(before: Fit, along: Along) -> Fit:
     problem = before.problem.with_effects((*before.problem.effects, along()))
-    free = _seen_knobs(before, along)
-    found = solve(problem, np.concatenate([before.q, np.zeros(2 * KNOTS)]), free=free, most_steps=_MOST_STEPS, enough=ROUGHLY)
-    return Fit(problem, found.q, found.gaps, _spread_out(found.jacobian, free, len(found.q)), found.converged)
+    free = seen_knobs(before, along)
+    found = solve(problem, np.concatenate([before.q, np.zeros(AXES * KNOTS)]), free=free, most_steps=_MOST_STEPS, enough=ROUGHLY)
+    return Fit(problem, found.q, found.gaps, spread_out(found.jacobian, free, len(found.q)), found.converged)
 
 
-def _seen_knobs(before: Fit, along: Along) -> list[int]:
+def seen_knobs(before: Fit, along: Along) -> list[int]:
     """All knobs that were there, and of the table those behind which a film still runs."""
     last = max(float(film.time_s[film.time_s <= before.problem.until_s][-1]) for film in before.problem.films)
     seen = np.arange(KNOTS) * SPACING_S <= last if along is ForceAlongTime else np.ones(KNOTS, dtype=bool)
-    return [*range(len(before.q)), *(len(before.q) + np.flatnonzero(np.tile(seen, 2))).tolist()]
+    return [*range(len(before.q)), *(len(before.q) + np.flatnonzero(np.tile(seen, AXES))).tolist()]
 
 
-def _read(found: Fit, along: Along, leads: dict[str, float]) -> MissingForce:
-    first = len(found.q) - 2 * KNOTS
-    used = np.linalg.norm(found.jacobian[:, first:], axis=0).reshape(2, KNOTS).max(axis=0) > 0
+def read(found: Fit, along: Along, leads: dict[str, float]) -> MissingForce:
+    """A table that was fitted, at the places that had a say."""
+    first = len(found.q) - AXES * KNOTS
+    used = np.linalg.norm(found.jacobian[:, first:], axis=0).reshape(AXES, KNOTS).max(axis=0) > 0
     spread = np.sqrt(np.maximum(np.diag(found.covariance), 0.0))
     scale = found.problem.scales[first:]
-    values, sigma = ((row[first:] * scale).reshape(2, KNOTS).T for row in (found.q, spread))
+    values, sigma = ((row[first:] * scale).reshape(AXES, KNOTS).T for row in (found.q, spread))
     return MissingForce(along, along.places(found.problem.model)[used], values[used], sigma[used], found, leads)

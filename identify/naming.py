@@ -18,12 +18,13 @@ from simulate.effect import Effect
 from .candidates import Candidate, carried_to_the_end, fit_screened, held_out_rms
 from .chance import Family, chance_of_lead, family, inflation, noise_like
 from .evidence import EFFECT_P, GAP_P, Gain, gap_test, likeness
-from .fit import Fit, before_the_stops, solve
+from .fit import Fit, before_the_stops, solve, to_the_end
 from .screening import Screened, kinds_to_try, screen
 
 RIVAL_P = 0.01  # a rival that would be led so far less often than this is excluded
 STRONG_BIC, _ROUGH_LEAD = 10.0, 25.0
 _HOPELESS, _CLOSED_BY_FAR = 0.5, 1000.0
+_FAR_ABOVE = 2.0  # times the sum of squares: a release may lie in a wrong valley
 _LAST_SHARE = 0.25  # of the excess over noise; a signature is a straight line's guess
 
 Say = Callable[[str], None]
@@ -145,6 +146,7 @@ def _foremost(quick: Sequence[Candidate], budget: Budget) -> list[Candidate]:
 
 def _step(current: Fit, look: Look, quick: Sequence[Candidate], whole: Sequence[Candidate]) -> Step | None:
     tried = _best_first(whole)
+    current = _without(current, tried[0].fit)
     noise = noise_like(tried[0].fit)
     best = replace(tried[0], gain=_gain(current, tried[0].fit, noise, look.tests))
     if best.gain.p_value > EFFECT_P or best.gain.delta_bic < 0.0:
@@ -153,6 +155,13 @@ def _step(current: Fit, look: Look, quick: Sequence[Candidate], whole: Sequence[
     equivalents = tuple(c for c in tried[1:] if not _excluded(c, best, noise))
     rows = [Rival(c.name, _delta_bic(c, current, best.fit), held_out_rms(c.fit), True, chances.get(c.name, 1.0)) for c in tried]
     return Step(current, best, equivalents, (*rows, *_not_fitted_whole(look, quick, tried)))
+
+
+def _without(current: Fit, best: Fit) -> Fit:
+    """The fit before, or a better one from where the best effect has led: a gain is told from the same valley of each release."""
+    if current.cost < _FAR_ABOVE * best.cost:
+        return current
+    return min(current, to_the_end(solve(current.problem, best.q[: len(current.q)])), key=lambda fit: fit.cost)
 
 
 def _not_fitted_whole(look: Look, quick: Sequence[Candidate], tried: Sequence[Candidate]) -> list[Rival]:

@@ -52,8 +52,8 @@ def test_a_drag_is_described_by_the_square_of_the_speed(campaign):
     """A table along the speed that is -0.2 v |v| is written as that, and as no more."""
     (film,) = fitted(campaign(None, 93, loops=(), deployments=({},))).problem.films
     speed = np.linspace(0.1, 1.2, 12)
-    force = np.stack([-0.2 * speed**2, np.zeros(12)], axis=1)
-    text = described(MissingForce(ForceAlongSpeed, speed, force, np.full((12, 2), 2e-3), None, {}), film)  # type: ignore[arg-type]
+    force = np.stack([-0.2 * speed**2, np.zeros(12), np.zeros(12)], axis=1)
+    text = described(MissingForce(ForceAlongSpeed, speed, force, np.full((12, 3), 2e-3), None, {}), film)  # type: ignore[arg-type]
     assert text is not None
     assert "-0.2" in text
     assert "v |v|" in text
@@ -63,7 +63,7 @@ def test_a_drag_is_described_by_the_square_of_the_speed(campaign):
 def test_a_force_within_its_band_is_not_described(campaign):
     (film,) = fitted(campaign(None, 94, loops=(), deployments=({},))).problem.films
     speed = np.linspace(0.1, 1.2, 12)
-    force = np.stack([-0.2 * speed**2, np.zeros(12)], axis=1)
-    missing = MissingForce(ForceAlongSpeed, speed, force, np.full((12, 2), 1.0), None, {})  # type: ignore[arg-type]
+    force = np.stack([-0.2 * speed**2, np.zeros(12), np.zeros(12)], axis=1)
+    missing = MissingForce(ForceAlongSpeed, speed, force, np.full((12, 3), 1.0), None, {})  # type: ignore[arg-type]
     assert described(missing, film) is None
     assert "No missing force" in missing.sentence

@@ -1,0 +1,80 @@
+"""A push: a force on the platform at the fewest places of a table that say what is missing.
+
+It has no physics and is never a name. But where a push at one or two places says as much as effects with many parameters, these
+have bent themselves around something that they are not.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from measure.tables import Array
+
+from .fit import ROUGHLY, Fit, solve
+from .missing_force import ALONGS, Along, MissingForce, named_leads, read, seen_knobs, spread_out
+
+_MOST_PLACES = 4
+_WORDS = 2  # that a place costs: where, and how strong
+
+
+@dataclass(frozen=True)
+class Push:
+    """A force at a few places of a table. knobs : what it takes to say it, base and releases counted."""
+
+    force: MissingForce
+    knobs: int
+
+
+def push(before: Fit) -> Push | None:
+    """The force at the fewest places that base and releases leave over; None where no place is worth its words."""
+    found = {along: _chosen(before, along) for along in ALONGS}
+    along = max(found, key=lambda one: _worth(before, *found[one]))
+    places, gained = found[along]
+    if not places:
+        return None
+    problem = before.problem.with_effects((*before.problem.effects, along()))
+    start = np.concatenate([before.q, np.zeros(len(problem.knobs) - len(before.q))])
+    free = [*range(len(before.q)), *places]
+    fit = solve(problem, start, free=free, enough=ROUGHLY)
+    fit = replace(fit, jacobian=spread_out(fit.jacobian, free, len(start)))
+    leads = named_leads(along, {other: gained - found[other][1] for other in ALONGS}, gained)
+    return Push(read(fit, along, leads), len(before.q) + _WORDS * len(places))
+
+
+def _worth(before: Fit, places: list[int], gained: float) -> float:
+    return gained - _WORDS * len(places) * _price(before)
+
+
+def _price(fit: Fit) -> float:
+    """What a parameter costs by the BIC."""
+    return float(np.log(fit.problem.measured))
+
+
+def _chosen(before: Fit, along: Along) -> tuple[list[int], float]:
+    """Places of a table, as knobs, that join one by one while each gains more than its words cost; and what they gain linearly."""
+    problem = before.problem.with_effects((*before.problem.effects, along()))
+    new = [knob for knob in seen_knobs(before, along) if knob >= len(before.q)]
+    start = np.concatenate([before.q, np.zeros(len(problem.knobs) - len(before.q))])
+    free = before.free_of_knobs(problem.jacobian(start, new, before.gaps)[1])
+    left, gained = before.free_of_knobs(before.gaps[:, None])[:, 0], 0.0
+    chosen: list[int] = []
+    while len(chosen) < _MOST_PLACES:
+        gains = _gains(free, left)
+        best = int(np.argmax(gains))
+        if gains[best] < _WORDS * _price(before):
+            break
+        chosen.append(new[best])
+        gained += float(gains[best])
+        way = free[:, best] / np.linalg.norm(free[:, best])
+        left = left - way * float(way @ left)
+        free = free - np.outer(way, way @ free)
+    return chosen, gained
+
+
+def _gains(free: Array, left: Array) -> Array:
+    """What each column alone takes off the sum of squares; nothing, where nothing of it is left."""
+    norms = np.linalg.norm(free, axis=0)
+    shown = norms > 1e-6 * max(float(norms.max()), 1e-300)
+    return np.where(shown, (free.T @ left) ** 2 / np.where(shown, norms, 1.0) ** 2, 0.0)
