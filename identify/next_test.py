@@ -4,10 +4,12 @@ The foremost effect makes the measurement, its rival is fitted to it along strai
 run's release free as far as everything measured before lets them. What is left, in units of the noise, is what the test
 would show:
 
-    delta^2 = min |g + J x|^2 + |R x|^2 + |release|^2        P(split) = Phi(sqrt(delta^2 + delta_before^2) - z)
+    delta^2 = min |g + J x|^2 + |R x|^2 + |release|^2
 
-g the gap of the rival's model to the foremost one's, J its Jacobian, R the root of the information so far, and z the lead
-that excludes a rival.
+g the gap of the rival's model to the foremost one's, J its Jacobian and R the root of the information so far. The test moves
+the lead by delta^2 +- 2 delta towards the one that is true. A lead excludes where it is above ten and above what the
+other's truth would let it be once in a hundred times; either of the two may be the true one, as their leads so far and
+their parameters say.
 """
 
 from __future__ import annotations
@@ -20,22 +22,24 @@ import numpy as np
 from scipy import stats
 
 from measure.tables import Array, Loop, Trajectory
-from simulate.model import Geometry
+from simulate.model import Geometry, Model
 
 from .campaign import Run
 from .candidates import Candidate
 from .fit import Fit
 from .loops import prepare
 from .measured import Film, LoopRun
-from .naming import RIVAL_P
+from .naming import RIVAL_P, STRONG_BIC
 from .problem import Problem
 
 _FURTHER = 0.2  # of the stroke that is left, above the start heights there are
 _HEAVIER = 1.25
-_OFF_CENTRE_M, _TILT_RAD, _TURN_RAD = 0.005, 0.02, 0.03
+_OFF_CENTRE_M, _TILT_RAD, _TURN_RAD = (0.005, 0.02), (0.02, 0.06), (0.03, 0.1)
 _FASTER, _WIDER = 2.0, 2.0
 _FREE_LOOP = (1.0, 0.1, 1e-3)  # frequency in Hz, amplitude over the stroke, noise over the force, where no loop was measured
-_SAMPLES, _CYCLES = 400, 3
+_SAMPLES, _CYCLES = 400, 4
+_FREE_FILM = (500.0, 1e-4, 5e-4)  # frames/s, noise in m and rad, where no film was taken
+LIKELY = 0.5  # a test that splits off a rival less often than this is not worth being recommended
 
 
 @dataclass(frozen=True)
@@ -72,11 +76,12 @@ def _foreseen(best: Fit, rivals: Sequence[Candidate], condition: Condition) -> N
 
 def _deployments(problem: Problem) -> list[Condition]:
     """Deployments that differ from those there are."""
-    if not problem.films or problem.model.geometry is None:
-        return []
     g = problem.model.geometry
-    heights = [film.model.geometry.stowed_height_m for film in problem.films if film.model.geometry is not None]
-    masses = [film.model.platform.mass_kg for film in problem.films]
+    if g is None:
+        return []
+    models = [film.model for film in problem.films] or [problem.model]
+    heights = [model.geometry.stowed_height_m for model in models if model.geometry is not None]
+    masses = [model.platform.mass_kg for model in models]
     height = max(heights) + _FURTHER * (g.deployed_height_m - max(heights))
     ballast = max(masses) * _HEAVIER
     heavier = {"platform": {"mass_kg": ballast}}
@@ -84,9 +89,9 @@ def _deployments(problem: Problem) -> list[Condition]:
         Condition(f"a deployment from a start height of {height:.3f} m", _at_height(height)),
         Condition(f"a deployment with a platform of {ballast:.2f} kg", heavier),
         Condition(f"a deployment from {height:.3f} m with a platform of {ballast:.2f} kg", {**_at_height(height), **heavier}),
-        Condition(f"a deployment released {1e3 * _OFF_CENTRE_M:.0f} mm off the centre", _released(position_m=[_OFF_CENTRE_M, 0.0, 0.0])),
-        Condition(f"a deployment released with a tilt of {_TILT_RAD:g} rad", _released(theta_rad=[0.0, _TILT_RAD, 0.0])),
-        Condition(f"a deployment released turned by {_TURN_RAD:g} rad", _released(theta_rad=[0.0, 0.0, _TURN_RAD])),
+        *(Condition(f"a deployment released {1e3 * x:.0f} mm off the centre", _released(position_m=[x, 0.0, 0.0])) for x in _OFF_CENTRE_M),
+        *(Condition(f"a deployment released with a tilt of {tilt:g} rad", _released(theta_rad=[0.0, tilt, 0.0])) for tilt in _TILT_RAD),
+        *(Condition(f"a deployment released turned by {turn:g} rad", _released(theta_rad=[0.0, 0.0, turn])) for turn in _TURN_RAD),
         Condition("a film twice as long, with the free bounce on the stops", longer=2.0),
         Condition("a film of the same deployment from the side", channels=("y_m", "z_m", "theta_x_rad")),
         Condition("a deployment with the legs moved on by a third of a turn", {"geometry": _third_of_a_turn(g)}),
@@ -134,9 +139,25 @@ def _loop(frequency_Hz: float, amplitude_m: float) -> Condition:
 
 
 def _chance(best: Fit, rival: Fit, made: Problem) -> float:
-    before = rival.free_of_knobs((best.gaps - rival.gaps)[:, None])
-    shown = float(np.sum(before**2)) + _shown(rival, made)
-    return float(stats.norm.cdf(np.sqrt(shown) - stats.norm.isf(RIVAL_P)))
+    """How likely the test tells the two apart, whichever is true."""
+    before = float(np.sum(rival.free_of_knobs((best.gaps - rival.gaps)[:, None]) ** 2))
+    return chance_of_split(rival.cost - best.cost, len(rival.q) - len(best.q), best.problem.measured, before, _shown(rival, made))
+
+
+def chance_of_split(lead: float, more_knobs: int, samples: int, before: float, shown: float) -> float:
+    """How likely a further test excludes one of two effects, by the straight-line theory of the lead.
+
+    Parameters
+    ----------
+    lead : of the foremost over its rival so far. more_knobs : that the rival has. samples : so many were measured.
+    before, shown : delta^2 of what was measured and of the test.
+    """
+    spread = 2.0 * float(np.sqrt(shown)) + 1e-12
+    whole = before + shown
+    needed = max(STRONG_BIC, 2.0 * float(np.sqrt(whole)) * float(stats.norm.isf(RIVAL_P)) - whole)
+    if_best, if_rival = (float(stats.norm.cdf((side * lead + shown - needed) / spread)) for side in (1.0, -1.0))
+    odds = float(np.exp(-0.5 * np.clip(lead + more_knobs * np.log(samples), -100.0, 100.0)))
+    return (if_best + odds * if_rival) / (1.0 + odds)
 
 
 def _shown(rival: Fit, made: Problem) -> float:
@@ -171,42 +192,58 @@ def _made(best: Fit, condition: Condition) -> Problem:
         blank = replace(best.problem.until(np.inf), films=(), loops=(_blank_loop(best.problem, condition),))
     else:
         blank = replace(best.problem.until(np.inf), films=(_blank_film(best.problem, condition),), loops=())
-    foreseen = -blank.gaps(_without_releases(best, blank))
-    if blank.loops:
-        (loop,) = blank.loops
+    q = _without_releases(best, blank)
+    return _filled(blank, q)
+
+
+def _filled(problem: Problem, q: Array) -> Problem:
+    """The one run of a problem with its measurement moved to where these knobs have it."""
+    foreseen = -problem.gaps(q)[: problem.measured]
+    if problem.loops:
+        (loop,) = problem.loops
         force = loop.data.force_N.copy()
-        force[loop.data.used] += foreseen[: blank.measured] * loop.data.force_sigma_N
-        return replace(blank, loops=(replace(loop, data=replace(loop.data, force_N=force)),))
-    (film,) = blank.films
-    values = np.stack([film.values[i] + foreseen[block.rows] * film.sigma[i] for i, block in enumerate(blank.blocks)])
-    return replace(blank, films=(replace(film, values=values),))
+        force[loop.data.used] += foreseen * loop.data.force_sigma_N
+        return replace(problem, loops=(replace(loop, data=replace(loop.data, force_N=force)),))
+    (film,) = problem.films
+    values = np.stack([film.values[i] + foreseen[block.rows] * film.sigma[i] for i, block in enumerate(problem.blocks)])
+    return replace(problem, films=(replace(film, values=values),))
 
 
 def _blank_film(problem: Problem, condition: Condition) -> Film:
     """A film like the first one, under another condition, that has seen nothing yet."""
-    like = problem.films[0]
+    like = problem.films[0] if problem.films else _plain_film(problem.model)
     channels = condition.channels or like.channels
     step = float(np.median(np.diff(like.time_s)))
     time = like.time_s[0] + step * np.arange(round(condition.longer * len(like.time_s)))
     run = Run(Trajectory(time, {name: np.zeros(len(time)) for name in channels}), condition.changes, name="further")
     model = run.model(problem.model)
-    sigma = np.array([_typical_sigma(problem, name) for name in channels])
+    sigma = np.array([_typical_sigma(problem.films or (like,), name) for name in channels])
     nominal = np.array([model.geometry.stowed_height_m if name == "z_m" and model.geometry else 0.0 for name in channels])
     zeroed = np.full(len(channels), bool(like.zeroed.any()))
     blank = np.zeros((len(channels), len(time)))
     return Film(run, model, time, channels, blank, blank + sigma[:, None], blank == 0.0, nominal, zeroed, like.expected_s)
 
 
-def _typical_sigma(problem: Problem, channel: str) -> float:
-    """The noise of a channel of the same kind, a length or a rotation, in the films there are."""
+def _plain_film(model: Model) -> Film:
+    """A film as a first one would be, seen from the front and counted from its first frame."""
+    rate, length, angle = _FREE_FILM
+    time = np.arange(round(rate * model.simulation.duration_s)) / rate
+    channels = ("x_m", "z_m", "theta_y_rad")
+    sigma = np.outer([length, length, angle], np.ones(len(time)))
+    run = Run(Trajectory(time, {name: np.zeros(len(time)) for name in channels}), name="further")
+    return Film(run, model, time, channels, 0.0 * sigma, sigma, sigma > 0.0, np.zeros(3), np.ones(3, dtype=bool), 0.0)
+
+
+def _typical_sigma(films: Sequence[Film], channel: str) -> float:
+    """The noise of a channel of the same kind, a length or a rotation, in these films."""
     kind = channel.rpartition("_")[2]
-    same = [film.sigma[i] for film in problem.films for i, name in enumerate(film.channels) if name.endswith(kind)]
-    lengths = [film.sigma[i] for film in problem.films for i, name in enumerate(film.channels) if name.endswith("_m")]
+    same = [film.sigma[i] for film in films for i, name in enumerate(film.channels) if name.endswith(kind)]
+    lengths = [film.sigma[i] for film in films for i, name in enumerate(film.channels) if name.endswith("_m")]
     return float(np.nanmedian(np.concatenate(same or lengths)))
 
 
 def _blank_loop(problem: Problem, condition: Condition) -> LoopRun:
-    """A loop on a shaker that has seen no force yet."""
+    """A loop on a shaker that has seen no force yet; its first cycle does not count, for nobody knows with what force it will start."""
     time = np.linspace(0.0, _CYCLES / condition.frequency_Hz, _SAMPLES * _CYCLES + 1)
     middle = float(np.mean([np.mean(loop.data.elongation_m) for loop in problem.loops])) if problem.loops else condition.amplitude_m
     turn = 2 * np.pi * condition.frequency_Hz * time
@@ -215,4 +252,5 @@ def _blank_loop(problem: Problem, condition: Condition) -> LoopRun:
     data = prepare(blank)
     sigmas = [loop.data.force_sigma_N for loop in problem.loops]
     sigma = float(np.median(sigmas)) if sigmas else _FREE_LOOP[2] * abs(level)
-    return LoopRun(Run(blank, name="further"), problem.model, replace(data, force_sigma_N=sigma))
+    used = data.used & (time > 1.0 / condition.frequency_Hz)
+    return LoopRun(Run(blank, name="further"), problem.model, replace(data, force_sigma_N=sigma, used=used))

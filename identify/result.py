@@ -9,7 +9,7 @@ import numpy as np
 from .covariates import hint, shares
 from .explain import Explanation, Finding
 from .formula import described
-from .next_test import NextTest
+from .next_test import LIKELY, NextTest
 from .where import force_in_loops, locate
 from .zeros import zeros_of
 
@@ -176,9 +176,13 @@ def _named(finding: Finding) -> str:
 def next_experiment(found: Explanation) -> str | None:
     """Which further test would split a class or settle a doubt."""
     if found.next_tests:
-        best = found.next_tests[0]
-        split = ", ".join(f"{name} in {100 * chance:.0f} %" for name, chance in best.chances.items())
-        return f"To tell {found.findings[0].name} from its rivals, add {best.condition.words}; foreseen to split off {split} of cases."
+        best, name = found.next_tests[0], found.findings[0].name
+        split = ", ".join(f"{rival} in {100 * chance:.0f} %" for rival, chance in best.chances.items())
+        if max(best.chances.values()) < LIKELY:
+            return (
+                f"No single further test is likely to tell {name} from its rivals; {best.condition.words} would split off {split} of cases."
+            )
+        return f"To tell {name} from its rivals, add {best.condition.words}; foreseen to split off {split} of cases."
     if found.verdict == "unknown":
         return f"Repeat the run with {_other_condition(found)}: a force that follows time, place or speed moves differently then."
     return None

@@ -24,6 +24,9 @@ from .running import Answer, ask_all
 from .scoring import Scored, score_case
 from .specs import Spec
 
+_FIRST_FILM = Seen(("x_m", "z_m", "theta_y_rad"), zeroed=True, tells_sigma=True)
+RECOMMENDED = 0.5  # the chance above which explain-gap recommends a test
+
 
 @dataclass(frozen=True)
 class Split:
@@ -46,11 +49,11 @@ class Split:
 
 
 def splits(rows: Sequence[Scored], answers: Sequence[Answer], method: str, folder: Path, **how: Any) -> list[Split]:
-    """Do the recommended test for every class that holds the truth, and ask again."""
+    """Do the recommended test for every class that holds the truth, and ask again; a class for which none is recommended is left."""
     classes = {
         row.spec.token: (row, answer.result["next_experiments"][0])
         for row, answer in zip(rows, answers, strict=True)
-        if row.verdict == "class" and row.class_correct and answer.result.get("next_experiments")
+        if row.verdict == "class" and row.class_correct and _recommends(answer)
     }
     makers = {token: _maker(row.spec, test, folder) for token, (row, test) in classes.items()}
     again = ask_all(makers, method, folder / f"{method}-further.jsonl", **how)
@@ -58,6 +61,12 @@ def splits(rows: Sequence[Scored], answers: Sequence[Answer], method: str, folde
         Split(row.spec, row, score_case(row.spec, again[token], folder), min(test["splits"].values(), default=float("nan")))
         for token, (row, test) in classes.items()
     ]
+
+
+def _recommends(answer: Answer) -> bool:
+    """Whether the answer says that its best test is likely to split the class."""
+    foreseen = answer.result.get("next_experiments")
+    return bool(foreseen) and max(foreseen[0]["splits"].values()) >= RECOMMENDED
 
 
 def _maker(spec: Spec, test: Mapping[str, Any], folder: Path) -> Any:
@@ -85,9 +94,8 @@ def further_run(spec: Spec, case: Case, test: Mapping[str, Any], chance: np.rand
     known, before = case.rig.known, case.campaign
     if test["kind"] == "loop":
         return shaking(spec, known, test["frequency_Hz"], test["amplitude_m"], False, False, chance)
-    like = before.deployments[0]
-    channels = tuple(test.get("channels") or like.channels)
-    seen = Seen(channels, like.zeroed, like.tells_sigma)
+    like = before.deployments[0] if before.deployments else _FIRST_FILM
+    seen = replace(_FIRST_FILM, channels=tuple(test.get("channels") or like.channels), zeroed=like.zeroed, tells_sigma=like.tells_sigma)
     run = deployment(spec, known, _dotted(test["model"]), seen, False, chance)
     return replace(run, frames=round(FRAMES * test.get("times_as_long", 1.0)))
 

@@ -1,0 +1,52 @@
+"""Further tests that would split a class: how likely they do, and what no test can."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from identify.campaign import read_campaign
+from identify.explain import explain
+from identify.naming import RIVAL_P, STRONG_BIC
+from identify.next_test import LIKELY, chance_of_split
+from identify.result import next_experiment
+from simulate.model_file import read_model
+
+DEMO = Path(__file__).resolve().parents[2] / "datasets" / "demo"
+
+
+@pytest.mark.parametrize(("before", "shown"), [(1.0, 9.0), (4.0, 16.0), (8.0, 5.0), (2.0, 40.0)])
+def test_the_foreseen_chance_is_how_often_the_test_splits(before, shown):
+    """Gaussian noise on what two rivals say, either of them true: what is foreseen before the test against what happens."""
+    chance, runs, foreseen, split = np.random.default_rng(7), 4000, [], []
+    for _ in range(runs):
+        side = 1.0 if chance.random() < 0.5 else -1.0
+        lead = side * before + 2.0 * np.sqrt(before) * chance.normal()
+        side, lead = (side, lead) if lead > 0 else (-side, -lead)  # the foremost is the one that leads
+        foreseen.append(chance_of_split(lead, 0, 1000, before, shown))
+        after = abs(lead + side * shown + 2.0 * np.sqrt(shown) * chance.normal())
+        by_chance = 2.0 * np.sqrt(before + shown) * 2.3263 - (before + shown)
+        split.append(after > max(STRONG_BIC, by_chance))
+    assert RIVAL_P == 0.01
+    assert np.mean(foreseen) == pytest.approx(np.mean(split), abs=4.0 * np.std(split) / np.sqrt(runs))
+
+
+def test_a_test_that_shows_nothing_splits_nothing():
+    assert chance_of_split(3.0, 0, 1000, 2.0, 0.0) < 1e-6
+    assert chance_of_split(0.0, 0, 1000, 0.0, 1e4) > 0.999
+
+
+def test_no_loop_is_recommended_where_none_tells_the_rivals_apart():
+    """On a shaker the inertia of the hub and that of the leg are one and the same, whatever the stroke and the frequency."""
+    found = explain(read_model(DEMO / "rig.toml"), read_campaign(sorted((DEMO / "loops").glob("*.csv"))))
+    assert found.verdict == "class"
+    on_shaker = [test for test in found.next_tests if test.condition.frequency_Hz]
+    assert on_shaker
+    assert all(chance < 0.05 for test in on_shaker for chance in test.chances.values())
+    deployments = [test for test in found.next_tests if not test.condition.frequency_Hz]
+    assert deployments
+    told = next_experiment(found)
+    assert told is not None
+    assert ("No single further test" in told) == (max(found.next_tests[0].chances.values()) < LIKELY)
