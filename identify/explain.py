@@ -29,7 +29,7 @@ from .missing_force import MissingForce, at_once, chance_of_force, estimate
 from .naming import BUDGETS, RIVAL_P, STRONG_BIC, Budget, Rival, Say, Step, next_effect
 from .next_test import NextTest, next_tests
 from .problem import Problem, problem_of
-from .push import Push, push
+from .push import SHORTEST, Push, push
 from .screening import kinds_to_try
 from .valleys import released_again, searched_everywhere
 from .zeros import Tare, zeros_differ
@@ -184,18 +184,20 @@ def _added(before: Fit, catalogue: Mapping[str, type[Effect]], budget: Budget, s
         steps.append(found)
         before, current = steps[0].before, found.best.fit
         if len(steps) == 1:
-            pushed = _push_of_few(before, current, say)
+            pushed = _push_of_few(found, say)
             if pushed is not None and _is_bent(current, pushed) and gap_test(pushed.force.fit).p_value > GAP_P:
                 break
     return current, steps, tests, pushed
 
 
-def _push_of_few(before: Fit, after: Fit, say: Say) -> Push | None:
-    """What a push at a few places says, where it could say all."""
-    if not after.problem.films or before.cost > _FAR_ABOVE * after.cost:
+def _push_of_few(step: Step, say: Say) -> Push | None:
+    """What a push at a few places says; None of a large gap, or where an effect closes it in no more words than a push needs."""
+    before, best = step.before, step.best
+    short = best.gain.knobs <= SHORTEST and gap_test(best.fit).p_value > GAP_P
+    if short or not before.problem.films or before.cost > _FAR_ABOVE * best.fit.cost:
         return None
     say("doing without physics")
-    return push(before)
+    return push(before, _bic(best.fit))
 
 
 def _is_bent(after: Fit, pushed: Push) -> bool:

@@ -16,7 +16,8 @@ from .fit import ROUGHLY, Fit, solve
 from .missing_force import ALONGS, Along, MissingForce, named_leads, read, seen_knobs, spread_out
 
 _MOST_PLACES = 4
-_WORDS = 2  # that a place costs: where, and how strong
+_OPTIMISM = 1.25  # how much more than along straight lines a force may gain
+_WORDS = SHORTEST = 2  # that a place costs: where, and how strong; no push is shorter
 
 
 @dataclass(frozen=True)
@@ -27,12 +28,16 @@ class Push:
     knobs: int
 
 
-def push(before: Fit) -> Push | None:
-    """The force at the fewest places that base and releases leave over; None where no place is worth its words."""
+def push(before: Fit, bic: float) -> Push | None:
+    """The force at the fewest places that base and releases leave over.
+
+    None where no place is worth its words, or where straight lines promise nothing near a BIC that others have reached.
+    """
     found = {along: _chosen(before, along) for along in ALONGS}
     along = max(found, key=lambda one: _worth(before, *found[one]))
     places, gained = found[along]
-    if not places:
+    promised = before.cost - _OPTIMISM * gained + (len(before.q) + _WORDS * len(places)) * _price(before)
+    if not places or promised > bic:
         return None
     problem = before.problem.with_effects((*before.problem.effects, along()))
     start = np.concatenate([before.q, np.zeros(len(problem.knobs) - len(before.q))])

@@ -1,0 +1,67 @@
+"""A push at a few places: found where there was one, and no match for an effect where there was that."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from board.outside import Gust, SideWind
+
+from identify.campaign import read_campaign
+from identify.evidence import GAP_P, gap_test
+from identify.explain import explain
+from identify.fit import solve_from_afar
+from identify.missing_force import ForceAlongTime, at_once
+from identify.problem import problem_of
+from identify.push import push
+from simulate.effects import GravityImbalance
+from simulate.model_file import read_model
+
+TWO_HEIGHTS = ({}, {"geometry.stowed_height_m": 0.35})
+
+
+def fitted(folder):
+    runs = [run for run in read_campaign([folder / "campaign.toml"]) if not run.hold_out]
+    return solve_from_afar(problem_of(read_model(folder / "model.toml"), runs))
+
+
+def test_a_gust_is_a_push_at_its_time(campaign):
+    found = push(fitted(campaign(Gust(0.1), 611, deployments=TWO_HEIGHTS, hold_out=False)), np.inf)
+    assert found is not None
+    assert found.force.along is ForceAlongTime
+    peak = int(np.argmax(np.abs(found.force.force_N[:, 0])))
+    assert found.force.places[peak] == pytest.approx(0.20)
+    assert found.force.force_N[peak, 0] == pytest.approx(0.1, abs=0.03)
+    assert gap_test(found.force.fit).p_value > GAP_P
+    assert "upwards" in found.force.sentence
+
+
+def test_noise_is_no_push(campaign):
+    assert push(fitted(campaign(None, 612, deployments=TWO_HEIGHTS, hold_out=False)), np.inf) is None
+
+
+def test_a_steady_weight_is_said_in_fewer_words_than_pushes_need(campaign):
+    """A weight acts at every instant; a few places say less, and a BIC that the weight reaches is not even tried for."""
+    before = fitted(campaign(GravityImbalance(0.05), 613, deployments=TWO_HEIGHTS, hold_out=False))
+    weighed = solve_from_afar(before.problem.with_effects((GravityImbalance(),)), np.append(before.q, 0.0))
+    bic = weighed.cost + len(weighed.q) * np.log(weighed.problem.measured)
+    found = push(before, bic)
+    assert found is None or found.force.fit.cost + found.knobs * np.log(before.problem.measured) > bic
+
+
+def test_a_moment_shows_as_one(campaign):
+    """A draught that twists the platform with an arm of 50 mm: the estimate has force and moment in that proportion."""
+    found = at_once(fitted(campaign(SideWind(0.02), 614, deployments=TWO_HEIGHTS, hold_out=False)))
+    lateral, moment = found.force_N[:, 1], found.force_N[:, 2]
+    known = found.sigma_N[:, 2] < 0.3 * np.abs(moment).max()
+    assert known.sum() >= 3
+    assert np.median(moment[known] / lateral[known]) == pytest.approx(0.05, rel=0.5)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("force", "seed"), [(Gust(0.1), 615), (SideWind(0.03), 616)])
+def test_a_force_outside_the_catalogue_is_not_given_the_name_of_an_effect_that_bends_itself_around_it(campaign, force, seed):
+    folder = campaign(force, seed, deployments=({}, {"geometry.stowed_height_m": 0.30}, {"platform.mass_kg": 1.0}, {}))
+    found = explain(read_model(folder / "model.toml"), read_campaign([folder / "campaign.toml"]))
+    assert found.verdict == "unknown"
+    assert found.missing is not None
+    assert "No missing force" not in found.missing.sentence
