@@ -24,10 +24,11 @@ from .candidates import Candidate, carried_over
 from .chance import Family, noise_like
 from .detectable import Sight, sight
 from .evidence import GAP_P, Gain, GapTest, gain, gap_test
-from .fit import ROUGHLY, Fit, solve, solve_from_afar
+from .fit import ROUGHLY, Fit, bic, refitted, solve, solve_from_afar
 from .missing_force import MissingForce, at_once, chance_of_force, estimate
 from .naming import BUDGETS, RIVAL_P, STRONG_BIC, Budget, Rival, Say, Step, next_effect
 from .next_test import NextTest, next_tests
+from .pairs import plainer_pair
 from .problem import Problem, problem_of
 from .push import SHORTEST, Push, push
 from .screening import kinds_to_try
@@ -138,12 +139,12 @@ def explain(
 def _explained(problem: Problem, runs: Sequence[Run], catalogue: Mapping[str, type[Effect]], budget: Budget, say: Say) -> Explanation:
     say("fitting base and releases")
     before = released_again(solve_from_afar(problem))
-    current, steps, tests, pushed = _added(before, catalogue, budget, say)
-    before = steps[0].before if steps else before
-    current, steps = _without_superfluous(current, steps, say)
+    added = _added(before, catalogue, budget, say)
+    before, pushed = added.before, added.pushed
+    current, steps = _without_superfluous(added.fit, added.steps, say)
     missing, left = None, _more_than_noise(current)
-    if left and len(steps) > 1:  # several must leave nothing; the first alone may stand
-        current, steps = steps[0].best.fit, steps[:1]
+    if left and len(steps) > 1:  # several must leave nothing; the foremost alone may stand
+        current, steps = added.first[0].best.fit, added.first
     bent = pushed is not None and _is_bent(current, pushed)
     if left and problem.films and not bent:
         say("estimating the missing force")
@@ -155,7 +156,7 @@ def _explained(problem: Problem, runs: Sequence[Run], catalogue: Mapping[str, ty
     findings = _findings(after, before, steps) if after is current else ()
     rivals = tuple(c for step in steps for c in step.equivalents) if findings else ()
     say("looking for what could have been seen")
-    sights = sight(after, kinds_to_try(catalogue, after), noise_like(after), tests)
+    sights = sight(after, kinds_to_try(catalogue, after), noise_like(after), added.tests)
     to_split = next_tests(after, rivals) if rivals and len(steps) == 1 else ()
     gaps = gap_test(before), gap_test(after)
     missing = (pushed.force if bent and pushed else missing) if verdict == "unknown" else None
@@ -173,21 +174,40 @@ def _as_given(before: Fit) -> Fit:
     return solve(before.problem, start, free=range(first, end), most_steps=_AS_GIVEN_STEPS, enough=ROUGHLY)
 
 
-def _added(before: Fit, catalogue: Mapping[str, type[Effect]], budget: Budget, say: Say) -> tuple[Fit, list[Step], Family, Push | None]:
-    """Effects added one by one while they help: the last fit, the steps, how many tests a look is, and what a push says."""
-    current, steps, tests, pushed = before, [], Family(1.0), None
+@dataclass(frozen=True)
+class _Added:
+    """Effects that joined. before : the base. fit : with all of them. first : the step of the foremost alone, if any.
+
+    tests : how many independent tests a look at the catalogue is. pushed : what a push at a few places says instead.
+    """
+
+    before: Fit
+    fit: Fit
+    steps: list[Step]
+    first: list[Step]
+    tests: Family
+    pushed: Push | None = None
+
+
+def _added(before: Fit, catalogue: Mapping[str, type[Effect]], budget: Budget, say: Say) -> _Added:
+    """Effects added one by one while they help; or two plain ones at once, where the foremost only stands for them."""
+    look, found = next_effect(before, catalogue, budget, say)
+    if found is None:
+        return _Added(before, before, [], [], look.tests)
+    before, steps = found.before, [found]
+    pair = plainer_pair(before, look, found, catalogue, budget, say) if budget.effects > 1 else None
+    if pair is not None:
+        return _Added(before, pair[1].best.fit, list(pair), steps, look.tests)
+    pushed = _push_of_few(found, say)
+    if pushed is not None and _is_bent(found.best.fit, pushed) and gap_test(pushed.force.fit).p_value > GAP_P:
+        return _Added(before, found.best.fit, steps, steps, look.tests, pushed)
     while len(steps) < budget.effects:
-        look, found = next_effect(current, catalogue, budget, say, last=1 < len(steps) + 1 == budget.effects)
-        tests = look.tests
-        if found is None or (steps and not _matters(before, current, found.best.fit)):
+        current = steps[-1].best.fit
+        look, found = next_effect(current, catalogue, budget, say, last=len(steps) + 1 == budget.effects)
+        if found is None or not _matters(before, current, found.best.fit):
             break
         steps.append(found)
-        before, current = steps[0].before, found.best.fit
-        if len(steps) == 1:
-            pushed = _push_of_few(found, say)
-            if pushed is not None and _is_bent(current, pushed) and gap_test(pushed.force.fit).p_value > GAP_P:
-                break
-    return current, steps, tests, pushed
+    return _Added(before, steps[-1].best.fit, steps, steps[:1], look.tests, pushed)
 
 
 def _push_of_few(step: Step, say: Say) -> Push | None:
@@ -197,13 +217,13 @@ def _push_of_few(step: Step, say: Say) -> Push | None:
     if short or not before.problem.films or before.cost > _FAR_ABOVE * best.fit.cost:
         return None
     say("doing without physics")
-    return push(before, _bic(best.fit))
+    return push(before, bic(best.fit))
 
 
 def _is_bent(after: Fit, pushed: Push) -> bool:
     """Whether effects have bent themselves around a push: a force at a few places says as much with far fewer words."""
-    bic = pushed.force.fit.cost + pushed.knobs * float(np.log(after.problem.measured))
-    return _bic(after) > bic + STRONG_BIC
+    said = pushed.force.fit.cost + pushed.knobs * float(np.log(after.problem.measured))
+    return bic(after) > said + STRONG_BIC
 
 
 def _matters(before: Fit, current: Fit, found: Fit) -> bool:
@@ -221,7 +241,7 @@ def _without_superfluous(current: Fit, steps: list[Step], say: Say) -> tuple[Fit
     for step in reversed(steps):
         others = tuple(e for e in current.problem.effects if e.name != step.best.name)
         say(f"doing without {step.best.name}")
-        less = _refitted(current, others)
+        less = refitted(current, others)
         if _is_needed(less, current):
             less = searched_everywhere(less)
         if not _is_needed(less, current):
@@ -232,12 +252,6 @@ def _without_superfluous(current: Fit, steps: list[Step], say: Say) -> tuple[Fit
 def _is_needed(less: Fit, more: Fit) -> bool:
     """Whether a fit without an effect is worse than chance makes it."""
     return gain(less, more).p_value <= RIVAL_P
-
-
-def _refitted(current: Fit, effects: tuple[Effect, ...]) -> Fit:
-    problem = current.problem.with_effects(effects)
-    kept = {knob.name: value for knob, value in zip(current.problem.knobs, current.q, strict=True)}
-    return solve(problem, np.array([kept[knob.name] for knob in problem.knobs]))
 
 
 def share_closed(before: Fit, after: Fit) -> float:
@@ -279,12 +293,7 @@ def _closes_most(before: Fit, after: Fit, missing: MissingForce | None) -> bool:
     if missing is None:
         return True
     closed = (before.cost - after.cost) / max(before.cost - min(missing.fit.cost, after.cost), 1e-12)
-    return closed > CLOSED_IN_FILMS and _bic(after) < _bic(missing.fit)
-
-
-def _bic(fit: Fit) -> float:
-    """Sum of squares and the price of the knobs, samples taken as independent: for fits that leave little but noise."""
-    return fit.cost + len(fit.q) * float(np.log(fit.problem.measured))
+    return closed > CLOSED_IN_FILMS and bic(after) < bic(missing.fit)
 
 
 def _findings(after: Fit, before: Fit, steps: Sequence[Step]) -> tuple[Finding, ...]:

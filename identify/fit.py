@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
 from measure.tables import Array
+from simulate.effect import Effect
 
 from .loops import effective_number
 from .problem import Block, Problem
@@ -180,6 +181,18 @@ def to_the_end(fit: Fit, free: Sequence[int] | None = None) -> Fit:
     if fit.converged or fit.rms >= _CLOSE:
         return fit
     return solve(fit.problem, fit.q, free=free, most_steps=_LAST_LEG)
+
+
+def refitted(fit: Fit, effects: Sequence[Effect]) -> Fit:
+    """The same measurements with some of the effects that a fit has, fitted from where it stands."""
+    problem = fit.problem.with_effects(effects)
+    values = {knob.name: value for knob, value in zip(fit.problem.knobs, fit.q, strict=True)}
+    return solve(problem, np.array([values[knob.name] for knob in problem.knobs]))
+
+
+def bic(fit: Fit) -> float:
+    """Sum of squares and the price of the knobs, samples taken as independent: for fits that leave little but noise."""
+    return fit.cost + len(fit.q) * float(np.log(fit.problem.measured))
 
 
 def horizons(problem: Problem) -> list[float]:

@@ -50,7 +50,7 @@ def campaign(tmp_path: Path, prototype: Model) -> Callable[..., Path]:
     """
 
     def make(
-        hidden: Effect | None,
+        hidden: Effect | tuple[Effect, ...] | None,
         seed: int,
         *,
         loops: tuple[tuple[float, float], ...] = LOOPS,
@@ -64,7 +64,9 @@ def campaign(tmp_path: Path, prototype: Model) -> Callable[..., Path]:
         folder.mkdir()
         write_model(model, folder / "model.toml")
         truth = replace(model, simulation=Simulation(0.6, 1000.0, 2e-5))
-        truth = truth if hidden is None else truth.with_effect(hidden)
+        acting = hidden if isinstance(hidden, tuple) else (hidden,) if hidden else ()
+        for effect in acting:
+            truth = truth.with_effect(effect)
         rows = []
         for i, changes in enumerate(deployments):
             write_trajectory(_deployment(truth, changes, channels, chance), folder / f"deployment-{i + 1}.csv")
@@ -75,16 +77,16 @@ def campaign(tmp_path: Path, prototype: Model) -> Callable[..., Path]:
             write_loop(_loop(truth, frequency, amplitude, chance), folder / f"loop-{frequency}-{amplitude}.csv")
             rows.append(f'[[run]]\nfile = "loop-{frequency}-{amplitude}.csv"\n')
         (folder / "campaign.toml").write_text("\n".join(rows))
-        _seal(hidden, tmp_path / "sealed" / f"{seed}.json")
+        _seal(acting, tmp_path / "sealed" / f"{seed}.json")
         return folder
 
     return make
 
 
-def _seal(hidden: Effect | None, file: Path) -> None:
+def _seal(acting: tuple[Effect, ...], file: Path) -> None:
     file.parent.mkdir(exist_ok=True)
-    known = {} if hidden is None else {"name": hidden.name, "values": dict(zip(hidden.flat_names(), hidden.flat().tolist(), strict=True))}
-    file.write_text(json.dumps(known))
+    known = [{"name": effect.name, "values": dict(zip(effect.flat_names(), effect.flat().tolist(), strict=True))} for effect in acting]
+    file.write_text(json.dumps(known[0] if len(known) == 1 else known))
 
 
 @pytest.fixture

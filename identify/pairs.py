@@ -1,0 +1,80 @@
+"""Two plain effects in place of one that can bend itself into many shapes.
+
+Effects join one by one, so an effect with many parameters can stand for two with few of them before these are looked at
+together. Their signatures tell which pair could say more in fewer words; that pair is fitted, each of the two looked for
+once more beside the other.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from itertools import combinations
+
+import numpy as np
+
+from measure.tables import Array
+from simulate.effect import Effect
+
+from .candidates import carried_to_the_end, fit_screened
+from .fit import Fit, bic, refitted
+from .naming import STRONG_BIC, Budget, Look, Say, Step, next_effect
+from .screening import Screened
+
+CLEAR_BIC = 2.0 * STRONG_BIC  # of a pair over one effect: there are fourteen times as many pairs, and two are rarer than one
+_FITTED = 4  # effects that are fitted for each of the two
+_PLAIN = 2  # parameters: an effect with no more of them cannot stand for two
+
+
+def plainer_pair(
+    before: Fit, look: Look, step: Step, catalogue: Mapping[str, type[Effect]], budget: Budget, say: Say
+) -> tuple[Step, Step] | None:
+    """A pair with fewer parameters that explains clearly more than the effect of a step; None where there is none.
+
+    Returns
+    -------
+    A step for each of the two on top of the other; the last one holds the fit with both.
+    """
+    first = _promising_pair(look, step.best.name) if step.best.gain.knobs > _PLAIN else None
+    if first is None:
+        return None
+    say(f"trying {first.effect.name} with another beside it")
+    budget = replace(budget, fitted=min(budget.fitted, _FITTED), whole=1, rivals=min(budget.rivals, _FITTED))
+    (alone,) = carried_to_the_end(before, [fit_screened(look.hint, first)])
+    second = next_effect(alone.fit, catalogue, budget, say)[1]
+    if second is None:
+        return None
+    both = second.best.fit
+    kept = [effect for effect in both.problem.effects if effect.name == second.best.name]
+    other = next_effect(refitted(both, kept), catalogue, budget, say)[1]
+    if other is None or bic(other.best.fit) > bic(step.best.fit) - CLEAR_BIC:
+        return None
+    return second, other
+
+
+def _promising_pair(look: Look, name: str) -> Screened | None:
+    """The stronger one of the pair whose signatures promise clearly more than those of one effect, in fewer words."""
+    shown = [one for one in look.screened if one.signature.knobs]
+    frame = np.linalg.qr(np.column_stack([look.hint.gaps, *(one.signature.columns for one in shown)]))[0]
+    gaps = frame.T @ look.hint.gaps
+    bases = {one.effect.name: _basis(frame.T @ one.signature.columns) for one in shown}
+    if name not in bases:
+        return None
+    words = {one.effect.name: one.signature.knobs * float(np.log(look.hint.effective_samples)) for one in shown}
+    plain = [one for one in shown if one.signature.knobs < bases[name].shape[1]]
+    pairs = [(a, b) for a, b in combinations(plain, 2) if words[a.effect.name] + words[b.effect.name] < words[name]]
+    worth = [_gained(gaps, bases[a.effect.name], bases[b.effect.name]) - words[a.effect.name] - words[b.effect.name] for a, b in pairs]
+    if not pairs or max(worth) < _gained(gaps, bases[name]) - words[name] + CLEAR_BIC:
+        return None
+    return max(pairs[int(np.argmax(worth))], key=lambda one: _gained(gaps, bases[one.effect.name]))
+
+
+def _basis(columns: Array) -> Array:
+    """Orthonormal columns that span these."""
+    left, sizes, _ = np.linalg.svd(columns / np.linalg.norm(columns, axis=0), full_matrices=False)
+    return left[:, sizes > 1e-6]
+
+
+def _gained(gaps: Array, *bases: Array) -> float:
+    """What these columns together take off the sum of squares."""
+    return float(np.sum((_basis(np.column_stack(bases)).T @ gaps) ** 2))
