@@ -13,7 +13,10 @@ from typing import Any
 import numpy as np
 import pytest
 
+from identify.campaign import read_campaign
+from identify.fit import Fit, solve_from_afar
 from identify.observe import RunRelease, View, observe
+from identify.problem import problem_of
 from measure.tables import Loop, Trajectory, write_loop, write_trajectory
 from simulate.effect import Effect
 from simulate.law import loop_force
@@ -87,6 +90,17 @@ def _seal(acting: tuple[Effect, ...], file: Path) -> None:
     file.parent.mkdir(exist_ok=True)
     known = [{"name": effect.name, "values": dict(zip(effect.flat_names(), effect.flat().tolist(), strict=True))} for effect in acting]
     file.write_text(json.dumps(known[0] if len(known) == 1 else known))
+
+
+@pytest.fixture
+def fitted() -> Callable[[Path], Fit]:
+    """The base of a campaign with its releases, fitted to the runs that are not held out."""
+
+    def fit(folder: Path) -> Fit:
+        runs = [run for run in read_campaign([folder / "campaign.toml"]) if not run.hold_out]
+        return solve_from_afar(problem_of(read_model(folder / "model.toml"), runs))
+
+    return fit
 
 
 @pytest.fixture

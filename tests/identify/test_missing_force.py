@@ -6,22 +6,13 @@ import numpy as np
 import pytest
 from board.outside import Gust
 
-from identify.campaign import read_campaign
-from identify.fit import solve_from_afar
 from identify.formula import described
 from identify.missing_force import ForceAlongSpeed, ForceAlongTime, MissingForce, at_once, estimate
-from identify.problem import problem_of
 from simulate.effects import GravityImbalance
-from simulate.model_file import read_model
-
-
-def fitted(folder):
-    runs = [run for run in read_campaign([folder / "campaign.toml"]) if not run.hold_out]
-    return solve_from_afar(problem_of(read_model(folder / "model.toml"), runs))
 
 
 @pytest.mark.slow
-def test_a_force_that_comes_at_its_time_is_best_told_along_time(campaign):
+def test_a_force_that_comes_at_its_time_is_best_told_along_time(campaign, fitted):
     """Three start heights are at different heights and speeds when it comes."""
     heights = ({}, {"geometry.stowed_height_m": 0.35}, {"geometry.stowed_height_m": 0.45}, {})
     missing = estimate(fitted(campaign(Gust(0.15), 91, deployments=heights)))
@@ -32,13 +23,13 @@ def test_a_force_that_comes_at_its_time_is_best_told_along_time(campaign):
 
 
 @pytest.mark.slow
-def test_one_run_cannot_tell_what_a_force_goes_with(campaign):
+def test_one_run_cannot_tell_what_a_force_goes_with(campaign, fitted):
     """In one deployment time, height and speed run together."""
     missing = estimate(fitted(campaign(Gust(0.15), 95, deployments=({},))))
     assert "these runs cannot tell" in missing.sentence
 
 
-def test_one_look_along_time_shows_a_constant_force_for_what_it_is(campaign):
+def test_one_look_along_time_shows_a_constant_force_for_what_it_is(campaign, fitted):
     """A steady weight shows as a steady force, within its band at nearly every instant."""
     found = at_once(fitted(campaign(GravityImbalance(0.02), 92, deployments=({}, {"geometry.stowed_height_m": 0.30}))))
     assert found.along is ForceAlongTime
@@ -48,7 +39,7 @@ def test_one_look_along_time_shows_a_constant_force_for_what_it_is(campaign):
     assert np.mean(np.abs(force[known] - 0.02) < 3.0 * sigma[known]) > 0.8
 
 
-def test_a_drag_is_described_by_the_square_of_the_speed(campaign):
+def test_a_drag_is_described_by_the_square_of_the_speed(campaign, fitted):
     """A table along the speed that is -0.2 v |v| is written as that, and as no more."""
     (film,) = fitted(campaign(None, 93, loops=(), deployments=({},))).problem.films
     speed = np.linspace(0.1, 1.2, 12)
@@ -60,7 +51,7 @@ def test_a_drag_is_described_by_the_square_of_the_speed(campaign):
     assert "not a cause" in text
 
 
-def test_a_force_within_its_band_is_not_described(campaign):
+def test_a_force_within_its_band_is_not_described(campaign, fitted):
     (film,) = fitted(campaign(None, 94, loops=(), deployments=({},))).problem.films
     speed = np.linspace(0.1, 1.2, 12)
     force = np.stack([-0.2 * speed**2, np.zeros(12), np.zeros(12)], axis=1)

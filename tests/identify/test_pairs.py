@@ -7,10 +7,8 @@ import pytest
 
 from identify.campaign import read_campaign
 from identify.explain import explain
-from identify.fit import solve_from_afar
 from identify.naming import BUDGETS, next_effect
 from identify.pairs import plainer_pair
-from identify.problem import problem_of
 from simulate.effects import CATALOGUE, CameraRoll, LegDisparity, TimeOffset
 from simulate.model_file import read_model
 
@@ -26,11 +24,10 @@ def test_a_rolled_camera_and_a_late_clock_are_not_taken_for_unequal_legs(campaig
 
 
 @pytest.mark.slow
-def test_unequal_legs_are_not_taken_for_a_pair(campaign):
+def test_unequal_legs_are_not_taken_for_a_pair(campaign, fitted):
     legs = np.array([0.006, -0.004, 0.002, -0.005, 0.004, -0.003])
     folder = campaign(LegDisparity(tuple(legs)), 702, deployments=RUNS)
-    runs = [run for run in read_campaign([folder / "campaign.toml"]) if not run.hold_out]
-    before = solve_from_afar(problem_of(read_model(folder / "model.toml"), runs))
+    before = fitted(folder)
     look, step = next_effect(before, CATALOGUE, BUDGETS["normal"], lambda text: None)
     assert step is not None
     assert step.best.name == "leg-disparity"

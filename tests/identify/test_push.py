@@ -11,7 +11,6 @@ from identify.evidence import GAP_P, gap_test
 from identify.explain import explain
 from identify.fit import solve_from_afar
 from identify.missing_force import ForceAlongTime, at_once
-from identify.problem import problem_of
 from identify.push import push
 from simulate.effects import GravityImbalance
 from simulate.model_file import read_model
@@ -19,12 +18,7 @@ from simulate.model_file import read_model
 TWO_HEIGHTS = ({}, {"geometry.stowed_height_m": 0.35})
 
 
-def fitted(folder):
-    runs = [run for run in read_campaign([folder / "campaign.toml"]) if not run.hold_out]
-    return solve_from_afar(problem_of(read_model(folder / "model.toml"), runs))
-
-
-def test_a_gust_is_a_push_at_its_time(campaign):
+def test_a_gust_is_a_push_at_its_time(campaign, fitted):
     found = push(fitted(campaign(Gust(0.1), 611, deployments=TWO_HEIGHTS, hold_out=False)), np.inf)
     assert found is not None
     assert found.force.along is ForceAlongTime
@@ -35,11 +29,11 @@ def test_a_gust_is_a_push_at_its_time(campaign):
     assert "upwards" in found.force.sentence
 
 
-def test_noise_is_no_push(campaign):
+def test_noise_is_no_push(campaign, fitted):
     assert push(fitted(campaign(None, 612, deployments=TWO_HEIGHTS, hold_out=False)), np.inf) is None
 
 
-def test_a_steady_weight_is_said_in_fewer_words_than_pushes_need(campaign):
+def test_a_steady_weight_is_said_in_fewer_words_than_pushes_need(campaign, fitted):
     """A weight acts at every instant; a few places say less, and a BIC that the weight reaches is not even tried for."""
     before = fitted(campaign(GravityImbalance(0.05), 613, deployments=TWO_HEIGHTS, hold_out=False))
     weighed = solve_from_afar(before.problem.with_effects((GravityImbalance(),)), np.append(before.q, 0.0))
@@ -48,7 +42,7 @@ def test_a_steady_weight_is_said_in_fewer_words_than_pushes_need(campaign):
     assert found is None or found.force.fit.cost + found.knobs * np.log(before.problem.measured) > bic
 
 
-def test_a_moment_shows_as_one(campaign):
+def test_a_moment_shows_as_one(campaign, fitted):
     """A draught that twists the platform with an arm of 50 mm: the estimate has force and moment in that proportion."""
     found = at_once(fitted(campaign(SideWind(0.02), 614, deployments=TWO_HEIGHTS, hold_out=False)))
     lateral, moment = found.force_N[:, 1], found.force_N[:, 2]
