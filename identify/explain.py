@@ -21,22 +21,20 @@ from simulate.model_file import add_effects
 
 from .campaign import Run
 from .candidates import Candidate, carried_over
-from .chance import Family, noise_like
+from .chance import noise_like
 from .detectable import Sight, sight
-from .evidence import GAP_P, Gain, GapTest, gain, gap_test
-from .fit import ROUGHLY, Fit, bic, refitted, solve, solve_from_afar
+from .evidence import GAP_P, Gain, GapTest, gap_test
+from .fit import ROUGHLY, Fit, bic, solve, solve_from_afar
+from .joining import is_bent, joined, share_closed, without_superfluous
 from .missing_force import MissingForce, at_once, chance_of_force, estimate
-from .naming import BUDGETS, RIVAL_P, STRONG_BIC, Budget, Rival, Say, Step, next_effect
+from .naming import BUDGETS, Budget, Rival, Say, Step
 from .next_test import NextTest, next_tests
-from .pairs import plainer_pair
 from .problem import Problem, problem_of
-from .push import SHORTEST, Push, push
 from .screening import kinds_to_try
-from .valleys import released_again, searched_everywhere
+from .valleys import released_again
 from .zeros import Tare, zeros_differ
 
-CLOSED_SHARE, CLOSED_IN_FILMS, FAIR_SHARE = 2 / 3, 0.9, 0.05
-_FAR_ABOVE = 2.0  # times the sum of squares: more than a push at a few places could say
+CLOSED_SHARE, CLOSED_IN_FILMS = 2 / 3, 0.9
 _AS_GIVEN_STEPS = 8
 
 
@@ -139,13 +137,13 @@ def explain(
 def _explained(problem: Problem, runs: Sequence[Run], catalogue: Mapping[str, type[Effect]], budget: Budget, say: Say) -> Explanation:
     say("fitting base and releases")
     before = released_again(solve_from_afar(problem))
-    added = _added(before, catalogue, budget, say)
+    added = joined(before, catalogue, budget, say)
     before, pushed = added.before, added.pushed
-    current, steps = _without_superfluous(added.fit, added.steps, say)
+    current, steps = without_superfluous(added.fit, added.steps, say)
     missing, left = None, _more_than_noise(current)
     if left and len(steps) > 1:  # several must leave nothing; the foremost alone may stand
         current, steps = added.first[0].best.fit, added.first
-    bent = pushed is not None and _is_bent(current, pushed)
+    bent = pushed is not None and is_bent(current, pushed)
     if left and problem.films and not bent:
         say("estimating the missing force")
         missing = estimate(before)
@@ -172,92 +170,6 @@ def _as_given(before: Fit) -> Fit:
     start = np.zeros(len(before.q))
     start[first:end] = before.q[first:end]
     return solve(before.problem, start, free=range(first, end), most_steps=_AS_GIVEN_STEPS, enough=ROUGHLY)
-
-
-@dataclass(frozen=True)
-class _Added:
-    """Effects that joined. before : the base. fit : with all of them. first : the step of the foremost alone, if any.
-
-    tests : how many independent tests a look at the catalogue is. pushed : what a push at a few places says instead.
-    """
-
-    before: Fit
-    fit: Fit
-    steps: list[Step]
-    first: list[Step]
-    tests: Family
-    pushed: Push | None = None
-
-
-def _added(before: Fit, catalogue: Mapping[str, type[Effect]], budget: Budget, say: Say) -> _Added:
-    """Effects added one by one while they help; or two plain ones at once, where the foremost only stands for them."""
-    look, found = next_effect(before, catalogue, budget, say)
-    if found is None:
-        return _Added(before, before, [], [], look.tests)
-    before, steps = found.before, [found]
-    pair = plainer_pair(before, look, found, catalogue, budget, say) if budget.effects > 1 else None
-    if pair is not None:
-        return _Added(before, pair[1].best.fit, list(pair), steps, look.tests)
-    pushed = _push_of_few(found, say)
-    if pushed is not None and _is_bent(found.best.fit, pushed) and gap_test(pushed.force.fit).p_value > GAP_P:
-        return _Added(before, found.best.fit, steps, steps, look.tests, pushed)
-    while len(steps) < budget.effects:
-        current = steps[-1].best.fit
-        look, found = next_effect(current, catalogue, budget, say, last=len(steps) + 1 == budget.effects)
-        if found is None or not _matters(before, current, found.best.fit):
-            break
-        steps.append(found)
-    return _Added(before, steps[-1].best.fit, steps, steps[:1], look.tests, pushed)
-
-
-def _push_of_few(step: Step, say: Say) -> Push | None:
-    """What a push at a few places says; None of a large gap, or where an effect closes it in no more words than a push needs."""
-    before, best = step.before, step.best
-    short = best.gain.knobs <= SHORTEST and gap_test(best.fit).p_value > GAP_P
-    if short or not before.problem.films or before.cost > _FAR_ABOVE * best.fit.cost:
-        return None
-    say("doing without physics")
-    return push(before, bic(best.fit))
-
-
-def _is_bent(after: Fit, pushed: Push) -> bool:
-    """Whether effects have bent themselves around a push: a force at a few places says as much with far fewer words."""
-    said = pushed.force.fit.cost + pushed.knobs * float(np.log(after.problem.measured))
-    return bic(after) > said + STRONG_BIC
-
-
-def _matters(before: Fit, current: Fit, found: Fit) -> bool:
-    """Whether a further effect is worth a name: it leaves only noise, or it closes a fair part of the gap that was there at first.
-
-    Measurements of a real machine never quite agree with a model; many small effects could each mend a little of that.
-    """
-    return gap_test(found).p_value > GAP_P or share_closed(before, found) - share_closed(before, current) > FAIR_SHARE
-
-
-def _without_superfluous(current: Fit, steps: list[Step], say: Say) -> tuple[Fit, list[Step]]:
-    """Take out each effect in turn and see whether the others do without it."""
-    if len(steps) < 2:
-        return current, steps
-    for step in reversed(steps):
-        others = tuple(e for e in current.problem.effects if e.name != step.best.name)
-        say(f"doing without {step.best.name}")
-        less = refitted(current, others)
-        if _is_needed(less, current):
-            less = searched_everywhere(less)
-        if not _is_needed(less, current):
-            return _without_superfluous(less, [s for s in steps if s is not step], say)
-    return current, steps
-
-
-def _is_needed(less: Fit, more: Fit) -> bool:
-    """Whether a fit without an effect is worse than chance makes it."""
-    return gain(less, more).p_value <= RIVAL_P
-
-
-def share_closed(before: Fit, after: Fit) -> float:
-    """Part of the excess over noise that goes: (S_before - S_after) / (S_before - number of samples)."""
-    excess = before.cost - before.problem.measured * min(1.0, after.rms**2)
-    return float(np.clip((before.cost - after.cost) / excess, 0.0, 1.0)) if excess > 0 else 0.0
 
 
 def _held(run: Run, before: Fit, after: Fit) -> Held:

@@ -1,0 +1,107 @@
+"""Effects that join while they help, and leave again when others do without them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from simulate.effect import Effect
+
+from .chance import Family
+from .evidence import GAP_P, gain, gap_test
+from .fit import Fit, bic, refitted
+from .naming import RIVAL_P, STRONG_BIC, Budget, Say, Step, next_effect
+from .pairs import plainer_pair
+from .push import SHORTEST, Push, push
+from .valleys import searched_everywhere
+
+FAIR_SHARE = 0.05
+_FAR_ABOVE = 2.0  # times the sum of squares: more than a push at a few places could say
+
+
+@dataclass(frozen=True)
+class Joined:
+    """Effects that joined. before : the base. fit : with all of them. first : the step of the foremost alone, if any.
+
+    tests : how many independent tests a look at the catalogue is. pushed : what a push at a few places says instead.
+    """
+
+    before: Fit
+    fit: Fit
+    steps: list[Step]
+    first: list[Step]
+    tests: Family
+    pushed: Push | None = None
+
+
+def joined(before: Fit, catalogue: Mapping[str, type[Effect]], budget: Budget, say: Say) -> Joined:
+    """Effects added one by one while they help; or two plain ones at once, where the foremost only stands for them."""
+    look, found = next_effect(before, catalogue, budget, say)
+    if found is None:
+        return Joined(before, before, [], [], look.tests)
+    before, steps = found.before, [found]
+    pair = plainer_pair(before, look, found, catalogue, budget, say) if budget.effects > 1 else None
+    if pair is not None:
+        return Joined(before, pair[1].best.fit, list(pair), steps, look.tests)
+    pushed = _push_of_few(found, say)
+    if pushed is not None and is_bent(found.best.fit, pushed) and gap_test(pushed.force.fit).p_value > GAP_P:
+        return Joined(before, found.best.fit, steps, steps, look.tests, pushed)
+    while len(steps) < budget.effects:
+        current = steps[-1].best.fit
+        look, found = next_effect(current, catalogue, budget, say, last=len(steps) + 1 == budget.effects)
+        if found is None or not _matters(before, current, found.best.fit):
+            break
+        steps.append(found)
+    return Joined(before, steps[-1].best.fit, steps, steps[:1], look.tests, pushed)
+
+
+def _push_of_few(step: Step, say: Say) -> Push | None:
+    """What a push at a few places says; None of a large gap, or where an effect closes it in no more words than a push needs."""
+    before, best = step.before, step.best
+    short = best.gain.knobs <= SHORTEST and gap_test(best.fit).p_value > GAP_P
+    if short or not before.problem.films or before.cost > _FAR_ABOVE * best.fit.cost:
+        return None
+    say("doing without physics")
+    return push(before, bic(best.fit))
+
+
+def is_bent(after: Fit, pushed: Push) -> bool:
+    """Whether effects have bent themselves around a push: a force at a few places says as much with far fewer words."""
+    said = pushed.force.fit.cost + pushed.knobs * float(np.log(after.problem.measured))
+    return bic(after) > said + STRONG_BIC
+
+
+def _matters(before: Fit, current: Fit, found: Fit) -> bool:
+    """Whether a further effect is worth a name: it leaves only noise, or it closes a fair part of the gap that was there at first.
+
+    Measurements of a real machine never quite agree with a model; many small effects could each mend a little of that.
+    """
+    return gap_test(found).p_value > GAP_P or share_closed(before, found) - share_closed(before, current) > FAIR_SHARE
+
+
+def without_superfluous(current: Fit, steps: list[Step], say: Say) -> tuple[Fit, list[Step]]:
+    """Take out each effect in turn and see whether the others do without it."""
+    if len(steps) < 2:
+        return current, steps
+    for step in reversed(steps):
+        others = tuple(e for e in current.problem.effects if e.name != step.best.name)
+        say(f"doing without {step.best.name}")
+        less = refitted(current, others)
+        if _is_needed(less, current):
+            less = searched_everywhere(less)
+        if not _is_needed(less, current):
+            return without_superfluous(less, [s for s in steps if s is not step], say)
+    return current, steps
+
+
+def _is_needed(less: Fit, more: Fit) -> bool:
+    """Whether a fit without an effect is worse than chance makes it."""
+    return gain(less, more).p_value <= RIVAL_P
+
+
+def share_closed(before: Fit, after: Fit) -> float:
+    """Part of the excess over noise that goes: (S_before - S_after) / (S_before - number of samples)."""
+    excess = before.cost - before.problem.measured * min(1.0, after.rms**2)
+    return float(np.clip((before.cost - after.cost) / excess, 0.0, 1.0)) if excess > 0 else 0.0
