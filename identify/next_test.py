@@ -1,8 +1,8 @@
 """Which further test would split a class best: each is foreseen with the rivals' own fits, before anyone measures it.
 
 The foremost effect makes the measurement, its rival is fitted to it along straight lines, with base, effects and the new
-run's release free as far as everything measured before lets them. What is left, in units of the noise, is what the test
-would show:
+run's release free as far as everything measured before lets them; the most telling ones once more by full simulation.
+What is left, in units of the noise, is what the test would show:
 
     delta^2 = min |g + J x|^2 + |R x|^2 + |release|^2
 
@@ -14,7 +14,7 @@ their parameters say.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -26,7 +26,7 @@ from simulate.model import Geometry, Model
 
 from .campaign import Run
 from .candidates import Candidate
-from .fit import Fit
+from .fit import ROUGHLY, Fit, solve
 from .loops import prepare
 from .measured import Film, LoopRun
 from .naming import RIVAL_P, STRONG_BIC
@@ -39,6 +39,7 @@ _FASTER, _WIDER = 2.0, 2.0
 _FREE_LOOP = (1.0, 0.1, 1e-3)  # frequency in Hz, amplitude over the stroke, noise over the force, where no loop was measured
 _SAMPLES, _CYCLES = 400, 4
 _FREE_FILM = (500.0, 1e-4, 5e-4)  # frames/s, noise in m and rad, where no film was taken
+_CHECKED, _STEPS = 2, 8  # tests, the most telling ones, that are foreseen by full simulation
 LIKELY = 0.5  # a test that splits off a rival less often than this is not worth being recommended
 
 
@@ -65,13 +66,22 @@ class NextTest:
 def next_tests(best: Fit, rivals: Sequence[Candidate]) -> tuple[NextTest, ...]:
     """Every test that can be foreseen with these runs, the most telling first."""
     problem = best.problem
-    found = [_foreseen(best, rivals, condition) for condition in (*_deployments(problem), *_loops(problem))]
+    found = [_foreseen(best, rivals, condition, _along_lines) for condition in (*_deployments(problem), *_loops(problem))]
+    checked: set[str] = set()
+    while len(checked) < min(_CHECKED, len(found)):
+        found.sort(key=lambda test: (-sum(test.chances.values()), test.condition.words))
+        if found[0].condition.words in checked:
+            break
+        checked.add(found[0].condition.words)
+        found[0] = _foreseen(best, rivals, found[0].condition, _by_fits)
     return tuple(sorted(found, key=lambda test: (-sum(test.chances.values()), test.condition.words)))
 
 
-def _foreseen(best: Fit, rivals: Sequence[Candidate], condition: Condition) -> NextTest:
-    made = _made(best, condition)
-    return NextTest(condition, {rival.name: _chance(best, rival.fit, made) for rival in rivals})
+Shown = Callable[[Fit, Fit, Condition], tuple[float, float]]
+
+
+def _foreseen(best: Fit, rivals: Sequence[Candidate], condition: Condition, shown: Shown) -> NextTest:
+    return NextTest(condition, {rival.name: _chance(best, rival.fit, shown(best, rival.fit, condition)) for rival in rivals})
 
 
 def _deployments(problem: Problem) -> list[Condition]:
@@ -138,30 +148,46 @@ def _loop(frequency_Hz: float, amplitude_m: float) -> Condition:
     return Condition(words, frequency_Hz=frequency_Hz, amplitude_m=amplitude_m)
 
 
-def _chance(best: Fit, rival: Fit, made: Problem) -> float:
-    """How likely the test tells the two apart, whichever is true."""
+def _chance(best: Fit, rival: Fit, shown: tuple[float, float]) -> float:
+    """How likely a test that shows so much tells the two apart, whichever is true."""
     before = float(np.sum(rival.free_of_knobs((best.gaps - rival.gaps)[:, None]) ** 2))
-    return chance_of_split(rival.cost - best.cost, len(rival.q) - len(best.q), best.problem.measured, before, _shown(rival, made))
+    return chance_of_split(rival.cost - best.cost, len(rival.q) - len(best.q), best.problem.measured, before, shown)
 
 
-def chance_of_split(lead: float, more_knobs: int, samples: int, before: float, shown: float) -> float:
+def chance_of_split(lead: float, more_knobs: int, samples: int, before: float, shown: tuple[float, float]) -> float:
     """How likely a further test excludes one of two effects, by the straight-line theory of the lead.
 
     Parameters
     ----------
     lead : of the foremost over its rival so far. more_knobs : that the rival has. samples : so many were measured.
-    before, shown : delta^2 of what was measured and of the test.
+    before, shown : delta^2 of what was measured; and of the test if the foremost is true, and if the rival is.
     """
-    spread = 2.0 * float(np.sqrt(shown)) + 1e-12
-    whole = before + shown
-    needed = max(STRONG_BIC, 2.0 * float(np.sqrt(whole)) * float(stats.norm.isf(RIVAL_P)) - whole)
-    if_best, if_rival = (float(stats.norm.cdf((side * lead + shown - needed) / spread)) for side in (1.0, -1.0))
+    if_best, if_rival = (_excludes(side * lead, before, one) for side, one in zip((1.0, -1.0), shown, strict=True))
     odds = float(np.exp(-0.5 * np.clip(lead + more_knobs * np.log(samples), -100.0, 100.0)))
     return (if_best + odds * if_rival) / (1.0 + odds)
 
 
+def _excludes(lead: float, before: float, shown: float) -> float:
+    """How likely a test that shows so much brings the lead of the true effect to where it excludes the other."""
+    spread = 2.0 * float(np.sqrt(shown)) + 1e-12
+    whole = before + shown
+    needed = max(STRONG_BIC, 2.0 * float(np.sqrt(whole)) * float(stats.norm.isf(RIVAL_P)) - whole)
+    return float(stats.norm.cdf((lead + shown - needed) / spread))
+
+
+def _along_lines(best: Fit, rival: Fit, condition: Condition) -> tuple[float, float]:
+    """delta^2 of a further run along straight lines, taken for the same whichever is true."""
+    shown = _shown(rival, _made(best, condition))
+    return shown, shown
+
+
+def _by_fits(best: Fit, rival: Fit, condition: Condition) -> tuple[float, float]:
+    """delta^2 of a further run that either makes and the other is fitted to: one can often bend farther than the other."""
+    return _shown_by_fit(rival, _made(best, condition)), _shown_by_fit(best, _made(rival, condition))
+
+
 def _shown(rival: Fit, made: Problem) -> float:
-    """delta^2 of a further run."""
+    """delta^2 of a further run, along straight lines."""
     problem = replace(rival.problem.until(np.inf), films=made.films, loops=made.loops)
     q = _without_releases(rival, problem)
     gaps, jacobian = problem.jacobian(q)
@@ -178,6 +204,16 @@ def _shown(rival: Fit, made: Problem) -> float:
     right = np.concatenate([gaps, np.zeros(old + len(own))])
     step = np.linalg.lstsq(stacked, -right, rcond=1e-12)[0]
     return float(np.sum((right + stacked @ step) ** 2))
+
+
+def _shown_by_fit(rival: Fit, made: Problem) -> float:
+    """The same by fitting the rival to everything there is and the further run: a shape can bend farther than a straight line."""
+    of = rival.problem.until(np.inf)
+    problem = replace(of, films=(*of.films, *made.films), loops=(*of.loops, *made.loops))
+    known = {knob.name: value for knob, value in zip(rival.problem.knobs, rival.q, strict=True)}
+    start = np.array([known.get(knob.name, 0.0) for knob in problem.knobs])
+    found = solve(problem, start, most_steps=_STEPS, enough=ROUGHLY)
+    return max(0.0, found.cost - rival.cost)
 
 
 def _without_releases(fit: Fit, problem: Problem) -> Array:
