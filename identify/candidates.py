@@ -11,7 +11,7 @@ from measure.tables import Array
 from simulate.effect import Effect
 
 from .evidence import GAP_P, Gain, Signature, gain, gap_test
-from .fit import ROUGHLY, Fit, solve, solve_from_afar, to_the_end
+from .fit import ROUGHLY, Fit, laid_out, solve, solve_from_afar, to_the_end
 from .knobs import POSE
 from .problem import Problem
 from .screening import Screened
@@ -56,7 +56,7 @@ def _starts(problem: Problem, before: Fit, screened: Screened) -> Iterator[Array
     """Where the fit of an effect may start: what its signature promises; releases as planned; its typical size, up and down.
 
     Releases farther from the plan than they can be have swallowed a part of what is missing; then the plan comes first, the
-    effect not there yet, for straight lines from a release that cannot be lead far astray.
+    effect not there yet, for straight lines from a release that cannot be led far astray.
     """
     promised = np.concatenate([before.q, screened.start])
     fresh = np.zeros_like(screened.start) if screened.effect.is_straight() else screened.start
@@ -170,12 +170,5 @@ def _left_out(fit: Fit, fold: set[str]) -> Array:
 
 def carried_over(fit: Fit, other: Problem) -> Fit:
     """Other runs seen with the base and effects of a fit; only their own releases are fitted."""
-    q = _moved(fit, fit.problem, other)
     free = range(other.first_nuisance, other.first_effect)
-    return released_again(solve_from_afar(other, q, free=free), free)
-
-
-def _moved(fit: Fit, of: Problem, to: Problem) -> Array:
-    """The knobs of one problem laid out for another of the same model; releases of unknown runs stand at zero."""
-    named = {knob.name: value * knob.scale for knob, value in zip(of.knobs, fit.q, strict=True)}
-    return np.array([named.get(knob.name, 0.0) / knob.scale for knob in to.knobs])
+    return released_again(solve_from_afar(other, laid_out(fit, other), free=free), free)

@@ -138,16 +138,17 @@ def _explained(problem: Problem, runs: Sequence[Run], catalogue: Mapping[str, ty
     say("fitting base and releases")
     before = released_again(solve_from_afar(problem))
     added = joined(before, catalogue, budget, say)
-    before, pushed = added.before, added.pushed
+    before = added.before
     current, steps = without_superfluous(added.fit, added.steps, say)
-    missing, left = None, _more_than_noise(current)
+    missing, pushed, left = None, False, _more_than_noise(current)
     if left and len(steps) > 1:  # several must leave nothing; the foremost alone may stand
         current, steps = added.first[0].best.fit, added.first
-    bent = pushed is not None and is_bent(current, pushed)
-    if left and problem.films and not bent:
+    if added.pushed is not None and is_bent(current, added.pushed):
+        pushed, missing = True, added.pushed.force
+    elif left and problem.films:
         say("estimating the missing force")
         missing = estimate(before)
-    verdict = "unknown" if bent else _verdict(before, current, steps, missing, left=left)
+    verdict = "unknown" if pushed else _verdict(before, current, steps, missing, left=left)
     after = current if verdict in ("named", "class", "several") else before
     say("looking at the runs held out")
     held = tuple(_held(run, before, after) for run in runs if run.hold_out)
@@ -157,7 +158,7 @@ def _explained(problem: Problem, runs: Sequence[Run], catalogue: Mapping[str, ty
     sights = sight(after, kinds_to_try(catalogue, after), noise_like(after), added.tests)
     to_split = next_tests(after, rivals) if rivals and len(steps) == 1 else ()
     gaps = gap_test(before), gap_test(after)
-    missing = (pushed.force if bent and pushed else missing) if verdict == "unknown" else None
+    missing = missing if verdict == "unknown" else None
     located = at_once(before) if verdict != "no-gap" and problem.films else None
     ranking = steps[0].ranking if steps else ()
     fits = _as_given(before), before, after

@@ -186,13 +186,23 @@ def to_the_end(fit: Fit, free: Sequence[int] | None = None) -> Fit:
 def refitted(fit: Fit, effects: Sequence[Effect]) -> Fit:
     """The same measurements with some of the effects that a fit has, fitted from where it stands."""
     problem = fit.problem.with_effects(effects)
-    values = {knob.name: value for knob, value in zip(fit.problem.knobs, fit.q, strict=True)}
-    return solve(problem, np.array([values[knob.name] for knob in problem.knobs]))
+    return solve(problem, laid_out(fit, problem))
+
+
+def laid_out(fit: Fit, other: Problem) -> Array:
+    """The knobs of a fit, by their names, for another problem of the same model; unknown ones (releases of other runs) are zero."""
+    known = {knob.name: value * knob.scale for knob, value in zip(fit.problem.knobs, fit.q, strict=True)}
+    return np.array([known.get(knob.name, 0.0) / knob.scale for knob in other.knobs])
+
+
+def price(problem: Problem) -> float:
+    """What a knob costs by the BIC, samples taken as independent: for fits that leave little but noise."""
+    return float(np.log(problem.measured))
 
 
 def bic(fit: Fit) -> float:
-    """Sum of squares and the price of the knobs, samples taken as independent: for fits that leave little but noise."""
-    return fit.cost + len(fit.q) * float(np.log(fit.problem.measured))
+    """Sum of squares and the price of the knobs."""
+    return fit.cost + len(fit.q) * price(fit.problem)
 
 
 def horizons(problem: Problem) -> list[float]:

@@ -26,12 +26,16 @@ _UNITS = {"1": "", "z": " /m", "v": " s/m", "v |v|": " s2/m2", "sgn v": "", "a":
 def described(missing: MissingForce, film: Film) -> str | None:
     """The vertical force as a formula of what the platform does in a film, or None where none says at least half of it.
 
+    A force at a few places only is none: as many terms would say anything.
+
     z is the height above the start, t the time since the release; the film gives speed and acceleration at each place of the table.
     """
-    force, sigma = missing.force_N[:, 0], missing.sigma_N[:, 0]
+    known = np.isfinite(missing.sigma_N[:, 0])
+    force, sigma = missing.force_N[known, 0], missing.sigma_N[known, 0]
     terms = _library(missing, film)
-    if terms is None or not np.any(np.abs(force) > 3.0 * sigma):
+    if terms is None or len(force) <= 2 * _MOST_TERMS or not np.any(np.abs(force) > 3.0 * sigma):
         return None
+    terms = {name: values[known] for name, values in terms.items()}
     chosen, sizes, left = _selected(terms, force, sigma)
     whole = float(np.sum((force / sigma) ** 2))
     if not chosen or left > (1.0 - _LEAST_SHARE) * whole:

@@ -23,38 +23,42 @@ _FAR_ABOVE = 2.0  # times the sum of squares: more than a push at a few places c
 
 @dataclass(frozen=True)
 class Joined:
-    """Effects that joined. before : the base. fit : with all of them. first : the step of the foremost alone, if any.
+    """Effects that joined. before : the base. first : the step of the foremost alone, if any.
 
     tests : how many independent tests a look at the catalogue is. pushed : what a push at a few places says instead.
     """
 
     before: Fit
-    fit: Fit
     steps: list[Step]
     first: list[Step]
     tests: Family
     pushed: Push | None = None
+
+    @property
+    def fit(self) -> Fit:
+        """With all of them."""
+        return self.steps[-1].best.fit if self.steps else self.before
 
 
 def joined(before: Fit, catalogue: Mapping[str, type[Effect]], budget: Budget, say: Say) -> Joined:
     """Effects added one by one while they help; or two plain ones at once, where the foremost only stands for them."""
     look, found = next_effect(before, catalogue, budget, say)
     if found is None:
-        return Joined(before, before, [], [], look.tests)
+        return Joined(before, [], [], look.tests)
     before, steps = found.before, [found]
     pair = plainer_pair(before, look, found, catalogue, budget, say) if budget.effects > 1 else None
     if pair is not None:
-        return Joined(before, pair[1].best.fit, list(pair), steps, look.tests)
+        return Joined(before, list(pair), steps, look.tests)
     pushed = _push_of_few(found, say)
     if pushed is not None and is_bent(found.best.fit, pushed) and gap_test(pushed.force.fit).p_value > GAP_P:
-        return Joined(before, found.best.fit, steps, steps, look.tests, pushed)
+        return Joined(before, steps, steps, look.tests, pushed)
     while len(steps) < budget.effects:
         current = steps[-1].best.fit
         look, found = next_effect(current, catalogue, budget, say, last=len(steps) + 1 == budget.effects)
         if found is None or not _matters(before, current, found.best.fit):
             break
         steps.append(found)
-    return Joined(before, steps[-1].best.fit, steps, steps[:1], look.tests, pushed)
+    return Joined(before, steps, steps[:1], look.tests, pushed)
 
 
 def _push_of_few(step: Step, say: Say) -> Push | None:
@@ -69,8 +73,7 @@ def _push_of_few(step: Step, say: Say) -> Push | None:
 
 def is_bent(after: Fit, pushed: Push) -> bool:
     """Whether effects have bent themselves around a push: a force at a few places says as much with far fewer words."""
-    said = pushed.force.fit.cost + pushed.knobs * float(np.log(after.problem.measured))
-    return bic(after) > said + STRONG_BIC
+    return bic(after) > pushed.bic + STRONG_BIC
 
 
 def _matters(before: Fit, current: Fit, found: Fit) -> bool:

@@ -9,7 +9,7 @@ the force goes with.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -21,7 +21,8 @@ from simulate.model import Model
 
 from .chance import gained_by, noise_like
 from .evidence import GAP_P, gap_test
-from .fit import ROUGHLY, Fit, before_the_stops, solve
+from .fit import ROUGHLY, Fit, before_the_stops, laid_out, solve
+from .problem import Problem
 
 KNOTS, SPACING_S = 16, 0.05
 AXES = 3  # vertical, lateral, moment
@@ -200,10 +201,10 @@ def estimate(before: Fit) -> MissingForce:
     early = before_the_stops(before.problem)
     hint = before if early is before.problem else solve(early, before.q)
     hint = hint if gap_test(hint).p_value < GAP_P else before
-    costs = {along: _fitted(hint, along).cost for along in _WORDS}
+    costs = {along: fitted(hint, along, seen_knobs(hint, along)).cost for along in _WORDS}
     best = min(costs, key=lambda along: costs[along])
     leads = named_leads(best, {along: cost - costs[best] for along, cost in costs.items()}, hint.cost - costs[best])
-    return read(_fitted(before, best), best, leads)
+    return read(fitted(before, best, seen_knobs(before, best)), best, leads)
 
 
 def named_leads(best: Along, short: Mapping[Along, float], closed: float) -> dict[str, float]:
@@ -213,14 +214,13 @@ def named_leads(best: Along, short: Mapping[Along, float], closed: float) -> dic
 
 def at_once(before: Fit) -> MissingForce:
     """The missing force along time by a single step along a fit's straight lines: where the gap is, before anything is named."""
-    problem = before.problem.with_effects((*before.problem.effects, ForceAlongTime()))
-    start = np.concatenate([before.q, np.zeros(AXES * KNOTS)])
+    problem, start = with_table(before, ForceAlongTime)
     free = seen_knobs(before, ForceAlongTime)
     new = [i for i in free if i >= len(before.q)]
     jacobian = np.hstack([before.jacobian, problem.jacobian(start, new, before.gaps)[1]])
     step = np.linalg.lstsq(jacobian, -before.gaps, rcond=1e-12)[0]
     start[free] += step
-    return read(Fit(problem, start, before.gaps + jacobian @ step, spread_out(jacobian, free, len(start)), False), ForceAlongTime, {})
+    return read(Fit(problem, start, before.gaps + jacobian @ step, _spread_out(jacobian, free, len(start)), False), ForceAlongTime, {})
 
 
 def chance_of_force(fit: Fit) -> float:
@@ -238,18 +238,23 @@ def chance_of_force(fit: Fit) -> float:
     return float(stats.chi2.sf(float(np.sum((shown.T @ fit.gaps) ** 2)) / unit, max(shown.shape[1], 1)))
 
 
-def spread_out(jacobian: Array, columns: list[int], size: int) -> Array:
-    """The columns of the knobs that moved among all, the others zero."""
+def _spread_out(jacobian: Array, columns: list[int], size: int) -> Array:
     whole = np.zeros((len(jacobian), size))
     whole[:, columns] = jacobian
     return whole
 
 
-def _fitted(before: Fit, along: Along) -> Fit:
+def with_table(before: Fit, along: Along) -> tuple[Problem, Array]:
+    """The problem with a table that is unknown, and its knobs where the table is zero."""
     problem = before.problem.with_effects((*before.problem.effects, along()))
-    free = seen_knobs(before, along)
-    found = solve(problem, np.concatenate([before.q, np.zeros(AXES * KNOTS)]), free=free, most_steps=_MOST_STEPS, enough=ROUGHLY)
-    return Fit(problem, found.q, found.gaps, spread_out(found.jacobian, free, len(found.q)), found.converged)
+    return problem, laid_out(before, problem)
+
+
+def fitted(before: Fit, along: Along, free: list[int]) -> Fit:
+    """A table fitted with base and releases; only the knobs `free` may move."""
+    problem, start = with_table(before, along)
+    found = solve(problem, start, free=free, most_steps=_MOST_STEPS, enough=ROUGHLY)
+    return replace(found, jacobian=_spread_out(found.jacobian, free, len(found.q)))
 
 
 def seen_knobs(before: Fit, along: Along) -> list[int]:
@@ -260,10 +265,13 @@ def seen_knobs(before: Fit, along: Along) -> list[int]:
 
 
 def read(found: Fit, along: Along, leads: dict[str, float]) -> MissingForce:
-    """A table that was fitted, at the places that had a say."""
+    """A table that was fitted, from the first to the last place that had a say; what was not estimated there has no band (NaN)."""
     first = len(found.q) - AXES * KNOTS
-    used = np.linalg.norm(found.jacobian[:, first:], axis=0).reshape(AXES, KNOTS).max(axis=0) > 0
+    estimated = (np.linalg.norm(found.jacobian[:, first:], axis=0) > 0).reshape(AXES, KNOTS).T
+    had_a_say = np.flatnonzero(estimated.any(axis=1))
+    used = slice(had_a_say[0], had_a_say[-1] + 1) if len(had_a_say) else slice(0)
     spread = np.sqrt(np.maximum(np.diag(found.covariance), 0.0))
     scale = found.problem.scales[first:]
     values, sigma = ((row[first:] * scale).reshape(AXES, KNOTS).T for row in (found.q, spread))
-    return MissingForce(along, along.places(found.problem.model)[used], values[used], sigma[used], found, leads)
+    band = np.where(estimated, sigma, np.nan)
+    return MissingForce(along, along.places(found.problem.model)[used], values[used], band[used], found, leads)

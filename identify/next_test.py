@@ -21,12 +21,12 @@ from typing import Any
 import numpy as np
 from scipy import stats
 
-from measure.tables import Array, Loop, Trajectory
+from measure.tables import Loop, Trajectory
 from simulate.model import Geometry, Model
 
 from .campaign import Run
 from .candidates import Candidate
-from .fit import ROUGHLY, Fit, solve
+from .fit import ROUGHLY, Fit, laid_out, solve
 from .loops import prepare
 from .measured import Film, LoopRun
 from .naming import RIVAL_P, STRONG_BIC
@@ -189,7 +189,7 @@ def _by_fits(best: Fit, rival: Fit, condition: Condition) -> tuple[float, float]
 def _shown(rival: Fit, made: Problem) -> float:
     """delta^2 of a further run, along straight lines."""
     problem = replace(rival.problem.until(np.inf), films=made.films, loops=made.loops)
-    q = _without_releases(rival, problem)
+    q = laid_out(rival, problem)
     gaps, jacobian = problem.jacobian(q)
     gaps, jacobian = gaps[: problem.measured], jacobian[: problem.measured]
     own = np.arange(problem.first_nuisance, problem.first_effect)
@@ -210,16 +210,8 @@ def _shown_by_fit(rival: Fit, made: Problem) -> float:
     """The same by fitting the rival to everything there is and the further run: a shape can bend farther than a straight line."""
     of = rival.problem.until(np.inf)
     problem = replace(of, films=(*of.films, *made.films), loops=(*of.loops, *made.loops))
-    known = {knob.name: value for knob, value in zip(rival.problem.knobs, rival.q, strict=True)}
-    start = np.array([known.get(knob.name, 0.0) for knob in problem.knobs])
-    found = solve(problem, start, most_steps=_STEPS, enough=ROUGHLY)
+    found = solve(problem, laid_out(rival, problem), most_steps=_STEPS, enough=ROUGHLY)
     return max(0.0, found.cost - rival.cost)
-
-
-def _without_releases(fit: Fit, problem: Problem) -> Array:
-    """Base and effects of a fit for a run whose release is as planned."""
-    of = fit.problem
-    return np.concatenate([fit.q[: of.first_nuisance], np.zeros(problem.first_effect - problem.first_nuisance), fit.q[of.first_effect :]])
 
 
 def _made(best: Fit, condition: Condition) -> Problem:
@@ -228,21 +220,15 @@ def _made(best: Fit, condition: Condition) -> Problem:
         blank = replace(best.problem.until(np.inf), films=(), loops=(_blank_loop(best.problem, condition),))
     else:
         blank = replace(best.problem.until(np.inf), films=(_blank_film(best.problem, condition),), loops=())
-    q = _without_releases(best, blank)
-    return _filled(blank, q)
-
-
-def _filled(problem: Problem, q: Array) -> Problem:
-    """The one run of a problem with its measurement moved to where these knobs have it."""
-    foreseen = -problem.gaps(q)[: problem.measured]
-    if problem.loops:
-        (loop,) = problem.loops
+    foreseen = -blank.gaps(laid_out(best, blank))
+    if blank.loops:
+        (loop,) = blank.loops
         force = loop.data.force_N.copy()
-        force[loop.data.used] += foreseen * loop.data.force_sigma_N
-        return replace(problem, loops=(replace(loop, data=replace(loop.data, force_N=force)),))
-    (film,) = problem.films
-    values = np.stack([film.values[i] + foreseen[block.rows] * film.sigma[i] for i, block in enumerate(problem.blocks)])
-    return replace(problem, films=(replace(film, values=values),))
+        force[loop.data.used] += foreseen[: blank.measured] * loop.data.force_sigma_N
+        return replace(blank, loops=(replace(loop, data=replace(loop.data, force_N=force)),))
+    (film,) = blank.films
+    values = np.stack([film.values[i] + foreseen[block.rows] * film.sigma[i] for i, block in enumerate(blank.blocks)])
+    return replace(blank, films=(replace(film, values=values),))
 
 
 def _blank_film(problem: Problem, condition: Condition) -> Film:

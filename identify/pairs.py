@@ -13,10 +13,10 @@ from itertools import combinations
 
 import numpy as np
 
-from measure.tables import Array
 from simulate.effect import Effect
 
 from .candidates import carried_to_the_end, fit_screened
+from .chance import gained_by
 from .fit import Fit, bic, refitted
 from .naming import STRONG_BIC, Budget, Look, Say, Step, next_effect
 from .screening import Screened
@@ -54,27 +54,19 @@ def plainer_pair(
 
 def _promising_pair(look: Look, name: str) -> Screened | None:
     """The stronger one of the pair whose signatures promise clearly more than those of one effect, in fewer words."""
-    shown = [one for one in look.screened if one.signature.knobs]
-    frame = np.linalg.qr(np.column_stack([look.hint.gaps, *(one.signature.columns for one in shown)]))[0]
-    gaps = frame.T @ look.hint.gaps
-    bases = {one.effect.name: _basis(frame.T @ one.signature.columns) for one in shown}
-    if name not in bases:
+    shown = {one.effect.name: one for one in look.screened if one.signature.knobs}
+    if name not in shown:
         return None
-    words = {one.effect.name: one.signature.knobs * float(np.log(look.hint.effective_samples)) for one in shown}
-    plain = [one for one in shown if one.signature.knobs < bases[name].shape[1]]
-    pairs = [(a, b) for a, b in combinations(plain, 2) if words[a.effect.name] + words[b.effect.name] < words[name]]
-    worth = [_gained(gaps, bases[a.effect.name], bases[b.effect.name]) - words[a.effect.name] - words[b.effect.name] for a, b in pairs]
-    if not pairs or max(worth) < _gained(gaps, bases[name]) - words[name] + CLEAR_BIC:
+    frame = np.linalg.qr(np.column_stack([look.hint.gaps, *(one.signature.columns for one in shown.values())]))[0]
+    gaps = frame.T @ look.hint.gaps[:, None]
+    columns = {key: frame.T @ one.signature.columns for key, one in shown.items()}
+    words = {key: one.signature.knobs * float(np.log(look.hint.effective_samples)) for key, one in shown.items()}
+
+    def gained(*names: str) -> float:
+        return float(gained_by(np.column_stack([columns[one] for one in names]), gaps)[0])
+
+    pairs = [pair for pair in combinations(shown, 2) if words[pair[0]] + words[pair[1]] < words[name]]
+    worth = [gained(*pair) - words[pair[0]] - words[pair[1]] for pair in pairs]
+    if not pairs or max(worth) < gained(name) - words[name] + CLEAR_BIC:
         return None
-    return max(pairs[int(np.argmax(worth))], key=lambda one: _gained(gaps, bases[one.effect.name]))
-
-
-def _basis(columns: Array) -> Array:
-    """Orthonormal columns that span these."""
-    left, sizes, _ = np.linalg.svd(columns / np.linalg.norm(columns, axis=0), full_matrices=False)
-    return left[:, sizes > 1e-6]
-
-
-def _gained(gaps: Array, *bases: Array) -> float:
-    """What these columns together take off the sum of squares."""
-    return float(np.sum((_basis(np.column_stack(bases)).T @ gaps) ** 2))
+    return shown[max(pairs[int(np.argmax(worth))], key=gained)]

@@ -6,14 +6,14 @@ have bent themselves around something that they are not.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
 from measure.tables import Array
 
-from .fit import ROUGHLY, Fit, solve
-from .missing_force import ALONGS, Along, MissingForce, named_leads, read, seen_knobs, spread_out
+from .fit import Fit, price
+from .missing_force import ALONGS, Along, MissingForce, fitted, named_leads, read, seen_knobs, with_table
 
 _MOST_PLACES = 4
 _OPTIMISM = 1.25  # how much more than along straight lines a force may gain
@@ -22,10 +22,10 @@ _WORDS = SHORTEST = 2  # that a place costs: where, and how strong; no push is s
 
 @dataclass(frozen=True)
 class Push:
-    """A force at a few places of a table. knobs : what it takes to say it, base and releases counted."""
+    """A force at a few places of a table. bic : of its fit, every place at what it takes to say it."""
 
     force: MissingForce
-    knobs: int
+    bic: float
 
 
 def push(before: Fit, bic: float) -> Push | None:
@@ -34,41 +34,32 @@ def push(before: Fit, bic: float) -> Push | None:
     None where no place is worth its words, or where straight lines promise nothing near a BIC that others have reached.
     """
     found = {along: _chosen(before, along) for along in ALONGS}
-    along = max(found, key=lambda one: _worth(before, *found[one]))
+    along = max(found, key=lambda one: found[one][1] - _words(before, found[one][0]))
     places, gained = found[along]
-    promised = before.cost - _OPTIMISM * gained + (len(before.q) + _WORDS * len(places)) * _price(before)
-    if not places or promised > bic:
+    said = len(before.q) * price(before.problem) + _words(before, places)
+    if not places or before.cost - _OPTIMISM * gained + said > bic:
         return None
-    problem = before.problem.with_effects((*before.problem.effects, along()))
-    start = np.concatenate([before.q, np.zeros(len(problem.knobs) - len(before.q))])
-    free = [*range(len(before.q)), *places]
-    fit = solve(problem, start, free=free, enough=ROUGHLY)
-    fit = replace(fit, jacobian=spread_out(fit.jacobian, free, len(start)))
+    fit = fitted(before, along, [*range(len(before.q)), *places])
     leads = named_leads(along, {other: gained - found[other][1] for other in ALONGS}, gained)
-    return Push(read(fit, along, leads), len(before.q) + _WORDS * len(places))
+    return Push(read(fit, along, leads), fit.cost + said)
 
 
-def _worth(before: Fit, places: list[int], gained: float) -> float:
-    return gained - _WORDS * len(places) * _price(before)
-
-
-def _price(fit: Fit) -> float:
-    """What a parameter costs by the BIC."""
-    return float(np.log(fit.problem.measured))
+def _words(before: Fit, places: list[int]) -> float:
+    """What it costs to say these places."""
+    return _WORDS * len(places) * price(before.problem)
 
 
 def _chosen(before: Fit, along: Along) -> tuple[list[int], float]:
     """Places of a table, as knobs, that join one by one while each gains more than its words cost; and what they gain linearly."""
-    problem = before.problem.with_effects((*before.problem.effects, along()))
+    problem, start = with_table(before, along)
     new = [knob for knob in seen_knobs(before, along) if knob >= len(before.q)]
-    start = np.concatenate([before.q, np.zeros(len(problem.knobs) - len(before.q))])
     free = before.free_of_knobs(problem.jacobian(start, new, before.gaps)[1])
     left, gained = before.free_of_knobs(before.gaps[:, None])[:, 0], 0.0
     chosen: list[int] = []
     while len(chosen) < _MOST_PLACES:
         gains = _gains(free, left)
         best = int(np.argmax(gains))
-        if gains[best] < _WORDS * _price(before):
+        if gains[best] < _words(before, [best]):
             break
         chosen.append(new[best])
         gained += float(gains[best])

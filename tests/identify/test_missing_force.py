@@ -51,6 +51,20 @@ def test_a_drag_is_described_by_the_square_of_the_speed(campaign, fitted):
     assert "not a cause" in text
 
 
+def test_places_that_were_not_estimated_are_no_part_of_a_formula(campaign, fitted):
+    """A table with holes is described by the rest; a push at a few places is no curve, and gets no formula."""
+    (film,) = fitted(campaign(None, 96, loops=(), deployments=({},))).problem.films
+    speed = np.linspace(0.1, 1.2, 12)
+    force = np.stack([-0.2 * speed**2, np.zeros(12), np.zeros(12)], axis=1)
+    sigma = np.full((12, 3), 2e-3)
+    sigma[3] = np.nan
+    text = described(MissingForce(ForceAlongSpeed, speed, force, sigma, None, {}), film)  # type: ignore[arg-type]
+    assert text is not None
+    assert "-0.2" in text
+    sigma[2:10] = np.nan
+    assert described(MissingForce(ForceAlongSpeed, speed, force, sigma, None, {}), film) is None  # type: ignore[arg-type]
+
+
 def test_a_force_within_its_band_is_not_described(campaign, fitted):
     (film,) = fitted(campaign(None, 94, loops=(), deployments=({},))).problem.films
     speed = np.linspace(0.1, 1.2, 12)

@@ -16,6 +16,7 @@ from typing import Any
 import numpy as np
 import tomli_w
 
+from identify.next_test import LIKELY
 from measure.output import write_text
 
 from .campaigns import FRAMES, Campaign, Deployment, Seen, Shaking, deployment, shaking
@@ -25,7 +26,6 @@ from .scoring import Scored, score_case
 from .specs import Spec
 
 _FIRST_FILM = Seen(("x_m", "z_m", "theta_y_rad"), zeroed=True, tells_sigma=True)
-RECOMMENDED = 0.5  # the chance above which explain-gap recommends a test
 
 
 @dataclass(frozen=True)
@@ -66,7 +66,7 @@ def splits(rows: Sequence[Scored], answers: Sequence[Answer], method: str, folde
 def _recommends(answer: Answer) -> bool:
     """Whether the answer says that its best test is likely to split the class."""
     foreseen = answer.result.get("next_experiments")
-    return bool(foreseen) and max(foreseen[0]["splits"].values()) >= RECOMMENDED
+    return bool(foreseen) and max(foreseen[0]["splits"].values()) >= LIKELY
 
 
 def _maker(spec: Spec, test: Mapping[str, Any], folder: Path) -> Any:
@@ -95,7 +95,7 @@ def further_run(spec: Spec, case: Case, test: Mapping[str, Any], chance: np.rand
     if test["kind"] == "loop":
         return shaking(spec, known, test["frequency_Hz"], test["amplitude_m"], False, False, chance)
     like = before.deployments[0] if before.deployments else _FIRST_FILM
-    seen = replace(_FIRST_FILM, channels=tuple(test.get("channels") or like.channels), zeroed=like.zeroed, tells_sigma=like.tells_sigma)
+    seen = Seen(tuple(test.get("channels") or like.channels), like.zeroed, like.tells_sigma)
     run = deployment(spec, known, _dotted(test["model"]), seen, False, chance)
     return replace(run, frames=round(FRAMES * test.get("times_as_long", 1.0)))
 
