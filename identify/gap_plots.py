@@ -136,9 +136,10 @@ def missing_force_figure(missing: MissingForce) -> Any:
     forces, moment = figure.subplots(2, 1, sharex=True)
     rows = ((forces, "vertical, up", AFTER), (forces, "lateral, x", BEFORE), (moment, "about y", AFTER))
     for column, (axes, name, colour) in enumerate(rows):
-        force, sigma = missing.force_N[:, column], missing.sigma_N[:, column]
-        axes.fill_between(missing.places, force - 2 * sigma, force + 2 * sigma, color=colour, alpha=0.2, lw=0)
-        axes.plot(missing.places, force, "o-", ms=3, color=colour, label=name)
+        known = np.isfinite(missing.sigma_N[:, column])
+        places, force, sigma = missing.places[known], missing.force_N[known, column], missing.sigma_N[known, column]
+        axes.fill_between(places, force - 2 * sigma, force + 2 * sigma, color=colour, alpha=0.2, lw=0)
+        axes.errorbar(places, force, 2 * sigma, fmt="o-", ms=3, elinewidth=0.7, color=colour, label=name)
     for axes, label in ((forces, "missing force, N"), (moment, "missing moment, N m")):
         axes.axhline(0.0, color="0.5", lw=0.7)
         axes.set_ylabel(label)
