@@ -17,7 +17,7 @@ from .loops import LoopData, effective_number, with_turns_moved
 from .parameters import Abscissa, Layout, layout
 from .recipe import Recipe, paper_recipe
 from .residuals import Dependence, depends_on
-from .uncertainty import Estimate, clipped, covariance_of, covariance_of_turns, estimates_of, jacobians
+from .uncertainty import Estimate, clipped, covariance_of, covariance_of_motion, estimates_of, jacobians
 from .verdicts import Verdict, verdict_of
 
 Tare = Literal["common", "each", "auto"]
@@ -125,7 +125,7 @@ def _judged(problem: LoopProblem, theta: Array, converged: bool) -> ActuatorFit:
     tables = jacobians(problem.residuals, theta, *problem.bounds())
     effective = tuple(effective_number(r) for r in residuals)
     of_theta = covariance_of(tables, clipped(residuals) if problem.robust else residuals, free)
-    of_theta += covariance_of_turns(tables, _moved_turns(problem, theta, residuals), free)
+    of_theta += covariance_of_motion(tables, _turned(problem, theta, residuals), _swayed(problem, theta, residuals), free)
     slopes, left = shape.slopes(theta), depends_on(loops, residuals)
     estimates = estimates_of(shape, theta, of_theta, free, tables, sum(effective) - len(theta), loops)
     return ActuatorFit(
@@ -145,7 +145,19 @@ def _judged(problem: LoopProblem, theta: Array, converged: bool) -> ActuatorFit:
     )
 
 
-def _moved_turns(problem: LoopProblem, theta: Array, residuals: Sequence[Array]) -> list[Array]:
+def _turned(problem: LoopProblem, theta: Array, residuals: Sequence[Array]) -> list[Array]:
     """What one standard deviation of the turning points, all outward, does to the residuals."""
-    moved = replace(problem, loops=tuple(with_turns_moved(data, data.turns_sigma_m) for data in problem.loops))
-    return [after - before for after, before in zip(moved.residuals(theta), residuals, strict=True)]
+    return _changed(problem, [with_turns_moved(data, data.turns_sigma_m) for data in problem.loops], theta, residuals)
+
+
+def _swayed(problem: LoopProblem, theta: Array, residuals: Sequence[Array]) -> list[Array]:
+    """What each error that a loop's motion may have does to its residual, (n, k) for each loop."""
+    most = max(len(data.paths_in_doubt) for data in problem.loops)
+    with_error = [[replace(data, path=(*data.paths_in_doubt, *most * [data.path])[j]) for data in problem.loops] for j in range(most)]
+    changes = [_changed(problem, loops, theta, residuals) for loops in with_error]
+    return [np.array([change[k] for change in changes]).reshape(most, len(residual)).T for k, residual in enumerate(residuals)]
+
+
+def _changed(problem: LoopProblem, loops: Sequence[LoopData], theta: Array, residuals: Sequence[Array]) -> list[Array]:
+    moved = replace(problem, loops=tuple(loops)).residuals(theta)
+    return [after - before for after, before in zip(moved, residuals, strict=True)]

@@ -5,7 +5,7 @@ The law counts the way from the turning point; a corner that is rounded off by h
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.polynomial import Polynomial
@@ -46,7 +46,7 @@ def sharpened(time_s: Array, measured_m: Array, smooth: Motion, turns: tuple[int
             corners += [found] if found else []
     doubt = [corner.doubt_m for corner in corners]
     turns_m = float(np.hypot(smooth.noise_m, np.median(doubt))) if doubt else smooth.turns_m
-    return Motion(columns[0], columns[1], columns[2], smooth.noise_m, turns_m), corners
+    return replace(smooth, elongation_m=columns[0], speed_m_per_s=columns[1], acceleration_m_per_s2=columns[2], turns_m=turns_m), corners
 
 
 def _is_sharp(time_s: Array, u: Array, k: int, side: int, noise_m: float) -> bool:

@@ -14,13 +14,19 @@ from measure.tables import Array
 _MOST_HARMONICS = 5
 _WORSE_THAN_NOISE = 1.4
 _LEAST_CYCLES = 1.0
+_NUDGE = 1e-6  # of the frequency
 
 
-def harmonic_motion(time_s: Array, elongation_m: Array, noise_m: float) -> tuple[Array, Array, Array] | None:
-    """Elongation, speed and acceleration, (n,) each, of a record that is a sine with few harmonics; else None.
+def harmonic_motion(time_s: Array, elongation_m: Array, noise_m: float) -> tuple[Array, Array] | None:
+    """Motion of a record that is a sine with few harmonics, and in what ways it may be wrong; else None.
 
     u = c_0 + c_1 t + sum_k a_k cos k w t + b_k sin k w t, with w by Gauss-Newton from the spectrum's peak. It is accepted
     where what it leaves is about the noise and no harmonic more is worth its two coefficients (BIC).
+
+    Returns
+    -------
+    (3, n) elongation, speed and acceleration; (k, 3, n) independent errors of these, each of one standard deviation, for noise that
+    is white: coefficients and frequency are known no better than the noise lets them.
     """
     w = _first_frequency(time_s, elongation_m)
     if w is None:
@@ -34,7 +40,22 @@ def harmonic_motion(time_s: Array, elongation_m: Array, noise_m: float) -> tuple
     if np.sqrt(left) > _WORSE_THAN_NOISE * noise_m:
         return None
     harmonics = (len(c) - 2) // 2
-    return tuple(_basis(time_s, w, harmonics, order) @ c for order in range(3))  # type: ignore[return-value]
+    moved = np.stack([_basis(time_s, w, harmonics, order) @ c for order in range(3)])
+    return moved, _errors(time_s, w, c, max(noise_m, float(np.sqrt(left))))
+
+
+def _errors(time_s: Array, w: float, c: Array, noise_m: float) -> Array:
+    """What one standard deviation of each independent combination of coefficients and frequency does to the motion, (k, 3, n)."""
+    harmonics, small = (len(c) - 2) // 2, _NUDGE * w
+    slopes = []
+    for order in range(3):
+        faster, slower = (_basis(time_s, w + way, harmonics, order) @ c for way in (small, -small))
+        slopes.append(np.column_stack([_basis(time_s, w, harmonics, order), (faster - slower) / (2.0 * small)]))
+    length = np.sqrt(np.einsum("ij,ij->j", slopes[0], slopes[0]))
+    scaled = slopes[0] / length
+    power, ways = np.linalg.eigh(scaled.T @ scaled)
+    root = noise_m * ways / (np.sqrt(np.maximum(power, 1e-12)) * length[:, None])
+    return np.stack([(slope @ root).T for slope in slopes], axis=1)
 
 
 def _first_frequency(time_s: Array, values: Array) -> float | None:

@@ -28,20 +28,25 @@ _HALVES = (3, 5, 8, 13, 21, 34, 55, 89)  # neighbours on each side that are trie
 _WIDE = 5  # neighbours on each side from which on a quintic is afforded
 _AGREEMENT = 2.0  # standard deviations
 _ENTRIES_AT_ONCE = 40_000  # what fits a processor's cache
-_WAVES = 12.0  # coefficients of a wave that a turning point hangs on
 _KEPT = 0.8  # of the absolute deviations, the smaller ones; a median would jump from step to step of a quantised signal
 _KEPT_SIGMA = 0.66159  # root mean square of these for a normal distribution of one
 
 
 @dataclass(frozen=True)
 class Motion:
-    """Smoothed motion, each (n,), one standard deviation of the raw elongation's noise, and that of the turning points."""
+    """Smoothed motion, each (n,), one standard deviation of the raw elongation's noise, and that of the turning points.
+
+    turns_m : of what all turning points are off by alike, beyond the errors.
+    errors : (k, 3, n) in what independent ways elongation, speed and acceleration may be wrong over the whole record, each of one
+    standard deviation; none are known but for harmonics.
+    """
 
     elongation_m: Array
     speed_m_per_s: Array
     acceleration_m_per_s2: Array
     noise_m: float
     turns_m: float
+    errors: Array
 
 
 @dataclass(frozen=True)
@@ -63,7 +68,8 @@ def motion(time_s: Array, elongation_m: Array) -> Motion:
     noise = noise_of(time_s, elongation_m)
     sine = harmonic_motion(time_s, elongation_m, noise)
     if sine is not None:
-        return Motion(sine[0], sine[1], sine[2], noise, noise * float(np.sqrt(_WAVES / len(time_s))))
+        (u, v, a), errors = sine
+        return Motion(u, v, a, noise, 0.0, errors)
     n = len(time_s)
     best, low, high, halves = np.empty((3, n)), np.full(n, -np.inf), np.full(n, np.inf), np.zeros(n, dtype=int)
     agreeing = np.arange(n)
@@ -82,7 +88,7 @@ def motion(time_s: Array, elongation_m: Array) -> Motion:
         at = np.flatnonzero(halves == half)
         if len(at):
             best[:, at] = local_polynomial(time_s, elongation_m, half, at, degree=5)[0]
-    return Motion(best[0], best[1], best[2], noise, noise)
+    return Motion(best[0], best[1], best[2], noise, noise, np.empty((0, 3, n)))
 
 
 def local_polynomial(time_s: Array, values: Array, half: int, at: NDArray[np.intp], degree: int = 3) -> tuple[Array, Array]:

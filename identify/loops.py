@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,7 +16,7 @@ from simulate.law import loop_force
 
 from .corners import sharpened
 from .kinematics import Cycles, cycles, dead_band, motion, noise_of, quantum_of
-from .path import Path, path_of, turns_of
+from .path import Path, path_of, pushed, turns_of
 from .usage import Part, parts, usage
 
 
@@ -28,7 +29,7 @@ class LoopData:
     the record, where the acceleration is poorly known, nor strokes that may have turned in a gap of the record.
     parts : the whole record as stretches, with what of them counts and why. remarks : what was done to it on reading.
     force_sigma_N, elongation_sigma_m : one standard deviation of the sample noise, from the high frequencies.
-    turns_sigma_m : how well the turning points are known, one standard deviation.
+    turns_sigma_m : how well the turning points are known, one standard deviation. motion_errors : (k, 3, n), see `Motion`.
     path, at : where the law is marched, and the index of each sample in it. other : further columns, (n,), by name.
     """
 
@@ -45,6 +46,7 @@ class LoopData:
     cycles: Cycles
     path: Path
     at: NDArray[np.intp]
+    motion_errors: Array
     other: Mapping[str, Array] = field(default_factory=dict)
     parts: tuple[Part, ...] = ()
     remarks: tuple[str, ...] = ()
@@ -72,6 +74,11 @@ class LoopData:
         behind = np.searchsorted(self.at, turns, side="right") + 1
         known = behind < len(self.at)
         return float(np.median(np.abs(u[self.at[behind[known]]] - u[turns[known]]))) if np.any(known) else float(np.ptp(u))
+
+    @cached_property
+    def paths_in_doubt(self) -> tuple[Path, ...]:
+        """The path with each of the errors that the motion may have."""
+        return tuple(pushed(self.path, self.time_s, error) for error in self.motion_errors)
 
     @property
     def force_range_N(self) -> float:
@@ -108,6 +115,7 @@ def prepare(loop: Loop) -> LoopData:
         cycles=replace(found, spans=use.whole(found.spans)),
         path=path,
         at=at,
+        motion_errors=smooth.errors,
         other=loop.other,
         parts=tuple(parts(loop.time_s, smooth.elongation_m, use, found.spans)),
         remarks=tuple(loop.remarks),
@@ -164,6 +172,16 @@ def free_start(lines: Array, data: LoopData, effects: tuple[Effect, ...] = ()) -
 def gap(lines: Array, data: LoopData, effects: tuple[Effect, ...] = ()) -> Array:
     """Measured minus modelled force of the samples that count, N, with the loop's own start force taken out."""
     return (data.force_N - free_start(lines, data, effects)[1])[data.used]
+
+
+def gap_and_sways(lines: Array, data: LoopData, effects: tuple[Effect, ...] = ()) -> tuple[Array, Array]:
+    """The gap, and what each of the errors that the loop's motion may have does to it, (used, k) N; the start force is free in all."""
+    guess, force, change = _start_guess(lines, data, effects)
+    seen = change[data.used]
+    moved = [predict(lines, replace(data, path=path), guess, effects) for path in data.paths_in_doubt]
+    columns = [(data.force_N - force)[data.used], *((force - other)[data.used] for other in moved)]
+    freed = [column - _share(seen, column, data) * seen for column in columns]
+    return freed[0], np.stack(freed[1:], axis=1) if moved else np.empty((len(seen), 0))
 
 
 def gap_and_level(lines: Array, data: LoopData, effects: tuple[Effect, ...] = ()) -> tuple[Array, float]:

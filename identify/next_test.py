@@ -27,6 +27,7 @@ from simulate.model import Geometry, Model
 from .campaign import Run
 from .candidates import Candidate
 from .fit import ROUGHLY, Fit, laid_out, solve
+from .harmonic import harmonic_motion
 from .loops import prepare
 from .measured import Film, LoopRun
 from .naming import RIVAL_P, STRONG_BIC
@@ -36,7 +37,7 @@ _FURTHER = 0.2  # of the stroke that is left, above the start heights there are
 _HEAVIER = 1.25
 _OFF_CENTRE_M, _TILT_RAD, _TURN_RAD = (0.005, 0.02), (0.02, 0.06), (0.03, 0.1)
 _FASTER, _WIDER = 2.0, 2.0
-_FREE_LOOP = (1.0, 0.1, 1e-3)  # frequency in Hz, amplitude over the stroke, noise over the force, where no loop was measured
+_FREE_LOOP = (1.0, 0.1, 1e-3, 1e-5)  # frequency in Hz, amplitude over the stroke, noise over the force and in m, where no loop was measured
 _SAMPLES, _CYCLES = 400, 4
 _FREE_FILM = (500.0, 1e-4, 5e-4)  # frames/s, noise in m and rad, where no film was taken
 _CHECKED, _STEPS = 2, 8  # tests, the most telling ones, that are foreseen by full simulation
@@ -272,7 +273,10 @@ def _blank_loop(problem: Problem, condition: Condition) -> LoopRun:
     level = float(np.mean(problem.model.actuator.b_l_N))
     blank = Loop(time, middle + condition.amplitude_m * np.sin(turn), level * (1.0 + 0.01 * np.cos(turn)), name="further")
     data = prepare(blank)
-    sigmas = [loop.data.force_sigma_N for loop in problem.loops]
-    sigma = float(np.median(sigmas)) if sigmas else _FREE_LOOP[2] * abs(level)
+    sigmas = [(loop.data.force_sigma_N, loop.data.elongation_sigma_m) for loop in problem.loops]
+    force_sigma_N, sigma_m = np.median(sigmas, axis=0) if sigmas else (_FREE_LOOP[2] * abs(level), _FREE_LOOP[3])
+    moved = harmonic_motion(time, blank.elongation_m, sigma_m)
+    assert moved is not None
     used = data.used & (time > 1.0 / condition.frequency_Hz)
-    return LoopRun(Run(blank, name="further"), problem.model, replace(data, force_sigma_N=sigma, used=used))
+    foreseen = replace(data, force_sigma_N=float(force_sigma_N), motion_errors=moved[1], used=used)
+    return LoopRun(Run(blank, name="further"), problem.model, foreseen)

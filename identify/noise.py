@@ -10,6 +10,7 @@ _ORDER = 4
 _GAIN = float(np.sqrt(70.0))  # of the fourth difference for white noise: sqrt(sum of squared binomials)
 _PER_SIGMA = 1.4826
 _FEW = 16
+_SHORT = 1e-9  # of the square of a column: nothing
 
 
 def channel_noise(trajectory: Trajectory, channel: str) -> Array:
@@ -38,3 +39,16 @@ def _high_frequency(values: Array, shape: Array) -> float:
     if len(steps) < _FEW:
         return float("nan")
     return float(_PER_SIGMA * np.median(np.abs(steps - np.median(steps))) / _GAIN)
+
+
+def whitened(gaps: Array, ways: Array) -> Array:
+    """Gaps (n,) whose noise is white and of one but for errors along the columns of `ways` (n, k), each of one too: made white.
+
+        (1 + A A')^-1/2 g,   so that its sum of squares is  min over c of |g - A c|^2 + |c|^2
+
+    Along a column that is long the gaps count little; across all of them they stay as they are.
+    """
+    power, turn = np.linalg.eigh(ways.T @ ways)
+    long = power > _SHORT
+    along = turn[:, long] * np.sqrt((1.0 - 1.0 / np.sqrt(1.0 + power[long])) / power[long])
+    return gaps - ways @ (along @ (along.T @ (ways.T @ gaps)))

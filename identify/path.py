@@ -24,6 +24,12 @@ class Path:
     acceleration_m_per_s2: Array
 
 
+def pushed(path: Path, time_s: Array, error: Array) -> Path:
+    """The path with its motion wrong by an error, (3, n) at the times of the samples; nothing new turns in it."""
+    off = [np.interp(path.time_s, time_s, row) for row in error]
+    return Path(path.time_s, path.elongation_m + off[0], path.speed_m_per_s + off[1], path.acceleration_m_per_s2 + off[2])
+
+
 def path_of(time_s: Array, smooth: Motion, turns: tuple[int, ...], corners: Sequence[Corner]) -> tuple[Path, NDArray[np.intp]]:
     """The samples with each turning point put in between two of them: a corner, or the vertex of the local parabola."""
     columns = np.stack([time_s, one_way(smooth.elongation_m, turns), smooth.speed_m_per_s, smooth.acceleration_m_per_s2])

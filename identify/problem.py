@@ -23,8 +23,9 @@ from simulate.model_file import add_effects
 
 from .campaign import Run
 from .knobs import BASE, Knob, base_knobs, effect_knobs, lines_of, release_knobs, zero_knob
-from .loops import LoopData, gap
+from .loops import LoopData, gap_and_sways
 from .measured import Film, LoopRun, film_of, lengths_of, loop_of
+from .noise import whitened
 from .observe import RunRelease, View, observe, observe_beside
 
 _STEP = 1e-5
@@ -236,7 +237,8 @@ class Problem:
         made = []
         for loop, zero_N in zip(self.loops, self.zeros_at(q), strict=True):
             model = self.model_at(q, loop.model)
-            made.append((gap(lines_of(model), self._without_covariate(q, loop.data), model.effects) - zero_N) / loop.data.force_sigma_N)
+            left, sways = gap_and_sways(lines_of(model), self._without_covariate(q, loop.data), model.effects)
+            made.append(whitened((left - zero_N) / loop.data.force_sigma_N, sways / loop.data.force_sigma_N))
         return made
 
     def _without_covariate(self, q: Array, data: LoopData) -> LoopData:

@@ -67,19 +67,26 @@ def covariance_of(tables: Sequence[Array], residuals: Sequence[Array], free: NDA
     return whole
 
 
-def covariance_of_turns(tables: Sequence[Array], moved: Sequence[Array], free: NDArray[np.bool_]) -> Array:
-    """What the turning points add to the covariance: no residual shows that all of them are off by the same.
+def covariance_of_motion(tables: Sequence[Array], turned: Sequence[Array], swayed: Sequence[Array], free: NDArray[np.bool_]) -> Array:
+    """What the motion's own errors add to the covariance; a fit bends to them, so no residual shows them.
 
-    C = g g',   g = N^-1 sum_k J_k' s_k,   s_k the change of the residual of loop k with one standard deviation of its turns
+        C = G G',   G = N^-1 [sum_k J_k' t_k, J_1' S_1, J_2' S_2 ...]
+
+    Parameters
+    ----------
+    turned : (n_k,) for each loop, the change t_k of its residual where all turning points are off by one standard deviation.
+    swayed : (n_k, m_k) for each loop, its changes S_k with errors of its own, each of one standard deviation.
     """
     kept = np.flatnonzero(free)
     size = np.sqrt(np.sum([np.sum(table[:, kept] ** 2, axis=0) for table in tables], axis=0))
     scale = np.where(size > 0.0, size, 1.0)
-    normal = np.sum([table[:, kept].T @ table[:, kept] for table in tables], axis=0) / np.outer(scale, scale)
-    right = np.sum([table[:, kept].T @ change for table, change in zip(tables, moved, strict=True)], axis=0) / scale
-    shift = np.zeros(len(free))
-    shift[kept] = np.linalg.pinv(normal, rcond=1e-12, hermitian=True) @ right / scale
-    return np.outer(shift, shift)
+    scaled = [table[:, kept] / scale for table in tables]
+    normal = np.sum([table.T @ table for table in scaled], axis=0)
+    common = np.sum([table.T @ change for table, change in zip(scaled, turned, strict=True)], axis=0)
+    own = [table.T @ changes for table, changes in zip(scaled, swayed, strict=True)]
+    shift = np.zeros((len(free), 1 + sum(part.shape[1] for part in own)))
+    shift[kept] = np.linalg.pinv(normal, rcond=1e-12, hermitian=True) @ np.column_stack([common, *own]) / scale[:, None]
+    return shift @ shift.T
 
 
 def clipped(residuals: Sequence[Array]) -> tuple[Array, ...]:

@@ -65,15 +65,20 @@ class Program(NamedTuple):
 
 def program(effects: Sequence[Effect], first_parameter: int) -> Program:
     """The formulas of these effects; parameters stand one after the other from `first_parameter` on."""
+    return _program(tuple(type(effect) for effect in effects), first_parameter)
+
+
+@cache
+def _program(kinds: tuple[type[Effect], ...], first_parameter: int) -> Program:
     rows: dict[str, list[tuple[int, int, int]]] = {hook: [] for hook in SIGNATURES}
     place = first_parameter
-    for effect in effects:
+    for kind in kinds:
         for hook, found in rows.items():
-            formula = getattr(type(effect), hook)
+            formula = getattr(kind, hook)
             if formula is not None:
                 lanes = _lanes(formula, hook).address if hook in LANE_SIGNATURES else 0
                 found.append((address(formula, hook), place, lanes))
-        place += len(effect.flat()) + effect.constants
+        place += len(kind.flat_names()) + kind.constants
     return Program(**{hook: np.array(found, dtype=np.int64).reshape(-1, 3) for hook, found in rows.items()})
 
 

@@ -27,6 +27,7 @@ def _parser() -> argparse.ArgumentParser:
     made = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     made.add_argument("--subset", choices=("fast", "standard", "full"), default="standard")
     made.add_argument("--cases", type=int, metavar="N", help="only the first N of the board, which is in a random order")
+    made.add_argument("--skip", type=int, default=0, metavar="N", help="leave out the first N, of which an earlier run may have told")
     made.add_argument("--only", metavar="WORD", help="only cases that hide this effect, or of this run set, noise or engine")
     made.add_argument("--method", action="append", choices=tuple(METHODS), help=f"repeatable; default {OURS}")
     made.add_argument("--processes", type=int, default=2)
@@ -42,7 +43,7 @@ def _say(text: str) -> None:
 
 def main(arguments: list[str] | None = None) -> int:
     given = _parser().parse_args(arguments)
-    specs = chosen(board(given.subset), given.only, given.cases)
+    specs = chosen(board(given.subset), given.only, given.cases, given.skip)
     found: dict[str, Any] = {}
     for method in given.method or [OURS]:
         how = {"processes": given.processes, "patience_s": given.patience, "say": _say}

@@ -125,7 +125,7 @@ FAST = (
 )
 
 
-def chosen(specs: Iterable[Spec], only: str | None, cases: int | None) -> list[Spec]:
-    """The first `cases` of those that hide `only`."""
-    kept = [spec for spec in specs if only is None or only in (*spec.hidden, spec.run_set, spec.noise, spec.engine)]
+def chosen(specs: Iterable[Spec], only: str | None, cases: int | None, skip: int = 0) -> list[Spec]:
+    """Of those that hide `only`, `cases` behind the first `skip`."""
+    kept = [spec for spec in specs if only is None or only in (*spec.hidden, spec.run_set, spec.noise, spec.engine)][skip:]
     return kept if cases is None else kept[:cases]
