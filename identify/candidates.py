@@ -75,9 +75,17 @@ def as_planned(problem: Problem, q: Array) -> Array:
 def _fitted(problem: Problem, start: Array, promised: float) -> Fit:
     """Fitted in a hurry; one that is on its way and falls short of what was promised is carried on."""
     found = solve(problem, start, most_steps=_FIRST_STEPS, enough=ROUGHLY)
-    if promised < found.cost < _ON_ITS_WAY * promised and not found.converged:
-        return solve(problem, found.q, most_steps=_LAST_STEPS, enough=ROUGHLY)
-    return found
+    return _fitted_on(found) if promised < found.cost < _ON_ITS_WAY * promised and not found.converged else found
+
+
+def _fitted_on(fit: Fit) -> Fit:
+    return solve(fit.problem, fit.q, most_steps=_LAST_STEPS, enough=ROUGHLY)
+
+
+def carried_on(before: Fit, tried: Sequence[Candidate]) -> list[Candidate]:
+    """Candidates with those fitted on that come near the best and were cut off: who may stay must not hang on when that was."""
+    near = min(c.fit.cost for c in tried) + _NEAR
+    return [c if c.fit.converged or c.fit.cost > near else _refitted(c, before, _fitted_on(c.fit)) for c in tried]
 
 
 def carried_to_the_end(before: Fit, foremost: Sequence[Candidate]) -> list[Candidate]:

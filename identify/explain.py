@@ -25,6 +25,7 @@ from .chance import noise_like
 from .detectable import Sight, sight
 from .evidence import GAP_P, Gain, GapTest, gap_test
 from .fit import ROUGHLY, Fit, bic, solve, solve_from_afar
+from .intervals import profile_interval
 from .joining import is_bent, joined, share_closed, without_superfluous
 from .missing_force import MissingForce, at_once, chance_of_force, estimate
 from .naming import BUDGETS, Budget, Rival, Say, Step
@@ -40,10 +41,14 @@ _AS_GIVEN_STEPS = 8
 
 @dataclass(frozen=True)
 class Finding:
-    """An effect named, with its evidence. equivalents : effects that these data cannot tell from it."""
+    """An effect named, with its evidence. equivalents : effects that these data cannot tell from it.
+
+    stderr, ci95 : (k,) and (k, 2) of its parameters laid flat; the intervals by profile, cut at the bounds.
+    """
 
     effect: Effect
     stderr: np.ndarray
+    ci95: np.ndarray
     equivalents: tuple[str, ...]
     gain: Gain
     share: float
@@ -220,10 +225,12 @@ def _finding(after: Fit, before: Fit, step: Step) -> Finding:
     effect = next(effect for effect in after.problem.effects_at(after.q) if effect.name == step.best.name)
     rows = np.arange(first, first + len(effect.flat()))
     stderr = np.sqrt(np.maximum(np.diag(after.covariance)[rows], 0.0)) * after.problem.scales[rows]
+    ends = np.array([profile_interval(after, row) for row in rows.tolist()]) - after.q[rows, None]
+    ci95 = effect.flat()[:, None] + ends * after.problem.scales[rows, None]
     names = tuple(c.name for c in step.equivalents)
     excess = before.cost - after.cost
     share = (step.before.cost - step.best.fit.cost) / excess if excess > 0 else 0.0
-    return Finding(effect, stderr, names, step.best.gain, float(np.clip(share, 0.0, 1.0)) * share_closed(before, after))
+    return Finding(effect, stderr, ci95, names, step.best.gain, float(np.clip(share, 0.0, 1.0)) * share_closed(before, after))
 
 
 def extended(model: Model, explanation: Explanation) -> Model:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -44,7 +44,7 @@ def joined(before: Fit, catalogue: Mapping[str, type[Effect]], budget: Budget, s
     """Effects added one by one while they help; or two plain ones at once, where the foremost only stands for them."""
     look, found = next_effect(before, catalogue, budget, say)
     if found is None:
-        return Joined(before, [], [], look.tests)
+        return Joined(look.current, [], [], look.tests)
     before, steps = found.before, [found]
     pair = plainer_pair(before, look, found, catalogue, budget, say) if budget.effects > 1 else None
     if pair is not None:
@@ -53,12 +53,17 @@ def joined(before: Fit, catalogue: Mapping[str, type[Effect]], budget: Budget, s
     if pushed is not None and is_bent(found.best.fit, pushed) and gap_test(pushed.force.fit).p_value > GAP_P:
         return Joined(before, steps, steps, look.tests, pushed)
     while len(steps) < budget.effects:
-        current = steps[-1].best.fit
-        look, found = next_effect(current, catalogue, budget, say, last=len(steps) + 1 == budget.effects)
-        if found is None or not _matters(before, current, found.best.fit):
+        look, found = next_effect(steps[-1].best.fit, catalogue, budget, say, last=len(steps) + 1 == budget.effects)
+        steps[-1] = _with_fit(steps[-1], look.current)
+        if found is None or not _matters(before, look.current, found.best.fit):
             break
         steps.append(found)
     return Joined(before, steps, steps[:1], look.tests, pushed)
+
+
+def _with_fit(step: Step, fit: Fit) -> Step:
+    """The step with its best effect in the valley of the releases that a look at a further one has found."""
+    return step if fit is step.best.fit else replace(step, best=replace(step.best, fit=fit))
 
 
 def _push_of_few(step: Step, say: Say) -> Push | None:

@@ -15,7 +15,7 @@ from scipy import stats
 from measure.tables import Array
 from simulate.effect import Effect
 
-from .candidates import Candidate, carried_to_the_end, fit_screened, held_out_rms
+from .candidates import Candidate, carried_on, carried_to_the_end, fit_screened, held_out_rms
 from .chance import Family, chance_of_lead, family, inflation, noise_like
 from .evidence import EFFECT_P, GAP_P, Gain, gap_test, likeness
 from .fit import Fit, before_the_stops, solve, to_the_end
@@ -73,8 +73,9 @@ class Step:
 
 @dataclass(frozen=True)
 class Look:
-    """A part of a fit looked at: where, by which signatures, and how many independent tests that was."""
+    """A fit looked at: the fit, the part of it where, by which signatures, and how many independent tests that was."""
 
+    current: Fit
     hint: Fit
     screened: tuple[Screened, ...]
     tests: Family
@@ -85,32 +86,50 @@ def next_effect(
 ) -> tuple[Look, Step | None]:
     """The effect that closes most of what is left, or None where only noise is left or nothing helps; and where it was looked for.
 
-    last : no other may follow, so it has to close all that is left, and those whose signature is far from that are not tried.
+    An effect can show that the fit lay in a wrong valley, from where every signature is wrong; then it is looked at again from the
+    right one. last : no other may follow, so the effect has to close all that is left, and those whose signature is far from
+    that are not tried.
     """
     look = _look(current, catalogue)
     if gap_test(current).p_value > GAP_P and not _promising(look):
         return look, None
-    return look, _best_of(current, look, _LAST_SHARE * gap_test(look.hint).excess if last else 0.0, budget, say)
+    tried = _tried(look, _LAST_SHARE * gap_test(look.hint).excess if last else 0.0, budget, say)
+    if not tried.whole:
+        return look, None
+    moved = _without(current, tried.whole[0].fit)
+    if moved is not current:
+        say("looking again from another valley of the releases")
+        return next_effect(moved, catalogue, budget, say, last=last)
+    return look, _step(look, tried)
 
 
-def _best_of(current: Fit, look: Look, least: float, budget: Budget, say: Say) -> Step | None:
-    """The best of the effects whose signature promises to close `least` of the sum of squares; None where there is none."""
+@dataclass(frozen=True)
+class Tried:
+    """Candidates fitted in a hurry, and the foremost of these fitted whole, best first."""
+
+    quick: Sequence[Candidate]
+    whole: Sequence[Candidate]
+
+
+def _tried(look: Look, least: float, budget: Budget, say: Say) -> Tried:
+    """The effects whose signature promises to close `least` of the sum of squares, fitted."""
     quick: list[Candidate] = []
     for one in [s for s in look.screened if s.worth_fitting and s.promise * look.hint.dilution >= least][: budget.fitted]:
         if not _hopeless(one, quick):
             say(f"trying {one.effect.name}")
             quick.append(fit_screened(look.hint, one))
     if not quick:
-        return None
+        return Tried((), ())
+    quick = carried_on(look.hint, quick)
     foremost = _foremost(quick, budget)
     say("fitting the foremost to the end: " + ", ".join(c.name for c in foremost))
-    return _step(current, look, quick, carried_to_the_end(current, foremost))
+    return Tried(quick, _best_first(carried_to_the_end(look.current, foremost)))
 
 
 def _look(current: Fit, catalogue: Mapping[str, type[Effect]]) -> Look:
     hint = _hint(current)
     screened = tuple(screen(hint, kinds_to_try(catalogue, current)))
-    return Look(hint, screened, family([s for one in screened for s in one.looked_at], noise_like(hint)))
+    return Look(current, hint, screened, family([s for one in screened for s in one.looked_at], noise_like(hint)))
 
 
 def _hint(current: Fit) -> Fit:
@@ -144,30 +163,30 @@ def _foremost(quick: Sequence[Candidate], budget: Budget) -> list[Candidate]:
     return [best, *(c for c in ranked[1:] if not _excluded(c, best, noise, _ROUGH_LEAD))][: budget.rivals]
 
 
-def _step(current: Fit, look: Look, quick: Sequence[Candidate], whole: Sequence[Candidate]) -> Step | None:
-    tried = _best_first(whole)
-    current = _without(current, tried[0].fit)
-    noise = noise_like(tried[0].fit)
-    best = replace(tried[0], gain=_gain(current, tried[0].fit, noise, look.tests))
+def _step(look: Look, tried: Tried) -> Step | None:
+    current, foremost = look.current, tried.whole[0]
+    noise = noise_like(foremost.fit)
+    best = replace(foremost, gain=_gain(current, foremost.fit, noise, look.tests))
     if best.gain.p_value > EFFECT_P or best.gain.delta_bic < 0.0:
         return None
-    chances = {c.name: chance_of_lead(best.fit, c.fit, noise) for c in tried[1:]}
-    equivalents = tuple(c for c in tried[1:] if not _excluded(c, best, noise))
-    rows = [Rival(c.name, _delta_bic(c, current, best.fit), held_out_rms(c.fit), True, chances.get(c.name, 1.0)) for c in tried]
-    return Step(current, best, equivalents, (*rows, *_not_fitted_whole(look, quick, tried)))
+    chances = {c.name: chance_of_lead(best.fit, c.fit, noise) for c in tried.whole[1:]}
+    equivalents = tuple(c for c in tried.whole[1:] if not _excluded(c, best, noise))
+    rows = [Rival(c.name, _delta_bic(c, current, best.fit), held_out_rms(c.fit), True, chances.get(c.name, 1.0)) for c in tried.whole]
+    return Step(current, best, equivalents, (*rows, *_not_fitted_whole(look, tried)))
 
 
 def _without(current: Fit, best: Fit) -> Fit:
-    """The fit before, or a better one from where the best effect has led: a gain is told from the same valley of each release."""
+    """The fit before, or one that is far better from where the best effect has led: then it lay in a wrong valley of the releases."""
     if current.cost < _FAR_ABOVE * best.cost:
         return current
-    return min(current, to_the_end(solve(current.problem, best.q[: len(current.q)])), key=lambda fit: fit.cost)
+    found = to_the_end(solve(current.problem, best.q[: len(current.q)]))
+    return found if current.cost > _FAR_ABOVE * found.cost else current
 
 
-def _not_fitted_whole(look: Look, quick: Sequence[Candidate], tried: Sequence[Candidate]) -> list[Rival]:
+def _not_fitted_whole(look: Look, tried: Tried) -> list[Rival]:
     """Rows of the ranking for effects that were not fitted whole: what they gained where they were looked at."""
-    whole, hurried = {c.name for c in tried}, {c.name: c for c in quick}
-    foremost = hurried[tried[0].name].fit
+    whole, hurried = {c.name for c in tried.whole}, {c.name: c for c in tried.quick}
+    foremost = hurried[tried.whole[0].name].fit
     rows = []
     for one in look.screened:
         name = one.effect.name

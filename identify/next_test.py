@@ -217,19 +217,25 @@ def _shown_by_fit(rival: Fit, made: Problem) -> float:
 
 def _made(best: Fit, condition: Condition) -> Problem:
     """The further run as the foremost effect would make it, without noise."""
-    if condition.frequency_Hz:
-        blank = replace(best.problem.until(np.inf), films=(), loops=(_blank_loop(best.problem, condition),))
-    else:
-        blank = replace(best.problem.until(np.inf), films=(_blank_film(best.problem, condition),), loops=())
-    foreseen = -blank.gaps(laid_out(best, blank))
-    if blank.loops:
-        (loop,) = blank.loops
-        force = loop.data.force_N.copy()
-        force[loop.data.used] += foreseen[: blank.measured] * loop.data.force_sigma_N
-        return replace(blank, loops=(replace(loop, data=replace(loop.data, force_N=force)),))
-    (film,) = blank.films
-    values = np.stack([film.values[i] + foreseen[block.rows] * film.sigma[i] for i, block in enumerate(blank.blocks)])
-    return replace(blank, films=(replace(film, values=values),))
+    return _loop_made(best, condition) if condition.frequency_Hz else _film_made(best, condition)
+
+
+def _loop_made(best: Fit, condition: Condition) -> Problem:
+    loop = _blank_loop(best.problem, condition)
+    problem = replace(best.problem.until(np.inf), films=(), loops=(loop,))
+    exact = replace(loop, data=replace(loop.data, motion_errors=loop.data.motion_errors[:0]))
+    foreseen = -replace(problem, loops=(exact,)).gaps(laid_out(best, problem))
+    force = loop.data.force_N.copy()
+    force[loop.data.used] += foreseen[: problem.measured] * loop.data.force_sigma_N
+    return replace(problem, loops=(replace(loop, data=replace(loop.data, force_N=force)),))
+
+
+def _film_made(best: Fit, condition: Condition) -> Problem:
+    film = _blank_film(best.problem, condition)
+    problem = replace(best.problem.until(np.inf), films=(film,), loops=())
+    foreseen = -problem.gaps(laid_out(best, problem))
+    values = np.stack([film.values[i] + foreseen[block.rows] * film.sigma[i] for i, block in enumerate(problem.blocks)])
+    return replace(problem, films=(replace(film, values=values),))
 
 
 def _blank_film(problem: Problem, condition: Condition) -> Film:

@@ -61,13 +61,12 @@ def _finding(finding: Finding, found: Explanation) -> dict[str, Any]:
 
 def parameters_of(finding: Finding, found: Explanation) -> dict[str, Any]:
     """Value, standard error and 95 % interval of each parameter, cut at its bounds."""
-    rows = {}
     bounds = list(finding.effect.own_bounds(found.before.problem.model).values())
-    flat = zip(finding.effect.flat_names(), finding.effect.flat(), finding.stderr, bounds, strict=True)
-    for name, value, stderr, (low, high) in flat:
-        interval = [max(float(value - 1.96 * stderr), low), min(float(value + 1.96 * stderr), high)]
-        rows[name] = {"value": float(value), "stderr": float(stderr), "ci95": interval}
-    return rows
+    flat = zip(finding.effect.flat_names(), finding.effect.flat(), finding.stderr, finding.ci95, bounds, strict=True)
+    return {
+        name: {"value": float(value), "stderr": float(stderr), "ci95": [max(float(ci95[0]), low), min(float(ci95[1]), high)]}
+        for name, value, stderr, ci95, (low, high) in flat
+    }
 
 
 def _place(place: Any) -> dict[str, Any]:

@@ -30,7 +30,7 @@ def test_releases_that_have_swallowed_an_effect_give_it_back(campaign):
     assert found.cost < before.cost - 0.8 * legs.promise * before.dilution
     (effect,) = found.problem.effects_at(found.q)
     differences = np.asarray(effect.flat()) - np.mean(effect.flat())
-    assert np.corrcoef(differences, LEGS)[0, 1] > 0.9
+    assert np.corrcoef(differences, LEGS)[0, 1] > 0.8
 
 
 def test_planned_releases_move_nothing_but_where_the_platform_was_let_go(campaign):
