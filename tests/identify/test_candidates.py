@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from identify.campaign import read_campaign
-from identify.candidates import as_planned, fit_screened
+from identify.candidates import as_planned, carried_on, fit_screened
 from identify.evidence import GAP_P, gap_test
-from identify.fit import before_the_stops, solve
+from identify.fit import Fit, before_the_stops, solve
 from identify.knobs import POSE
+from identify.naming import BUDGETS, next_effect
 from identify.problem import problem_of
 from identify.screening import screen
-from simulate.effects import LegDisparity
+from simulate.effects import GravityImbalance, LegDisparity, PowerLawFriction
 from simulate.model_file import read_model
 
 LEGS = np.array([0.020, -0.020, 0.0, 0.010, -0.010, 0.0])
@@ -39,3 +42,33 @@ def test_planned_releases_move_nothing_but_where_the_platform_was_let_go(campaig
     planned = as_planned(problem, np.ones(len(problem.knobs)))
     moved = {knob.name.rpartition(":")[2] for knob, value in zip(problem.knobs, planned, strict=True) if value == 0.0}
     assert moved == set(POSE)
+
+
+def test_base_in_a_wrong_valley_is_left_before_anything_is_named(campaign, fitted):
+    """A release that is three spreads off, held there by nothing but where the fit ended: nothing is missing, and nothing is named."""
+    before = fitted(campaign(None, 603, loops=(), deployments=({}, {"geometry.stowed_height_m": 0.30}), hold_out=False))
+    problem, q = before.problem, before.q.copy()
+    q[problem.first_nuisance : problem.first_nuisance + 3] += 3.0
+    astray = Fit(problem, q, *problem.jacobian(q), converged=True)
+    assert astray.cost > 4.0 * before.cost
+    look, step = next_effect(astray, {"leg-disparity": LegDisparity, "gravity-imbalance": GravityImbalance}, BUDGETS["quick"], print)
+    assert step is None
+    assert look.current.cost < 1.1 * before.cost
+
+
+def test_who_was_cut_off_near_the_best_is_fitted_on(campaign, fitted):
+    before = fitted(campaign(PowerLawFriction(0.3, 1.5), 604, deployments=()))
+    (best,) = (fit_screened(before, one) for one in screen(before, [PowerLawFriction()]))
+    near, far = (replace(best, fit=_cut_off(best.fit, higher)) for higher in (20.0, 500.0))
+    found = carried_on(before, [best, near, far])
+    assert found[0] is best
+    assert near.fit.cost > best.fit.cost + 10.0
+    assert found[1].fit.cost < best.fit.cost + 1.0
+    assert found[2] is far
+
+
+def _cut_off(fit: Fit, higher: float) -> Fit:
+    """A fit that has not come to its end: its sum of squares is by about so much higher."""
+    first, q = fit.problem.first_effect, fit.q.copy()
+    q[first] += np.sqrt(higher / np.sum(fit.jacobian[:, first] ** 2))
+    return Fit(fit.problem, q, *fit.problem.jacobian(q), converged=False)
