@@ -95,7 +95,7 @@ def curves_of(fit: Fit) -> tuple[Curve, ...]:
         else:
             data = loops[block.run].data
             time, measured, sigma = data.time_s[at], data.force_N[at], np.full(len(at), data.force_sigma_N)
-        made.append(Curve(block.run, block.channel, time, measured, measured - fit.part(block) * sigma, sigma))
+        made.append(Curve(block.run, block.channel, time, measured, measured - fit.difference(block) * sigma, sigma))
     return tuple(made)
 
 

@@ -96,6 +96,14 @@ class Fit:
         """The gap of one run and channel."""
         return self.gaps[block.rows]
 
+    def difference(self, block: Block) -> Array:
+        """Measured minus modelled of one run and channel over its noise, the motion of a loop taken as exact."""
+        return self._differences[block.rows]
+
+    @cached_property
+    def _differences(self) -> Array:
+        return self.problem.with_exact_motion().gaps(self.q) if self.problem.loops else self.gaps
+
 
 def solve(
     problem: Problem, start: Array | None = None, *, free: Sequence[int] | None = None, most_steps: int = 25, enough: float = ENOUGH

@@ -223,8 +223,7 @@ def _made(best: Fit, condition: Condition) -> Problem:
 def _loop_made(best: Fit, condition: Condition) -> Problem:
     loop = _blank_loop(best.problem, condition)
     problem = replace(best.problem.until(np.inf), films=(), loops=(loop,))
-    exact = replace(loop, data=replace(loop.data, motion_errors=loop.data.motion_errors[:0]))
-    foreseen = -replace(problem, loops=(exact,)).gaps(laid_out(best, problem))
+    foreseen = -problem.with_exact_motion().gaps(laid_out(best, problem))
     force = loop.data.force_N.copy()
     force[loop.data.used] += foreseen[: problem.measured] * loop.data.force_sigma_N
     return replace(problem, loops=(replace(loop, data=replace(loop.data, force_N=force)),))

@@ -127,6 +127,11 @@ class Problem:
         """The same measurements with other unknown effects."""
         return replace(self, effects=tuple(effects))
 
+    def with_exact_motion(self) -> Problem:
+        """The same with the motion of each loop taken as exact: its gaps are then plain differences."""
+        loops = (replace(loop, data=replace(loop.data, motion_errors=loop.data.motion_errors[:0])) for loop in self.loops)
+        return replace(self, loops=tuple(loops))
+
     def until(self, horizon_s: float) -> Problem:
         """The same with the films cut at a time; loops are whole."""
         return replace(self, until_s=horizon_s)

@@ -123,7 +123,7 @@ def force_in_loops(fit: Fit) -> tuple[str, dict[str, list]]:
     for loop, block in ((loop, block) for loop in fit.problem.loops for block in fit.problem.blocks if block.run == loop.run.name):
         data, at = loop.data, block.samples
         rows["run"] += [block.run] * len(at)
-        rows["missing_force_N"] += (fit.part(block) * data.force_sigma_N).tolist()
+        rows["missing_force_N"] += (fit.difference(block) * data.force_sigma_N).tolist()
         rows["sigma_N"] += [data.force_sigma_N] * len(at)
         for name in ("time_s", "elongation_m", "speed_m_per_s"):
             rows[name] += getattr(data, name)[at].tolist()

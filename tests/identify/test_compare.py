@@ -11,9 +11,12 @@ import pytest
 from identify.campaign import Run
 from identify.commands.compare_model import main
 from identify.compare import compare
+from identify.knobs import lines_of
 from identify.observe import RunRelease, View, between, observe
-from measure.tables import Trajectory
+from measure.tables import Loop, Trajectory
 from simulate.deployment import deploy
+from simulate.effects import HubInertia
+from simulate.law import loop_force
 from simulate.model_file import read_model
 
 PROTOTYPE = Path(__file__).with_name("rig.toml")
@@ -83,3 +86,14 @@ def test_between_rows_a_polynomial_of_the_fifth_degree_is_met_exactly_and_few_ro
         np.column_stack([curve(at), at]), rel=1e-12
     )
     assert between(np.array([[1.0], [3.0]]), np.array([0.25]))[0, 0] == pytest.approx(1.5)
+
+
+def test_a_loop_is_compared_as_it_was_measured_whatever_its_motion_may_be_wrong_by(model):
+    """A hub too light by 50 g on a heavy one: the error of the amplitude could be the cause, the difference is there all the same."""
+    heavy, chance = model.with_effect(HubInertia(0.6)), np.random.default_rng(5)
+    t, w = np.arange(1001) * 1e-3, 6.0 * np.pi
+    u, v, a = 0.1 + 0.03 * np.sin(w * t), 0.03 * w * np.cos(w * t), -0.03 * w**2 * np.sin(w * t)
+    force = loop_force(lines_of(heavy), t, u, v, a, 2.84, heavy.effects) - 0.05 * a
+    measured = Loop(t, u + chance.normal(0.0, 1e-5, 1001), force + chance.normal(0.0, 1e-3, 1001))
+    (curve,) = compare(heavy, [Run(measured)]).curves
+    assert curve.numbers["rmse"] == pytest.approx(0.05 * np.std(a), rel=0.02)
