@@ -32,7 +32,7 @@ from .naming import BUDGETS, Budget, Rival, Say, Step
 from .next_test import NextTest, next_tests
 from .problem import Problem, problem_of
 from .screening import kinds_to_try
-from .valleys import released_again
+from .valleys import released_again, searched_everywhere
 from .zeros import Tare, zeros_differ
 
 CLOSED_SHARE, CLOSED_IN_FILMS = 2 / 3, 0.9
@@ -154,10 +154,11 @@ def _explained(problem: Problem, runs: Sequence[Run], catalogue: Mapping[str, ty
         say("estimating the missing force")
         missing = estimate(before)
     verdict = "unknown" if pushed else _verdict(before, current, steps, missing, left=left)
-    after = current if verdict in ("named", "class", "several") else before
+    explained = verdict in ("named", "class", "several")
+    after = _settled(current, say) if explained else before
     say("looking at the runs held out")
     held = tuple(_held(run, before, after) for run in runs if run.hold_out)
-    findings = _findings(after, before, steps) if after is current else ()
+    findings = _findings(after, before, steps) if explained else ()
     rivals = tuple(c for step in steps for c in step.equivalents) if findings else ()
     say("looking for what could have been seen")
     sights = sight(after, kinds_to_try(catalogue, after), noise_like(after), added.tests)
@@ -168,6 +169,14 @@ def _explained(problem: Problem, runs: Sequence[Run], catalogue: Mapping[str, ty
     ranking = steps[0].ranking if steps else ()
     fits = _as_given(before), before, after
     return Explanation(verdict, findings, *fits, *gaps, ranking, rivals, held, missing, located, sights, to_split)
+
+
+def _settled(fit: Fit, say: Say) -> Fit:
+    """What is told, from the deepest valley of every film's release: a shallower one can look like noise and bend an effect's size."""
+    if not fit.problem.films:
+        return fit
+    say("looking for every release anew")
+    return searched_everywhere(fit)
 
 
 def _as_given(before: Fit) -> Fit:

@@ -14,7 +14,7 @@ import numpy as np
 from measure.tables import Array
 
 from .evidence import GAP_P, gap_test
-from .fit import ROUGHLY, Fit, before_the_stops, first_stop_s, solve, to_the_end
+from .fit import ROUGHLY, Fit, before_the_stops, first_stop_s, laid_out, solve, to_the_end
 
 _MET = 1.25  # times the noise
 _DRAWS, _TRIED = 120, 5
@@ -81,14 +81,16 @@ def _from_elsewhere(fit: Fit, index: int, early: Array, spread: Array, free: Seq
     chance = np.random.default_rng(0)
     root = np.linalg.cholesky(spread[np.ix_(own, own)] + 1e-12 * np.eye(len(own)))
     starts = [_with(fit.q, own, early[own] + root @ chance.normal(size=len(own))) for _ in range(_DRAWS)]
-    costs = [float(gaps @ gaps) for gaps in problem.gaps_many(starts)]
+    alone = replace(problem, films=(problem.films[index],), loops=(), covariate="")  # nothing else depends on where the film was released
+    costs = [float(gaps @ gaps) for gaps in alone.gaps_many([laid_out(replace(fit, q=start), alone) for start in starts])]
     valleys: list[Fit] = []
     for i in np.argsort(costs)[:_TRIED]:
         valleys.append(solve(problem, starts[i], free=own, most_steps=_STEPS, enough=ROUGHLY))
         if _deeper_twice(valleys, fit):
             break
     # the rest was fitted to the wrong valley, so a valley shows how deep it is only when everything moves
-    return min([fit, *(solve(problem, valley.q, free=free) for valley in _distinct(valleys))], key=lambda f: f.cost)
+    elsewhere = [valley for valley in _distinct(valleys) if abs(valley.cost - fit.cost) > ROUGHLY]
+    return min([fit, *(solve(problem, valley.q, free=free) for valley in elsewhere)], key=lambda f: f.cost)
 
 
 def _deeper_twice(valleys: Sequence[Fit], fit: Fit) -> bool:
