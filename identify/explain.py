@@ -235,7 +235,8 @@ def _finding(after: Fit, before: Fit, step: Step) -> Finding:
     rows = np.arange(first, first + len(effect.flat()))
     stderr = np.sqrt(np.maximum(np.diag(after.covariance)[rows], 0.0)) * after.problem.scales[rows]
     ends = np.array([profile_interval(after, row) for row in rows.tolist()]) - after.q[rows, None]
-    ci95 = effect.flat()[:, None] + ends * after.problem.scales[rows, None]
+    low, high = np.array(list(effect.own_bounds(after.problem.model).values())).T[:, :, None]
+    ci95 = np.clip(effect.flat()[:, None] + ends * after.problem.scales[rows, None], low, high)
     names = tuple(c.name for c in step.equivalents)
     excess = before.cost - after.cost
     share = (step.before.cost - step.best.fit.cost) / excess if excess > 0 else 0.0

@@ -16,7 +16,7 @@ from simulate.law import loop_force
 
 from .corners import sharpened
 from .kinematics import Cycles, cycles, dead_band, motion, noise_of, quantum_of
-from .path import Path, path_of, pushed, turns_of
+from .path import Path, path_of, swayed, turns_of
 from .usage import Part, parts, usage
 
 
@@ -78,7 +78,7 @@ class LoopData:
     @cached_property
     def paths_in_doubt(self) -> tuple[Path, ...]:
         """The path with each of the errors that the motion may have."""
-        return tuple(pushed(self.path, self.time_s, error) for error in self.motion_errors)
+        return tuple(swayed(self.path, self.time_s, error) for error in self.motion_errors)
 
     @property
     def force_range_N(self) -> float:

@@ -24,7 +24,7 @@ class Path:
     acceleration_m_per_s2: Array
 
 
-def pushed(path: Path, time_s: Array, error: Array) -> Path:
+def swayed(path: Path, time_s: Array, error: Array) -> Path:
     """The path with its motion wrong by an error, (3, n) at the times of the samples; nothing new turns in it."""
     off = [np.interp(path.time_s, time_s, row) for row in error]
     return Path(path.time_s, path.elongation_m + off[0], path.speed_m_per_s + off[1], path.acceleration_m_per_s2 + off[2])

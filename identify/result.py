@@ -52,21 +52,17 @@ def _finding(finding: Finding, found: Explanation) -> dict[str, Any]:
     return {
         "name": finding.name,
         "equivalents": list(finding.equivalents),
-        "parameters": parameters_of(finding, found),
+        "parameters": parameters_of(finding),
         "p_value": finding.gain.p_value,
         "delta_bic": finding.gain.delta_bic,
         "share_of_gap_percent": 100.0 * finding.share,
     }
 
 
-def parameters_of(finding: Finding, found: Explanation) -> dict[str, Any]:
-    """Value, standard error and 95 % interval of each parameter, cut at its bounds."""
-    bounds = list(finding.effect.own_bounds(found.before.problem.model).values())
-    flat = zip(finding.effect.flat_names(), finding.effect.flat(), finding.stderr, finding.ci95, bounds, strict=True)
-    return {
-        name: {"value": float(value), "stderr": float(stderr), "ci95": [max(float(ci95[0]), low), min(float(ci95[1]), high)]}
-        for name, value, stderr, ci95, (low, high) in flat
-    }
+def parameters_of(finding: Finding) -> dict[str, Any]:
+    """Value, standard error and 95 % interval of each parameter."""
+    flat = zip(finding.effect.flat_names(), finding.effect.flat(), finding.stderr, finding.ci95, strict=True)
+    return {name: {"value": float(value), "stderr": float(stderr), "ci95": ci95.tolist()} for name, value, stderr, ci95 in flat}
 
 
 def _place(place: Any) -> dict[str, Any]:

@@ -154,7 +154,7 @@ def _explain(steps: _Steps, model: Model, work: Path) -> Explanation:
     figures += f", held-out run {held['before']['rms_over_noise']:.3g} -> {held['after']['rms_over_noise']:.3g}" if held else ""
     steps.say("explain", result["sentence"], figures)
     for finding in found.findings:
-        for name, row in parameters_of(finding, found).items():
+        for name, row in parameters_of(finding).items():
             steps.say("", f"{finding.name} {name}", f"{row['value']:.5g}, 95 % {row['ci95'][0]:.5g} to {row['ci95'][1]:.5g}")
     return found
 

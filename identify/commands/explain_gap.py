@@ -85,7 +85,7 @@ def summary(found: Explanation) -> list[str]:
         held = gap["held_out"]
         lines.append(f"held out {held['before']['rms_over_noise']:.3g} -> {held['after']['rms_over_noise']:.3g} times the noise")
     for finding in found.findings:
-        for name, row in parameters_of(finding, found).items():
+        for name, row in parameters_of(finding).items():
             low, high = row["ci95"]
             lines.append(f"         {finding.name} {name} = {row['value']:.5g}   95 % {low:.5g} ... {high:.5g}")
     if zeros := result["loop_zeros_N"].values():

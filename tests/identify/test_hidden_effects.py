@@ -64,8 +64,13 @@ def check_named(result: dict[str, Any], truth: dict[str, Any]) -> None:
     assert result["gap"]["after"]["rms_over_noise"] < 1.1
     assert result["gap"]["held_out"]["after"]["rms_over_noise"] < 1.15
     assert result["gap"]["held_out"]["after"]["rms_over_noise"] <= result["gap"]["held_out"]["before"]["rms_over_noise"] + 0.05
-    off = [abs(value - effect["parameters"][key]["value"]) / effect["parameters"][key]["stderr"] for key, value in truth["values"].items()]
-    assert np.mean(np.array(off) < 1.96) >= 0.8 or max(off) < 3.0, off  # one in eight sizes may lie outside its 95 % interval
+    rows = [(effect["parameters"][key], value) for key, value in truth["values"].items()]
+    # of many entries a fifth may lie outside; a single one is held to three standard errors: of five 95 % intervals one often misses
+    wider = 1.0 if len(rows) > 1 else 3.0 / 1.96
+    inside = [
+        wider * (row["ci95"][0] - row["value"]) <= value - row["value"] <= wider * (row["ci95"][1] - row["value"]) for row, value in rows
+    ]
+    assert np.mean(inside) >= 0.8, effect["parameters"]
 
 
 def test_an_effect_drawn_by_seed_is_named_with_its_size(campaign, unseal):
