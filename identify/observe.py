@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property, lru_cache
+from functools import cache, cached_property, lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -90,8 +90,17 @@ def between(rows: Array, at: Array) -> Array:
     count = min(_NEAREST, len(rows))
     first = np.clip(np.floor(at).astype(int) - (count // 2 - 1), 0, len(rows) - count)
     away = (at - first)[:, None] - np.arange(count)
-    weights = np.stack([np.prod(np.delete(away, j, axis=1) / np.delete(j - np.arange(count), j), axis=1) for j in range(count)], axis=1)
+    before, behind = np.ones_like(away), np.ones_like(away)
+    np.cumprod(away[:, :-1], axis=1, out=before[:, 1:])
+    np.cumprod(away[:, :0:-1], axis=1, out=behind[:, -2::-1])
+    weights = before * behind / _spacings(count)
     return np.einsum("mj,mjk->mk", weights, rows[first[:, None] + np.arange(count)])
+
+
+@cache
+def _spacings(count: int) -> Array:
+    """Product of the distances of each of `count` places from all others, (count,)."""
+    return np.array([np.prod([j - k for k in range(count) if k != j]) for j in range(count)], dtype=float)
 
 
 def _from_first_frame(poses: Array) -> Array:

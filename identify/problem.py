@@ -239,10 +239,13 @@ class Problem:
         return over_noise[film.counts[:, :n]]
 
     def _loop_gaps(self, q: Array) -> list[Array]:
-        made = []
+        made, at = [], {}
         for loop, zero_N in zip(self.loops, self.zeros_at(q), strict=True):
-            model = self.model_at(q, loop.model)
-            left, sways = gap_and_sways(lines_of(model), self._without_covariate(q, loop.data), model.effects)
+            if id(loop.model) not in at:
+                model = self.model_at(q, loop.model)
+                at[id(loop.model)] = lines_of(model), model.effects
+            lines, effects = at[id(loop.model)]
+            left, sways = gap_and_sways(lines, self._without_covariate(q, loop.data), effects)
             made.append(whitened((left - zero_N) / loop.data.force_sigma_N, sways / loop.data.force_sigma_N))
         return made
 

@@ -82,7 +82,8 @@ def _from_elsewhere(fit: Fit, index: int, early: Array, spread: Array, free: Seq
     root = np.linalg.cholesky(spread[np.ix_(own, own)] + 1e-12 * np.eye(len(own)))
     starts = [_with(fit.q, own, early[own] + root @ chance.normal(size=len(own))) for _ in range(_DRAWS)]
     alone = replace(problem, films=(problem.films[index],), loops=(), covariate="")  # nothing else depends on where the film was released
-    costs = [float(gaps @ gaps) for gaps in alone.gaps_many([laid_out(replace(fit, q=start), alone) for start in starts])]
+    places = [laid_out(replace(fit, q=q), alone) for q in (fit.q, *starts)]
+    costs = [float(gaps @ gaps) for gaps in alone.gaps_beside(places)[1:]]
     valleys: list[Fit] = []
     for i in np.argsort(costs)[:_TRIED]:
         valleys.append(solve(problem, starts[i], free=own, most_steps=_STEPS, enough=ROUGHLY))

@@ -14,7 +14,7 @@ from measure.tables import CHANNELS, Array, Trajectory
 
 from . import six_legs
 from .calls import workers
-from .layout import ALONE, MANY
+from .layout import ALONE, FEW, MANY
 from .ledger import ledger_of
 from .model import LEGS, Model
 from .pace import WHOLE, Pace
@@ -25,8 +25,6 @@ from .steps import grid, step_of
 
 if TYPE_CHECKING:
     from .accuracy import StepError
-
-FEW = 12  # runs that are faster one after the other than side by side
 
 __all__ = ["Deployment", "channels_of", "deploy", "deploy_many", "grid", "step_of"]
 
@@ -214,17 +212,22 @@ def deploy_many(models: Sequence[Model], pace: Pace | None = None) -> list[Deplo
     samples = np.empty((len(models), count, six_legs.SAMPLE + workers(called)))
     good = np.empty(len(models), dtype=np.int64)
     parts = WHOLE if pace is None else pace
-    if len(models) < FEW:
-        alone = stage(ALONE, True).address
-        for i in range(len(models)):
-            six_legs.deploy_block(rows, i, called, alone, ALONE, step, stride, parts, False, samples, good)
-    else:
-        six_legs.deploy_kernel(rows, called, stage(MANY, True).address, MANY, step, stride, parts, samples, good)
+    for width, block in _widths(len(models)):
+        six_legs.deploy_kernel(rows[block], called, stage(width, True).address, width, step, stride, parts, samples[block], good[block])
     time_s = np.arange(count) / first.simulation.sample_rate_Hz
     return [
         Deployment(model, time_s, samples[i], step, None if good[i] == count else float(time_s[good[i]]), working_effects(acting[0]))
         for i, model in enumerate(models)
     ]
+
+
+def _widths(runs: int) -> list[tuple[int, slice]]:
+    """How many stand side by side, and which: a block costs nearly the same whether or not all its places are taken."""
+    rest = runs % MANY
+    many = runs - rest if rest <= MANY // 2 else runs
+    few = (runs - many + 1) // FEW * FEW
+    ends = [(MANY, 0, many), (FEW, many, min(many + few, runs)), (ALONE, min(many + few, runs), runs)]
+    return [(width, slice(first, last)) for width, first, last in ends if last > first]
 
 
 def _kinds(model: Model) -> list[type]:

@@ -44,5 +44,5 @@ ROWS = OUT + 5 * LEGS
 POSE, TWIST, WRENCH, MATRIX, PAIR = 0, 7, 13, 19, 55
 SCRATCH = 57
 
-# How many runs stand side by side: one alone, or as many as fill the registers.
-ALONE, MANY = 1, 16
+# How many runs stand side by side: one alone, a few, or as many as fill the registers.
+ALONE, FEW, MANY = 1, 4, 16

@@ -180,8 +180,9 @@ def test_theta_z_goes_on_counting_beyond_half_a_turn(prototype):
     assert np.max(np.abs(np.diff(theta))) < 0.1
 
 
-def test_many_runs_at_once_are_the_single_runs_to_the_last_digit(prototype):
-    models = [replace(prototype, actuator=prototype.actuator.shifted((0.02 * i, 0, 0, -0.01 * i, 0, 0))) for i in range(19)]
+@pytest.mark.parametrize("runs", [2, 5, 7, 19, 26])
+def test_many_runs_at_once_are_the_single_runs_to_the_last_digit(prototype, runs):
+    models = [replace(prototype, actuator=prototype.actuator.shifted((0.02 * i, 0, 0, -0.01 * i, 0, 0))) for i in range(runs)]
     for model, run in zip(models, deploy_many(models), strict=True):
         np.testing.assert_array_equal(deploy(model).samples, run.samples)
 
