@@ -39,7 +39,7 @@ class Candidate:
 
 
 def fit_screened(before: Fit, screened: Screened) -> Candidate:
-    """Fit an effect jointly, from one start after the other until the fit keeps what its signature promised."""
+    """Fit an effect jointly, from one start after the other until the fit keeps what its signature promised; then from other shapes."""
     problem = before.problem.with_effects((*before.problem.effects, screened.effect))
     promised = before.cost - _SHORT_OF_PROMISE * screened.promise * before.dilution
     found: Fit | None = None
@@ -49,6 +49,8 @@ def fit_screened(before: Fit, screened: Screened) -> Candidate:
         if found.cost <= promised:
             break
     assert found is not None
+    others = (np.concatenate([before.q, start]) for start in screened.others)
+    found = min([found, *(_fitted(problem, start, promised) for start in others)], key=lambda fit: fit.cost)
     return Candidate(screened.effect, found, gain(before, found), screened.signature)
 
 
@@ -106,7 +108,9 @@ def carried_to_the_end(before: Fit, foremost: Sequence[Candidate]) -> list[Candi
 
 def _whole(before: Fit, candidate: Candidate) -> Fit:
     problem = before.problem.with_effects(candidate.fit.problem.effects)
-    return released_again(solve_from_afar(problem, candidate.fit.q, most_steps=_LAST_STEPS))
+    from_afar = released_again(solve_from_afar(problem, candidate.fit.q, most_steps=_LAST_STEPS))
+    in_a_hurry = [to_the_end(candidate.fit)] if candidate.fit.problem.until_s == problem.until_s else []
+    return min([from_afar, *in_a_hurry], key=lambda fit: fit.cost)
 
 
 def _whole_from(before: Fit, candidate: Candidate, closing: Fit) -> Fit:

@@ -17,7 +17,7 @@ from measure.tables import Array
 from .evidence import Signature
 from .fit import Fit
 
-DRAWS, SEED = 500, 2009
+DRAWS, LIKENESS_DRAWS, SEED = 500, 4000, 2009
 _FASTER_HALF = 0.5
 
 
@@ -67,6 +67,37 @@ def inflation(after: Fit, knobs: int, noise: Array) -> float:
     free = replace(after, jacobian=after.jacobian[:, :first]).free_of_knobs(after.jacobian[:, first:])
     shown = int(np.sum(np.linalg.norm(free, axis=0) > 0))
     return max(1.0, float(np.mean(gained_by(free, noise))) / max(shown, 1))
+
+
+def chance_of_likeness(before: Fit, best: Fit, rival: Fit, slack: float) -> float:
+    """How often a rival with more parameters would look so much like the best one if it were the truth.
+
+    Were it the truth, its parameters could have pointed anywhere, and the best one could have followed only a part of what they do:
+
+        lead = r^2 + 2 r e + chi^2,   r^2 = S |P_best F z|^2 / |F z|^2        against the one that was seen
+
+    F what the rival's parameters do beyond base and releases, each in its typical size, z a random direction, S its strength as it was
+    found, e and chi^2 what noise adds, with a degree of freedom for each further parameter. A parameter that hardly shows
+    gives the rival no room to differ, and is not held against it, as a price by the number of parameters would.
+
+    Parameters
+    ----------
+    before : without either. slack : how far the sums of squares may be off.
+    """
+    unit = best.dilution * max(1.0, best.rms**2)
+    strength, lead = (before.cost - rival.cost) / unit, (best.cost - rival.cost + slack) / unit
+    if strength <= 0.0:
+        return 1.0
+    first = len(before.q)
+    free = replace(rival, jacobian=rival.jacobian[:, :first]).free_of_knobs(rival.jacobian[:, first:])
+    left = best.free_of_knobs(free)
+    chance = np.random.default_rng(SEED)
+    z = chance.normal(size=(free.shape[1], LIKENESS_DRAWS))
+    whole, rest = (np.einsum("id,ij,jd->d", z, columns.T @ columns, z) for columns in (free, left))
+    missed = strength * np.divide(rest, whole, out=np.zeros_like(rest), where=whole > 0.0)
+    by_noise = chance.chisquare(len(rival.q) - len(best.q), LIKENESS_DRAWS)
+    seen = missed + 2.0 * np.sqrt(np.maximum(missed, 0.0)) * chance.normal(size=LIKENESS_DRAWS) + by_noise
+    return float(np.mean(seen <= lead))
 
 
 @dataclass(frozen=True)

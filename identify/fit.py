@@ -92,6 +92,20 @@ class Fit:
         weighted = self.jacobian.T @ (self.jacobian * rows[:, None])
         return inverse @ weighted @ inverse
 
+    @cached_property
+    def words(self) -> float:
+        """Number of parameters that the effects speak with, never more than they have.
+
+        A direction of the parameters, in typical sizes, counts as far as it moves the measurements beyond what base and releases
+        can do, s^2 / (1 + s^2): one that shows nothing (an axis across the camera, an angle that another makes up for) says nothing.
+        """
+        first = self.problem.first_effect
+        if first == len(self.q):
+            return 0.0
+        free = replace(self, jacobian=self.jacobian[:, :first]).free_of_knobs(self.jacobian[:, first:])
+        sizes = np.linalg.svd(free, compute_uv=False) ** 2
+        return float(np.sum(sizes / (1.0 + sizes)))
+
     def part(self, block: Block) -> Array:
         """The gap of one run and channel."""
         return self.gaps[block.rows]
@@ -209,8 +223,8 @@ def price(problem: Problem) -> float:
 
 
 def bic(fit: Fit) -> float:
-    """Sum of squares and the price of the knobs."""
-    return fit.cost + len(fit.q) * price(fit.problem)
+    """Sum of squares and the price of the knobs: of base and releases all, of effects those that speak."""
+    return fit.cost + (fit.problem.first_effect + fit.words) * price(fit.problem)
 
 
 def horizons(problem: Problem) -> list[float]:

@@ -16,13 +16,13 @@ from measure.tables import Array
 from simulate.effect import Effect
 
 from .candidates import Candidate, carried_on, carried_to_the_end, fit_screened, held_out_rms
-from .chance import Family, chance_of_lead, family, inflation, noise_like
+from .chance import Family, chance_of_lead, chance_of_likeness, family, inflation, noise_like
 from .evidence import EFFECT_P, GAP_P, Gain, gap_test, likeness
-from .fit import Fit, before_the_stops, solve, to_the_end
+from .fit import ROUGHLY, Fit, before_the_stops, solve, to_the_end
 from .screening import Screened, kinds_to_try, screen
 
 RIVAL_P = 0.01  # a rival that would be led so far less often than this is excluded
-STRONG_BIC, _ROUGH_LEAD = 10.0, 25.0
+STRONG_BIC, _ROUGH_LEAD, _ROUGH_P = 10.0, 25.0, 1e-3
 _HOPELESS, _CLOSED_BY_FAR = 0.5, 1000.0
 _FAR_ABOVE = 2.0  # times the sum of squares: a release may lie in a wrong valley
 _LAST_SHARE = 0.25  # of the excess over noise; a signature is a straight line's guess
@@ -121,7 +121,7 @@ def _tried(look: Look, least: float, budget: Budget, say: Say) -> Tried:
     if not quick:
         return Tried((), ())
     quick = carried_on(look.hint, quick)
-    foremost = _foremost(quick, budget)
+    foremost = _foremost(look.hint, quick, budget)
     say("fitting the foremost to the end: " + ", ".join(c.name for c in foremost))
     return Tried(quick, _best_first(carried_to_the_end(look.current, foremost)))
 
@@ -153,14 +153,14 @@ def _hopeless(one: Screened, tried: Sequence[Candidate]) -> bool:
     return any(likeness(one.signature, c.signature) ** 2 < _HOPELESS for c in closed)
 
 
-def _foremost(quick: Sequence[Candidate], budget: Budget) -> list[Candidate]:
+def _foremost(before: Fit, quick: Sequence[Candidate], budget: Budget) -> list[Candidate]:
     """The candidates worth fitting whole: the best ones; where the best closed what was looked at, only those not excluded by it."""
     ranked = _best_first(quick)
     best = ranked[0]
     if gap_test(best.fit).p_value < GAP_P:
         return ranked[: budget.whole]
     noise = noise_like(best.fit)
-    return [best, *(c for c in ranked[1:] if not _excluded(c, best, noise, _ROUGH_LEAD))][: budget.rivals]
+    return [best, *(c for c in ranked[1:] if not _excluded(before, c, best, noise, hurried=True))][: budget.rivals]
 
 
 def _step(look: Look, tried: Tried) -> Step | None:
@@ -170,7 +170,7 @@ def _step(look: Look, tried: Tried) -> Step | None:
     if best.gain.p_value > EFFECT_P or best.gain.delta_bic < 0.0:
         return None
     chances = {c.name: chance_of_lead(best.fit, c.fit, noise) for c in tried.whole[1:]}
-    equivalents = tuple(c for c in tried.whole[1:] if not _excluded(c, best, noise))
+    equivalents = tuple(c for c in tried.whole[1:] if not _excluded(current, c, best, noise))
     rows = [Rival(c.name, _delta_bic(c, current, best.fit), held_out_rms(c.fit), True, chances.get(c.name, 1.0)) for c in tried.whole]
     return Step(current, best, equivalents, (*rows, *_not_fitted_whole(look, tried)))
 
@@ -205,17 +205,17 @@ def _gain(before: Fit, after: Fit, noise: Array, tests: Family) -> Gain:
     return Gain(chi2, knobs, tests.p_value(float(stats.chi2.sf(chi2, knobs))), bic)
 
 
-def _excluded(rival: Candidate, best: Candidate, noise: Array, least_lead: float = STRONG_BIC) -> bool:
-    """Whether a rival is led by more than chance explains, were it the truth; or says the same with many more words.
+def _excluded(before: Fit, rival: Candidate, best: Candidate, noise: Array, *, hurried: bool = False) -> bool:
+    """Whether a rival is led by more than chance explains, were it the truth; or would hardly ever look so much like the best one.
 
-    A lead of a few units excludes nobody: behind the stops the sum of squares has valleys, and fits end up that far apart.
-    What further parameters cost is told by the BIC; an effect that can bend itself into many others is no rival of the one
-    that it imitates.
+    A lead of a few units excludes nobody: behind the stops the sum of squares has valleys, and fits end up that far apart; farther
+    still where they were hurried. An effect that can bend itself into many others is no rival of the one that it imitates.
     """
-    if len(rival.fit.q) > len(best.fit.q) and _delta_bic(rival, best.fit, best.fit) < -least_lead:
+    least, slack, by_chance = (_ROUGH_LEAD, STRONG_BIC, _ROUGH_P) if hurried else (STRONG_BIC, ROUGHLY, RIVAL_P)
+    if len(rival.fit.q) > len(best.fit.q) and chance_of_likeness(before, best.fit, rival.fit, slack) < by_chance:
         return True
     lead = (rival.fit.cost - best.fit.cost) / max(1.0, best.fit.rms**2)
-    return lead > least_lead and chance_of_lead(best.fit, rival.fit, noise) < RIVAL_P
+    return lead > least and chance_of_lead(best.fit, rival.fit, noise) < RIVAL_P
 
 
 def _best_first(tried: Sequence[Candidate]) -> list[Candidate]:
@@ -227,5 +227,5 @@ def _best_first(tried: Sequence[Candidate]) -> list[Candidate]:
 def _delta_bic(candidate: Candidate, before: Fit, best: Fit) -> float:
     """Against another fit, in the noise that the best one leaves, so that rows can be compared."""
     unit = best.dilution * max(1.0, best.rms**2)
-    price = (len(candidate.fit.q) - len(before.q)) * float(np.log(max(best.effective_samples, 2.0)))
+    price = (candidate.fit.words - before.words) * float(np.log(max(best.effective_samples, 2.0)))
     return (before.cost - candidate.fit.cost) / unit - price

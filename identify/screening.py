@@ -11,13 +11,14 @@ from scipy.optimize import lsq_linear
 from measure.tables import Array
 from simulate.effect import Effect
 
-from .evidence import Signature, signature
+from .evidence import Signature, likeness, signature
 from .fit import Fit
 from .problem import Problem
 
 _WORTH_FITTING = 6.0
 _STEP = 1e-5
 _SIZES = (0.01, 0.03, 0.1, 0.3, 1.0, 3.0)  # typical ones
+_NEARLY, _UNLIKE, _SHAPES = 0.5, 0.8, 3
 
 
 @dataclass(frozen=True)
@@ -25,8 +26,8 @@ class Screened:
     """An effect and what its signature promises.
 
     effect : with its shape (a frequency, a time constant) where it promises most. promise : sum of squares gained, within
-    bounds, on independent samples. start : sizes of its parameters that would gain it, as knobs. looked_at : the signatures
-    of all shapes that were tried.
+    bounds, on independent samples. start : sizes of its parameters that would gain it, as knobs. others : the same for shapes
+    that are unlike it and promise nearly as much. looked_at : the signatures of all shapes that were tried.
     """
 
     effect: Effect
@@ -34,6 +35,7 @@ class Screened:
     promise: float
     start: Array
     looked_at: tuple[Signature, ...]
+    others: tuple[Array, ...] = ()
 
     @property
     def worth_fitting(self) -> bool:
@@ -66,9 +68,21 @@ def _screened(fit: Fit, effect: Effect) -> Screened | None:
     all_columns = [columns, *_other_shapes(fit, problem, shapes, first.shown)]
     signatures = tuple(signature(fit, columns) for columns in all_columns)
     promised = [_bounded(fit, problem, columns, new) for columns in all_columns]
-    best = int(np.argmax([gained for _, gained in promised]))
+    best, *others = _unlike(signatures, [gained for _, gained in promised])
     start, gained = promised[best]
-    return Screened(shapes[best], signatures[best], gained / fit.dilution, start, signatures)
+    moved = tuple((shapes[i].flat() - shapes[best].flat()) / problem.scales[len(fit.q) :] + promised[i][0] for i in others)
+    return Screened(shapes[best], signatures[best], gained / fit.dilution, start, signatures, moved)
+
+
+def _unlike(signatures: Sequence[Signature], gains: Sequence[float]) -> list[int]:
+    """The shape that gains most, and those behind it that gain nearly as much and show something else: valleys of their own."""
+    order = np.argsort(gains)[::-1].tolist()
+    found = order[:1]
+    for i in order[1:]:
+        near = gains[i] > _NEARLY * gains[found[0]] and len(found) < _SHAPES
+        if near and all(likeness(signatures[i], signatures[one]) < _UNLIKE for one in found):
+            found.append(i)
+    return found
 
 
 def _is_off(effect: Effect) -> bool:

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from scipy.stats import chi2
 
-from identify.chance import chance_of_lead, family, gained_by, inflation, noise_like
+from identify.chance import chance_of_lead, chance_of_likeness, family, gained_by, inflation, noise_like
 from identify.evidence import Signature
 from identify.fit import Fit
 
@@ -19,7 +19,7 @@ N = 512
 def fit_of(gaps: np.ndarray, jacobian: np.ndarray) -> Fit:
     """A fit of one channel of one run, without a simulation behind it."""
     block = SimpleNamespace(run="run", channel="z_m", rows=slice(0, len(gaps)), samples=np.arange(len(gaps)))
-    problem: Any = SimpleNamespace(blocks=(block,), measured=len(gaps))
+    problem: Any = SimpleNamespace(blocks=(block,), measured=len(gaps), first_effect=1)
     return Fit(problem, np.zeros(jacobian.shape[1]), gaps, jacobian, True)
 
 
@@ -101,3 +101,43 @@ def test_a_wrong_rival_is_excluded_where_the_effect_is_large():
     chance = np.random.default_rng(7)
     data = 20.0 * a[:, 0] + chance.normal(size=N)
     assert chance_of_lead(fitted(data, a), fitted(data, b), chance.normal(size=(N, 500))) < 0.01
+
+
+BASE, ALONE, OTHERS = waves(1), waves(2), waves(4, 6, 8)
+
+
+def rivals(data: np.ndarray, many: np.ndarray) -> tuple[Fit, Fit, Fit]:
+    """Fits of the base, of the base with one column, and of the base with many."""
+    others = np.linalg.lstsq(np.hstack([BASE, many]), data, rcond=None)[0]
+    with_many = fit_of(data - np.hstack([BASE, many]) @ others, -np.hstack([BASE, many]))
+    return fitted(data, BASE), fitted(data, np.hstack([BASE, ALONE])), with_many
+
+
+@pytest.mark.parametrize("strength", [60.0, 400.0])
+def test_a_true_effect_of_many_parameters_looks_so_like_a_plain_one_as_often_as_said(strength):
+    """Its parameters point anywhere; in one case of ten its chance is below a tenth, whatever its strength."""
+    chance, many = np.random.default_rng(8), np.hstack([ALONE, OTHERS])
+    said = []
+    for _ in range(300):
+        way = many @ chance.normal(size=4)
+        data = np.sqrt(strength) * way / np.linalg.norm(way) + chance.normal(size=N)
+        said.append(chance_of_likeness(*rivals(data, many), slack=0.0))
+    assert np.mean(np.array(said) < 0.1) == pytest.approx(0.1, abs=0.05)
+
+
+def test_an_effect_that_could_have_been_anything_is_no_rival_of_the_plain_one_that_is_true():
+    chance, many = np.random.default_rng(9), np.hstack([ALONE, OTHERS])
+    said = [chance_of_likeness(*rivals(20.0 * ALONE[:, 0] + chance.normal(size=N), many), slack=1.0) for _ in range(50)]
+    assert np.mean(np.array(said) < 0.01) > 0.9
+
+
+def test_parameters_that_hardly_show_are_not_held_against_a_rival():
+    """Of four parameters one shows, and what it shows is what the plain effect shows."""
+    chance, many = np.random.default_rng(10), np.hstack([ALONE, 1e-3 * OTHERS])
+    said = [chance_of_likeness(*rivals(20.0 * ALONE[:, 0] + chance.normal(size=N), many), slack=1.0) for _ in range(50)]
+    assert np.min(said) > 0.01
+
+
+def test_an_effect_speaks_with_the_parameters_that_show():
+    columns = np.hstack([BASE, 100.0 * ALONE, 100.0 * ALONE, OTHERS[:, :1], 1e-3 * OTHERS[:, 1:2], 5.0 * BASE])
+    assert fit_of(np.zeros(N), columns).words == pytest.approx(1.0 + 0.5, abs=1e-3)
