@@ -19,6 +19,7 @@ from .fit import Fit
 
 DRAWS, LIKENESS_DRAWS, SEED = 500, 4000, 2009
 _FASTER_HALF = 0.5
+_SHOWN = 1e-2  # of the best seen combination of columns: what shows less is not told from a straight line's own error
 
 
 def noise_like(fit: Fit, draws: int = DRAWS, seed: int = SEED) -> Array:
@@ -56,6 +57,14 @@ def gained_by(columns: Array, noise: Array) -> Array:
         return np.zeros(noise.shape[1])
     left, sizes, _ = np.linalg.svd(columns[:, norms > 0] / norms[norms > 0], full_matrices=False)
     return np.sum((left[:, sizes > 1e-8].T @ noise) ** 2, axis=0)
+
+
+def chance_of_columns(fit: Fit, free: Array) -> float:
+    """How likely columns (m, k) that are free of a fit's knobs gain as much from its gaps as they do, were these noise."""
+    left, sizes, _ = np.linalg.svd(free / np.maximum(np.linalg.norm(free, axis=0), 1e-300), full_matrices=False)
+    shown = left[:, sizes > _SHOWN]
+    unit = max(1.0, float(np.mean(gained_by(shown, noise_like(fit)))) / max(shown.shape[1], 1))
+    return float(stats.chi2.sf(float(np.sum((shown.T @ fit.gaps) ** 2)) / unit, max(shown.shape[1], 1)))
 
 
 def inflation(after: Fit, knobs: int, noise: Array) -> float:

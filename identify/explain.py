@@ -28,6 +28,7 @@ from .fit import ROUGHLY, Fit, bic, solve, solve_from_afar
 from .intervals import profile_interval
 from .joining import is_bent, joined, share_closed, without_superfluous
 from .missing_force import MissingForce, at_once, chance_of_force, estimate
+from .missing_leg_force import chance_of_leg_force, closed_by_leg_force
 from .naming import BUDGETS, Budget, Rival, Say, Step
 from .next_test import NextTest, next_tests
 from .problem import Problem, problem_of
@@ -35,7 +36,7 @@ from .screening import kinds_to_try
 from .valleys import released_again, searched_everywhere
 from .zeros import Tare, zeros_differ
 
-CLOSED_SHARE, CLOSED_IN_FILMS = 2 / 3, 0.9
+CLOSED_SHARE, CLOSED_BY_FORCE = 2 / 3, 0.9
 _AS_GIVEN_STEPS = 8
 
 
@@ -194,15 +195,15 @@ def _held(run: Run, before: Fit, after: Fit) -> Held:
 
 
 def _more_than_noise(fit: Fit) -> bool:
-    """Whether anything is left that is not noise: slow against fast, or a force on the platform that nobody has named."""
-    return gap_test(fit).p_value < GAP_P or chance_of_force(fit) < GAP_P
+    """Whether anything is left that is not noise: slow against fast, or a force that nobody has named, on the platform or in the legs."""
+    return gap_test(fit).p_value < GAP_P or chance_of_force(fit) < GAP_P or chance_of_leg_force(fit) < GAP_P
 
 
 def _verdict(before: Fit, after: Fit, steps: Sequence[Step], missing: MissingForce | None, *, left: bool) -> str:
     """What may be said.
 
     Several effects that leave a gap are not taken, for together they can imitate much. A single one that leaves a gap must close
-    most of it, in deployments nearly all of it, and do better than a force without any physics.
+    most of it, and do as well as a force without any physics.
     """
     if not steps:
         return "unknown" if left else "no-gap"
@@ -214,13 +215,14 @@ def _verdict(before: Fit, after: Fit, steps: Sequence[Step], missing: MissingFor
 
 
 def _closes_most(before: Fit, after: Fit, missing: MissingForce | None) -> bool:
-    """Whether a fit closes most of the gap; in deployments, nearly all of what a force without any physics closes."""
-    if share_closed(before, after) < CLOSED_SHARE:
+    """Whether a fit closes most of the gap, and nearly all of what a force without any physics closes, in the legs or on the platform."""
+    closed = before.cost - after.cost
+    if share_closed(before, after) < CLOSED_SHARE or closed < CLOSED_BY_FORCE * closed_by_leg_force(before):
         return False
     if missing is None:
         return True
-    closed = (before.cost - after.cost) / max(before.cost - min(missing.fit.cost, after.cost), 1e-12)
-    return closed > CLOSED_IN_FILMS and bic(after) < bic(missing.fit)
+    by_force = before.cost - min(missing.fit.cost, after.cost)
+    return closed > CLOSED_BY_FORCE * by_force and bic(after) < bic(missing.fit)
 
 
 def _findings(after: Fit, before: Fit, steps: Sequence[Step]) -> tuple[Finding, ...]:

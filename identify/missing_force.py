@@ -13,13 +13,12 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-from scipy import stats
 
 from measure.tables import Array
 from simulate.effect import PlatformEffect, parameter
 from simulate.model import Model
 
-from .chance import gained_by, noise_like
+from .chance import chance_of_columns
 from .evidence import GAP_P, gap_test
 from .fit import ROUGHLY, Fit, before_the_stops, laid_out, solve
 from .problem import Problem
@@ -231,11 +230,7 @@ def chance_of_force(fit: Fit) -> float:
     if not fit.problem.films:
         return 1.0
     found = at_once(fit).fit
-    free = fit.free_of_knobs(found.jacobian[:, len(fit.q) :])
-    left, sizes, _ = np.linalg.svd(free / np.maximum(np.linalg.norm(free, axis=0), 1e-300), full_matrices=False)
-    shown = left[:, sizes > _SHOWN]
-    unit = max(1.0, float(np.mean(gained_by(shown, noise_like(fit)))) / max(shown.shape[1], 1))
-    return float(stats.chi2.sf(float(np.sum((shown.T @ fit.gaps) ** 2)) / unit, max(shown.shape[1], 1)))
+    return chance_of_columns(fit, fit.free_of_knobs(found.jacobian[:, len(fit.q) :]))
 
 
 def _spread_out(jacobian: Array, columns: list[int], size: int) -> Array:
