@@ -16,10 +16,13 @@ from simulate.effect import LegEffect, parameter
 from simulate.packing import leg_lengths
 
 from .chance import chance_of_columns, gained_by
+from .evidence import GAP_P
 from .fit import Fit
 from .problem import Problem
 
 PLACES = 24
+_LARGER_PART = 0.5
+_AS_WELL = 3.0  # times the median standard deviation
 
 
 @dataclass(frozen=True)
@@ -47,6 +50,40 @@ def chance_of_leg_force(fit: Fit) -> float:
 def closed_by_leg_force(fit: Fit) -> float:
     """What such a force would take off the sum of squares, along straight lines."""
     return float(gained_by(_free_columns(fit), fit.gaps[:, None])[0])
+
+
+@dataclass(frozen=True)
+class LegForce:
+    """What such a force would have to be: elongation_m, force_N, sigma_N (PLACES,) each, free of what the force law can say itself.
+
+    share : of the gap's excess over noise that it closes, along straight lines.
+    """
+
+    elongation_m: Array
+    force_N: Array
+    sigma_N: Array
+    share: float
+
+    @property
+    def sentence(self) -> str:
+        """Where it is strongest to either side, among the places that are known as well as most."""
+        known = np.flatnonzero(self.sigma_N <= _AS_WELL * np.median(self.sigma_N))
+        ends = [known[np.argmax(self.force_N[known])], known[np.argmin(self.force_N[known])]]
+        said = " and ".join(f"{self.force_N[i]:+.2g} N (sigma {self.sigma_N[i]:.1g}) at {1e3 * self.elongation_m[i]:.0f} mm" for i in ends)
+        return f"A force in every leg that goes with its elongation would close {100 * self.share:.0f} % of it: {said}."
+
+
+def leg_force(fit: Fit) -> LegForce | None:
+    """The force that a fit misses in the legs, where it is beyond noise and closes the larger part of the gap."""
+    free = _free_columns(fit)
+    closed, excess = float(gained_by(free, fit.gaps[:, None])[0]), fit.cost - fit.problem.measured
+    if closed < _LARGER_PART * excess or excess <= 0.0 or chance_of_columns(fit, free) > GAP_P:
+        return None
+    spread = np.linalg.pinv(free.T @ free, rcond=1e-8, hermitian=True)
+    typical = ForceAlongElongation.typical()[:PLACES]
+    first, last = _reach(fit.problem)
+    sigma = typical * np.sqrt(np.diag(spread) * fit.dilution)
+    return LegForce(np.linspace(first, last, PLACES), -typical * (spread @ (free.T @ fit.gaps)), sigma, min(1.0, closed / excess))
 
 
 def _free_columns(fit: Fit) -> Array:

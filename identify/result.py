@@ -9,6 +9,7 @@ import numpy as np
 from .covariates import hint, shares
 from .explain import Explanation, Finding
 from .formula import described
+from .missing_leg_force import leg_force
 from .next_test import LIKELY, NextTest
 from .where import force_in_loops, locate
 from .zeros import zeros_of
@@ -123,6 +124,8 @@ def _missing_force(found: Explanation, file: str | None) -> str | None:
     if found.verdict != "unknown":
         return None
     texts = [f"Table: {file}"] if file else []
+    in_legs = leg_force(found.before)
+    texts[:0] = [in_legs.sentence] if in_legs else []
     if found.before.problem.loops:
         texts[:0] = [force_in_loops(found.before)[0], *_column_worth_trying(found)]
     if found.missing is not None:
