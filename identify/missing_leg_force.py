@@ -48,8 +48,9 @@ def chance_of_leg_force(fit: Fit) -> float:
 
 
 def closed_by_leg_force(fit: Fit) -> float:
-    """What such a force would take off the sum of squares, along straight lines."""
-    return float(gained_by(_free_columns(fit), fit.gaps[:, None])[0])
+    """What such a force would take off the sum of squares, along straight lines, beyond what as many places take off white noise."""
+    free = _free_columns(fit)
+    return max(0.0, float(gained_by(free, fit.gaps[:, None])[0]) - free.shape[1])
 
 
 @dataclass(frozen=True)

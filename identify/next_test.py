@@ -76,20 +76,20 @@ def _foreseen(best: _Side, rivals: Mapping[str, _Side], condition: Condition, *,
 def _chance(best: Fit, rival: Fit, shown: tuple[Array, Array]) -> float:
     """How likely a test that shows so much tells the two apart, whichever is true."""
     before = float(np.sum(rival.free_of_knobs((best.gaps - rival.gaps)[:, None]) ** 2))
-    return chance_of_split(rival.cost - best.cost, len(rival.q) - len(best.q), best.problem.measured, before, shown)
+    return chance_of_split(rival.cost - best.cost, rival.words - best.words, best.problem.measured, before, shown)
 
 
-def chance_of_split(lead: float, more_knobs: int, samples: int, before: float, shown: tuple[Array, Array]) -> float:
+def chance_of_split(lead: float, more_words: float, samples: int, before: float, shown: tuple[Array, Array]) -> float:
     """How likely a further test excludes one of two effects, by the straight-line theory of the lead.
 
     Parameters
     ----------
-    lead : of the foremost over its rival so far. more_knobs : that the rival has. samples : so many were measured.
+    lead : of the foremost over its rival so far. more_words : that the rival has. samples : so many were measured.
     before : delta^2 of what was measured.
     shown : delta^2 of the test if the foremost is true, and if the rival is, (n,) each: one for each set of parameters it may have.
     """
     if_best, if_rival = (_excludes(side * lead, before, one) for side, one in zip((1.0, -1.0), shown, strict=True))
-    odds = float(np.exp(-0.5 * np.clip(lead + more_knobs * np.log(samples), -100.0, 100.0)))
+    odds = float(np.exp(-0.5 * np.clip(lead + more_words * np.log(samples), -100.0, 100.0)))
     return (if_best + odds * if_rival) / (1.0 + odds)
 
 
