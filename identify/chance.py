@@ -7,7 +7,7 @@ a fit to redrawn noise is a projection, and thousands of them cost less than one
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from scipy import fft, stats
@@ -72,8 +72,7 @@ def inflation(after: Fit, knobs: int, noise: Array) -> float:
 
     Neighbouring samples of a gap that is slow count for less than they are; this is by how much, for the effect in question.
     """
-    first = len(after.q) - knobs
-    free = replace(after, jacobian=after.jacobian[:, :first]).free_of_knobs(after.jacobian[:, first:])
+    free = after.beyond(len(after.q) - knobs)
     shown = int(np.sum(np.linalg.norm(free, axis=0) > 0))
     return max(1.0, float(np.mean(gained_by(free, noise))) / max(shown, 1))
 
@@ -97,8 +96,7 @@ def chance_of_likeness(before: Fit, best: Fit, rival: Fit, slack: float) -> floa
     strength, lead = (before.cost - rival.cost) / unit, (best.cost - rival.cost + slack) / unit
     if strength <= 0.0:
         return 1.0
-    first = len(before.q)
-    free = replace(rival, jacobian=rival.jacobian[:, :first]).free_of_knobs(rival.jacobian[:, first:])
+    free = rival.beyond(len(before.q))
     left = best.free_of_knobs(free)
     chance = np.random.default_rng(SEED)
     z = chance.normal(size=(free.shape[1], LIKENESS_DRAWS))

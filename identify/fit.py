@@ -51,6 +51,10 @@ class Fit:
         """Columns (m, n) freed of what the knobs can do themselves: projected on what is perpendicular to that."""
         return columns - self.basis @ (self.basis.T @ columns)
 
+    def beyond(self, first: int) -> Array:
+        """What the knobs from `first` on do to the gaps, (m, k), freed of what those before them can do themselves."""
+        return replace(self, jacobian=self.jacobian[:, :first]).free_of_knobs(self.jacobian[:, first:])
+
     @property
     def measured_gaps(self) -> Array:
         """The gaps of measured values, priors left out."""
@@ -99,11 +103,7 @@ class Fit:
         A direction of the parameters, in typical sizes, counts as far as it moves the measurements beyond what base and releases
         can do, s^2 / (1 + s^2): one that shows nothing (an axis across the camera, an angle that another makes up for) says nothing.
         """
-        first = self.problem.first_effect
-        if first == len(self.q):
-            return 0.0
-        free = replace(self, jacobian=self.jacobian[:, :first]).free_of_knobs(self.jacobian[:, first:])
-        sizes = np.linalg.svd(free, compute_uv=False) ** 2
+        sizes = np.linalg.svd(self.beyond(self.problem.first_effect), compute_uv=False) ** 2
         return float(np.sum(sizes / (1.0 + sizes)))
 
     def part(self, block: Block) -> Array:

@@ -13,7 +13,7 @@ import numpy as np
 
 from measure.tables import Array
 from simulate.effect import LegEffect, parameter
-from simulate.packing import leg_lengths
+from simulate.ledger import stroke_of
 
 from .chance import chance_of_columns, gained_by
 from .evidence import GAP_P
@@ -101,11 +101,5 @@ def _reach(problem: Problem) -> tuple[float, float]:
     """Smallest and largest elongation that a leg has in any run, m."""
     ends = [float(end) for loop in problem.loops for end in (loop.data.elongation_m.min(), loop.data.elongation_m.max())]
     for film in problem.films:
-        ends += [0.0, float(np.max(_full_elongation(film.model)))]
+        ends += [0.0, float(np.max(stroke_of(film.model)))]
     return min(ends), max(ends)
-
-
-def _full_elongation(model: Any) -> Array:
-    g = model.geometry
-    base, joints = np.asarray(g.base_joints_m), np.asarray(g.platform_joints_m)
-    return leg_lengths(base, joints, g.deployed_height_m) - leg_lengths(base, joints, g.stowed_height_m)

@@ -18,7 +18,7 @@ from .problem import Problem
 _WORTH_FITTING = 6.0
 _STEP = 1e-5
 _SIZES = (0.01, 0.03, 0.1, 0.3, 1.0, 3.0)  # typical ones
-_NEARLY, _UNLIKE, _SHAPES = 0.5, 0.8, 3
+_NEARLY, _UNLIKE, _SHAPES = 0.5, 0.8, 3  # of the best gain; cosine; shapes that are fitted from
 
 
 @dataclass(frozen=True)
