@@ -28,7 +28,8 @@ def _parser() -> argparse.ArgumentParser:
     made.add_argument("--subset", choices=("fast", "standard", "full"), default="standard")
     made.add_argument("--cases", type=int, metavar="N", help="only the first N of the board, which is in a random order")
     made.add_argument("--skip", type=int, default=0, metavar="N", help="leave out the first N, of which an earlier run may have told")
-    made.add_argument("--only", metavar="WORD", help="only cases that hide this effect, or of this run set, noise or engine")
+    only = "only cases that hide this effect, or of this run set, noise or engine, or '3x', or 'seed-1'; of several words all have to fit"
+    made.add_argument("--only", metavar="WORD", action="append", default=[], help=only)
     made.add_argument("--method", action="append", choices=tuple(METHODS), help=f"repeatable; default {OURS}")
     made.add_argument("--processes", type=int, default=2)
     made.add_argument("--patience", type=float, default=900.0, metavar="S", help="after which a case counts as failed")
@@ -42,8 +43,11 @@ def _say(text: str) -> None:
 
 
 def main(arguments: list[str] | None = None) -> int:
-    given = _parser().parse_args(arguments)
+    made = _parser()
+    given = made.parse_args(arguments)
     specs = chosen(board(given.subset), given.only, given.cases, given.skip)
+    if not specs:
+        made.error(f"no case of the {given.subset} board fits {' and '.join(given.only) or 'what is left'}")
     found: dict[str, Any] = {}
     for method in given.method or [OURS]:
         how = {"processes": given.processes, "patience_s": given.patience, "say": _say}

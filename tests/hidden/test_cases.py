@@ -15,7 +15,7 @@ from board.detectable import class_of, free_of, needed
 from board.making import made, sealed_file
 from board.rigs import drawn_rig
 from board.shapes import drawn, rivals
-from board.specs import OUTSIDE, Spec, board
+from board.specs import OUTSIDE, Spec, board, chosen
 from board.truths import amount_for
 from scipy.stats import chi2
 
@@ -120,3 +120,11 @@ def test_the_board_hides_every_effect_of_the_catalogue_at_three_sizes_and_nothin
 
 def _bytes(folder: Path) -> dict[str, str]:
     return {path.name: hashlib.sha256(path.read_bytes()).hexdigest() for path in sorted(folder.iterdir())}
+
+
+def test_words_that_all_have_to_fit_choose_one_case_of_each_effect():
+    once = chosen(board("full"), ["standard", "3x", "seed-2"], None)
+    assert sorted(name for spec in once for name in spec.hidden) == sorted([*CATALOGUE, *OUTSIDE])
+    assert {(spec.size, spec.run_set, spec.seed) for spec in once} == {(3.0, "standard", 2)}
+    assert chosen(board("full"), ["standard", "3x", "seed-2"], 4, skip=3) == once[3:7]
+    assert chosen(board("full"), ["2x"], None) == []

@@ -66,6 +66,11 @@ class Spec:
         words = f"{self.hidden}{self.run_set}{self.seed}".encode()
         return np.random.default_rng([MASTER_SEED, int.from_bytes(hashlib.sha256(words).digest()[:8], "big")])
 
+    @property
+    def words(self) -> set[str]:
+        """What a case is called when some are chosen."""
+        return {*self.hidden, f"{self.size:g}x", self.run_set, self.noise, self.engine, f"seed-{self.seed}"}
+
     def as_dict(self) -> dict[str, Any]:
         """For JSON."""
         return {**asdict(self), "hidden": list(self.hidden)}
@@ -125,7 +130,7 @@ FAST = (
 )
 
 
-def chosen(specs: Iterable[Spec], only: str | None, cases: int | None, skip: int = 0) -> list[Spec]:
-    """Of those that hide `only`, `cases` behind the first `skip`."""
-    kept = [spec for spec in specs if only is None or only in (*spec.hidden, spec.run_set, spec.noise, spec.engine)][skip:]
+def chosen(specs: Iterable[Spec], only: Iterable[str], cases: int | None, skip: int = 0) -> list[Spec]:
+    """Of those that all the words of `only` fit, `cases` behind the first `skip`."""
+    kept = [spec for spec in specs if spec.words.issuperset(only)][skip:]
     return kept if cases is None else kept[:cases]
