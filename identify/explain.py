@@ -26,12 +26,13 @@ from .detectable import Sight, sight
 from .evidence import GAP_P, Gain, GapTest, gap_test
 from .fit import ROUGHLY, Fit, bic, solve, solve_from_afar
 from .intervals import profile_interval
-from .joining import is_bent, joined, share_closed, without_superfluous
+from .joining import joined, share_closed, without_superfluous
 from .missing_force import MissingForce, at_once, chance_of_force, estimate
 from .missing_leg_force import chance_of_leg_force, closed_by_leg_force
 from .naming import BUDGETS, Budget, Rival, Say, Step
 from .next_test import NextTest, next_tests
 from .problem import Problem, problem_of
+from .push import is_bent
 from .screening import kinds_to_try
 from .valleys import released_again, searched_everywhere
 from .zeros import Tare, zeros_differ
@@ -149,7 +150,7 @@ def _explained(problem: Problem, runs: Sequence[Run], catalogue: Mapping[str, ty
     missing, pushed, left = None, False, _more_than_noise(current)
     if left and len(steps) > 1:  # several must leave nothing; the foremost alone may stand
         current, steps = added.first[0].best.fit, added.first
-    if added.pushed is not None and is_bent(current, added.pushed):
+    if added.pushed is not None and is_bent(before, current, added.pushed):
         pushed, missing = True, added.pushed.force
     elif left and problem.films:
         say("estimating the missing force")

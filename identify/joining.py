@@ -12,9 +12,9 @@ from simulate.effect import Effect
 from .chance import Family
 from .evidence import GAP_P, gain, gap_test
 from .fit import Fit, bic, refitted
-from .naming import RIVAL_P, STRONG_BIC, Budget, Say, Step, next_effect
+from .naming import RIVAL_P, Budget, Say, Step, next_effect
 from .pairs import plainer_pair
-from .push import SHORTEST, Push, push
+from .push import SHORTEST, Push, is_bent, push
 from .valleys import searched_everywhere
 
 FAIR_SHARE = 0.05
@@ -50,7 +50,7 @@ def joined(before: Fit, catalogue: Mapping[str, type[Effect]], budget: Budget, s
     if pair is not None:
         return Joined(before, list(pair), steps, look.tests)
     pushed = _push_of_few(found, say)
-    if pushed is not None and is_bent(found.best.fit, pushed) and gap_test(pushed.force.fit).p_value > GAP_P:
+    if pushed is not None and is_bent(before, found.best.fit, pushed) and gap_test(pushed.force.fit).p_value > GAP_P:
         return Joined(before, steps, steps, look.tests, pushed)
     while len(steps) < budget.effects:
         look, found = next_effect(steps[-1].best.fit, catalogue, budget, say, last=len(steps) + 1 == budget.effects)
@@ -74,11 +74,6 @@ def _push_of_few(step: Step, say: Say) -> Push | None:
         return None
     say("doing without physics")
     return push(before, bic(best.fit))
-
-
-def is_bent(after: Fit, pushed: Push) -> bool:
-    """Whether effects have bent themselves around a push: a force at a few places says as much with far fewer words."""
-    return bic(after) > pushed.bic + STRONG_BIC
 
 
 def _matters(before: Fit, current: Fit, found: Fit) -> bool:

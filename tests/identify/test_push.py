@@ -9,10 +9,10 @@ from board.outside import Gust, SideWind
 from identify.campaign import read_campaign
 from identify.evidence import GAP_P, gap_test
 from identify.explain import explain
-from identify.fit import bic, solve_from_afar
+from identify.fit import Fit, bic, solve_from_afar
 from identify.missing_force import ForceAlongTime, at_once
-from identify.push import push
-from simulate.effects import GravityImbalance
+from identify.push import chance_of_push, push
+from simulate.effects import GravityImbalance, LegDisparity
 from simulate.model_file import read_model
 
 TWO_HEIGHTS = ({}, {"geometry.stowed_height_m": 0.35})
@@ -40,6 +40,26 @@ def test_a_steady_weight_is_said_in_fewer_words_than_pushes_need(campaign, fitte
     found = push(before, np.inf)
     assert found is not None
     assert found.bic > bic(weighed)
+
+
+def with_legs(before: Fit) -> Fit:
+    return solve_from_afar(before.problem.with_effects((LegDisparity(),)), np.concatenate([before.q, np.zeros(6)]))
+
+
+def test_legs_that_differ_may_look_like_a_push_and_stay_what_they_are(campaign, fitted):
+    """What six constant forces can do to a film is nearly a constant force and moment, which two or three places follow."""
+    unequal = LegDisparity((3e-4, -2e-4, 1e-4, -3e-4, 2e-4, -1e-4))
+    before = fitted(campaign(unequal, 617, deployments=TWO_HEIGHTS, hold_out=False))
+    found = push(before, np.inf)
+    assert found is not None
+    assert chance_of_push(before, with_legs(before), found) > 0.01
+
+
+def test_legs_bent_around_a_gust_would_hardly_ever_look_so_like_a_push(campaign, fitted):
+    before = fitted(campaign(Gust(0.1), 611, deployments=TWO_HEIGHTS, hold_out=False))
+    found = push(before, np.inf)
+    assert found is not None
+    assert chance_of_push(before, with_legs(before), found) < 0.01
 
 
 def test_a_moment_shows_as_one(campaign, fitted):
