@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 import pytest
+from board.further import Split
 from board.running import Answer
 from board.scoring import Scored, score
 from board.specs import Spec
@@ -81,3 +82,19 @@ def test_a_rate_of_none_in_twenty_may_still_be_seventeen_per_cent():
 def test_confusion_says_who_was_taken_for_whom():
     rows = [row(sealed("a"), answered("named", ("a",))), row(sealed("a"), answered("named", ("b",))), row(sealed("a"), answered("no-gap"))]
     assert confusion(rows) == {"a": {"a": 1, "b": 1, "no-gap": 1}}
+
+
+@pytest.mark.parametrize(
+    ("after", "smaller", "split", "settled"),
+    [
+        (("a", "b", "c"), False, False, False),
+        (("a", "b"), True, True, False),
+        (("b", "a", "d"), True, False, False),  # one has gone and another has come
+        (("a",), True, True, True),
+        (("b",), False, False, False),  # the truth has gone
+    ],
+)
+def test_a_class_is_split_where_something_else_than_the_truth_goes_and_nothing_comes(after, smaller, split, settled):
+    before = row(sealed("a"), answered("class", ("a", "b", "c")))
+    done = Split(before.spec, before, row(sealed("a"), answered("named" if len(after) == 1 else "class", after)), 1.0)
+    assert (done.smaller, done.split, done.settled) == (smaller, split, settled)

@@ -1,7 +1,7 @@
 """The further test that an answer recommends, done: the case again with one run more.
 
 The run is made by the same truth under the condition of the answer's `next_experiments`; the question is asked again, and the class has
-been split where the true effect is still in it and something else has gone.
+been split where the true effect is still in it, something else has gone, and nothing has come.
 """
 
 from __future__ import annotations
@@ -38,9 +38,14 @@ class Split:
     foreseen: float
 
     @property
+    def smaller(self) -> bool:
+        """Whether something has gone from the class and the truth has stayed, whatever else has come."""
+        return self.after.class_correct and bool(set(self.before.said[0]) - set(self.after.said[0]))
+
+    @property
     def split(self) -> bool:
-        """Whether something has gone from the class and the truth has stayed."""
-        return self.after.class_correct and set(self.after.said[0]) < set(self.before.said[0])
+        """Whether, besides, nothing has come: another effect that these data do not exclude is no step ahead."""
+        return self.smaller and set(self.after.said[0]) < set(self.before.said[0])
 
     @property
     def settled(self) -> bool:
