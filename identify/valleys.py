@@ -1,4 +1,4 @@
-"""Releases looked for again where a film is met before its stops and missed behind them.
+"""Releases looked for again where films can be met before their stops and are missed behind them.
 
 Behind the stops errors grow, and a release has several valleys there. A model that is right up to the stops and wrong behind
 them has most likely found the wrong one; a model that is wrong before the stops already has no right one.
@@ -29,12 +29,13 @@ def released_again(fit: Fit, free: Sequence[int] | None = None) -> Fit:
     ----------
     free : indices of the knobs that may move; by default all.
     """
-    if gap_test(fit).p_value > GAP_P or not _strayed(fit):
+    missed = _missed_behind_the_stops(fit)
+    if gap_test(fit).p_value > GAP_P or not missed:
         return fit
     early = solve(before_the_stops(fit.problem), fit.q, free=free)
     if gap_test(early).p_value < GAP_P:
         return fit
-    return to_the_end(_searched(fit, early, _strayed(fit), free), free)
+    return to_the_end(_searched(fit, early, missed, free), free)
 
 
 def searched_everywhere(fit: Fit) -> Fit:
@@ -53,15 +54,14 @@ def _searched(fit: Fit, early: Fit, films: Sequence[int], free: Sequence[int] | 
     return fit
 
 
-def _strayed(fit: Fit) -> list[int]:
-    """The films that are met before their stops and missed behind them."""
+def _missed_behind_the_stops(fit: Fit) -> list[int]:
+    """The films that are missed behind their stops; a fit in a wrong valley can miss them before these, too, for the sake of the rest."""
     found = []
     for index, film in enumerate(fit.problem.films):
-        parts = [(fit.part(block), film.time_s[block.samples]) for block in fit.problem.blocks if block.run == film.run.name]
         stop = first_stop_s(replace(fit.problem, films=(film,)))
-        early = np.concatenate([gaps[time < stop] for gaps, time in parts])
+        parts = [(fit.part(block), film.time_s[block.samples]) for block in fit.problem.blocks if block.run == film.run.name]
         late = np.concatenate([gaps[time >= stop] for gaps, time in parts])
-        if len(early) and len(late) and _rms(early) < _MET < _rms(late):
+        if len(late) and _rms(late) > _MET:
             found.append(index)
     return found
 
