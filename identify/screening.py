@@ -26,8 +26,8 @@ class Screened:
     """An effect and what its signature promises.
 
     effect : with its shape (a frequency, a time constant) where it promises most. promise : sum of squares gained, within
-    bounds, on independent samples. start : sizes of its parameters that would gain it, as knobs. others : the same for shapes
-    that are unlike it and promise nearly as much. looked_at : the signatures of all shapes that were tried.
+    bounds, on independent samples. start : sizes of its parameters that would gain it, as knobs. others : effect and start for shapes
+    that promise nearly as much and cannot be come to from there. looked_at : the signatures of all shapes that were tried.
     """
 
     effect: Effect
@@ -35,7 +35,7 @@ class Screened:
     promise: float
     start: Array
     looked_at: tuple[Signature, ...]
-    others: tuple[Array, ...] = ()
+    others: tuple[tuple[Effect, Array], ...] = ()
 
     @property
     def worth_fitting(self) -> bool:
@@ -57,30 +57,62 @@ def screen(fit: Fit, effects: Iterable[Effect]) -> list[Screened]:
 
 def _screened(fit: Fit, effect: Effect) -> Screened | None:
     shapes = effect.starts() if _is_off(effect) else (effect,)
-    problem = fit.problem.with_effects((*fit.problem.effects, shapes[0]))
-    new = range(len(fit.q), len(fit.q) + len(effect.flat()))
     if not effect.is_straight():
-        return _tried_at_sizes(fit, problem, shapes[0])
-    _, columns = problem.jacobian(np.concatenate([fit.q, np.zeros(len(new))]), new, fit.gaps)
+        return _tried_at_sizes(fit, _problem_with(fit, shapes[0]), shapes[0])
+    branches = [tuple(shape.own_bounds(fit.problem.model).values()) for shape in shapes]
+    looks = [
+        look
+        for branch in dict.fromkeys(branches)
+        for look in _looks(fit, [s for s, own in zip(shapes, branches, strict=True) if own == branch])
+    ]
+    if not looks:
+        return None
+    branches = [tuple(look.shape.own_bounds(fit.problem.model).values()) for look in looks]
+    best, *others = _far_apart([look.signature for look in looks], [look.gained for look in looks], branches)
+    further = tuple((looks[i].shape, looks[i].start) for i in others)
+    foremost = looks[best]
+    return Screened(
+        foremost.shape, foremost.signature, foremost.gained / fit.dilution, foremost.start, tuple(look.signature for look in looks), further
+    )
+
+
+@dataclass(frozen=True)
+class _Look:
+    """A shape of an effect, its signature, and what it gains along straight lines by which sizes, as knobs."""
+
+    shape: Effect
+    signature: Signature
+    start: Array
+    gained: float
+
+
+def _problem_with(fit: Fit, effect: Effect) -> Problem:
+    return fit.problem.with_effects((*fit.problem.effects, effect))
+
+
+def _looks(fit: Fit, shapes: Sequence[Effect]) -> list[_Look]:
+    """Shapes within the same bounds looked at side by side; none where nothing shows."""
+    problem, size = _problem_with(fit, shapes[0]), len(shapes[0].flat())
+    new = range(len(fit.q), len(fit.q) + size)
+    columns = problem.jacobian(np.concatenate([fit.q, np.zeros(size)]), new, fit.gaps)[1]
     first = signature(fit, columns)
     if not first.knobs:
-        return None
+        return []
     all_columns = [columns, *_other_shapes(fit, problem, shapes, first.shown)]
-    signatures = tuple(signature(fit, columns) for columns in all_columns)
     promised = [_bounded(fit, problem, columns, new) for columns in all_columns]
-    best, *others = _unlike(signatures, [gained for _, gained in promised])
-    start, gained = promised[best]
-    moved = tuple((shapes[i].flat() - shapes[best].flat()) / problem.scales[len(fit.q) :] + promised[i][0] for i in others)
-    return Screened(shapes[best], signatures[best], gained / fit.dilution, start, signatures, moved)
+    return [
+        _Look(shape, signature(fit, columns), start, gained)
+        for shape, columns, (start, gained) in zip(shapes, all_columns, promised, strict=True)
+    ]
 
 
-def _unlike(signatures: Sequence[Signature], gains: Sequence[float]) -> list[int]:
-    """The shape that gains most, and those behind it that gain nearly as much and show something else: valleys of their own."""
+def _far_apart(signatures: Sequence[Signature], gains: Sequence[float], branches: Sequence[object]) -> list[int]:
+    """The shape that gains most, and those behind it that gain nearly as much and lie in a valley, or within bounds, of their own."""
     order = np.argsort(gains)[::-1].tolist()
     found = order[:1]
     for i in order[1:]:
         near = gains[i] > _NEARLY * gains[found[0]] and len(found) < _SHAPES
-        if near and all(likeness(signatures[i], signatures[one]) < _UNLIKE for one in found):
+        if near and all(branches[i] != branches[one] or likeness(signatures[i], signatures[one]) < _UNLIKE for one in found):
             found.append(i)
     return found
 

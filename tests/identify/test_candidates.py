@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
+import pytest
 
 from identify.campaign import read_campaign
 from identify.candidates import as_planned, carried_on, fit_screened
@@ -78,6 +79,19 @@ def test_who_was_cut_off_near_the_best_is_fitted_on(campaign, fitted):
     assert near.fit.cost > best.fit.cost + 10.0
     assert found[1].fit.cost < best.fit.cost + 1.0
     assert found[2] is far
+
+
+@pytest.mark.parametrize("hidden", [PowerLawFriction(2e-3, 0.65), PowerLawFriction(5e-3, 1.6)])
+def test_a_power_law_is_found_on_its_side_of_viscous_friction(campaign, fitted, hidden):
+    """Both sides look nearly alike while the law is weak, and no fit comes from the one to the other."""
+    before = fitted(campaign(hidden, 605, deployments=()))
+    (look,) = screen(before, [PowerLawFriction()])
+    fit = fit_screened(before, look).fit
+    found = fit.problem.effects_at(fit.q)[-1]
+    assert isinstance(found, PowerLawFriction)
+    assert (found.exponent < 1.0) == (hidden.exponent < 1.0)
+    true = before.problem.with_effects([*before.problem.effects, hidden])
+    assert fit.cost < solve(true, np.append(before.q, [0.0, 0.0])).cost + 1.0
 
 
 def _cut_off(fit: Fit, higher: float) -> Fit:
