@@ -40,7 +40,7 @@ class Candidate:
 
 def fit_screened(before: Fit, screened: Screened) -> Candidate:
     """Fit an effect jointly, from one start after the other until the fit keeps what its signature promised; then from other shapes."""
-    problem = _with(before.problem, screened.effect)
+    problem = before.problem.with_another(screened.effect)
     promised = before.cost - _SHORT_OF_PROMISE * screened.promise * before.dilution
     found: Fit | None = None
     for start in _starts(problem, before, screened):
@@ -49,13 +49,10 @@ def fit_screened(before: Fit, screened: Screened) -> Candidate:
         if found.cost <= promised:
             break
     assert found is not None
-    others = (_fitted(_with(before.problem, effect), np.concatenate([before.q, start]), promised) for effect, start in screened.others)
-    found = min([found, *others], key=lambda fit: fit.cost)
+    for effect, start in screened.others:
+        fit = _fitted(before.problem.with_another(effect), np.concatenate([before.q, start]), promised)
+        found = fit if fit.cost < found.cost else found
     return Candidate(found.problem.effects[-1], found, gain(before, found), screened.signature)
-
-
-def _with(problem: Problem, effect: Effect) -> Problem:
-    return problem.with_effects((*problem.effects, effect))
 
 
 def _starts(problem: Problem, before: Fit, screened: Screened) -> Iterator[Array]:

@@ -45,7 +45,7 @@ def sight(fit: Fit, effects: Sequence[Effect], noise: Array, tests: Family) -> t
 
 
 def _sight(fit: Fit, effect: Effect, noise: Array, wanted: float) -> Sight:
-    problem = fit.problem.with_effects((*fit.problem.effects, effect))
+    problem = fit.problem.with_another(effect)
     here = np.concatenate([fit.q, np.zeros(len(effect.flat()))])
     new = range(len(fit.q), len(here))
     if effect.is_straight():

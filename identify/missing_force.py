@@ -241,7 +241,7 @@ def _spread_out(jacobian: Array, columns: list[int], size: int) -> Array:
 
 def with_table(before: Fit, along: Along) -> tuple[Problem, Array]:
     """The problem with a table that is unknown, and its knobs where the table is zero."""
-    problem = before.problem.with_effects((*before.problem.effects, along()))
+    problem = before.problem.with_another(along())
     return problem, laid_out(before, problem)
 
 

@@ -91,7 +91,7 @@ def _free_columns(fit: Fit) -> Array:
     """What the table can do to the gaps, (m, PLACES), freed of what the knobs can do themselves."""
     first, last = _reach(fit.problem)
     table = ForceAlongElongation(first_m=first, spacing_m=(last - first) / (PLACES - 1))
-    problem = fit.problem.with_effects((*fit.problem.effects, table))
+    problem = fit.problem.with_another(table)
     old = len(fit.q)
     start = np.concatenate([fit.q, np.zeros(len(table.flat()))])
     return fit.free_of_knobs(problem.jacobian(start, range(old, old + PLACES), fit.gaps)[1])

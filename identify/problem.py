@@ -127,6 +127,10 @@ class Problem:
         """The same measurements with other unknown effects."""
         return replace(self, effects=tuple(effects))
 
+    def with_another(self, effect: Effect) -> Problem:
+        """The same measurements with one unknown effect more, behind the others."""
+        return self.with_effects((*self.effects, effect))
+
     def with_exact_motion(self) -> Problem:
         """The same with the motion of each loop taken as exact: its gaps are then plain differences."""
         loops = (replace(loop, data=replace(loop.data, motion_errors=loop.data.motion_errors[:0])) for loop in self.loops)

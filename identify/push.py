@@ -17,11 +17,11 @@ from measure.tables import Array
 from .chance import SEED
 from .fit import Fit, bic, price
 from .missing_force import ALONGS, Along, MissingForce, fitted, named_leads, read, seen_knobs, with_table
+from .naming import RIVAL_P, STRONG_BIC
 
 _MOST_PLACES = 4
 _OPTIMISM = 1.25  # how much more than along straight lines a force may gain
 _WORDS = SHORTEST = 2  # that a place costs: where, and how strong; no push is shorter
-_CLEAR_BIC, _SELDOM = 10.0, 0.01
 _DRAWS = 500
 _LEFT = 1e-6  # of a column's length: what others have taken more of says nothing any more
 
@@ -60,7 +60,7 @@ def push(before: Fit, bic: float) -> Push | None:
 
 def is_bent(before: Fit, after: Fit, pushed: Push) -> bool:
     """Whether effects have bent themselves around a push: it says as much in far fewer words, as it seldom would of the effects."""
-    return bic(after) > pushed.bic + _CLEAR_BIC and chance_of_push(before, after, pushed) < _SELDOM
+    return bic(after) > pushed.bic + STRONG_BIC and chance_of_push(before, after, pushed) < RIVAL_P
 
 
 def chance_of_push(before: Fit, after: Fit, pushed: Push) -> float:

@@ -18,6 +18,7 @@ from .problem import Problem
 _WORTH_FITTING = 6.0
 _STEP = 1e-5
 _SIZES = (0.01, 0.03, 0.1, 0.3, 1.0, 3.0)  # typical ones
+Branch = tuple[tuple[float, float], ...]  # the bounds that a search from a shape keeps to
 _NEARLY, _UNLIKE, _SHAPES = 0.5, 0.8, 3  # of the best gain; cosine; shapes that are fitted from
 
 
@@ -58,62 +59,54 @@ def screen(fit: Fit, effects: Iterable[Effect]) -> list[Screened]:
 def _screened(fit: Fit, effect: Effect) -> Screened | None:
     shapes = effect.starts() if _is_off(effect) else (effect,)
     if not effect.is_straight():
-        return _tried_at_sizes(fit, _problem_with(fit, shapes[0]), shapes[0])
-    branches = [tuple(shape.own_bounds(fit.problem.model).values()) for shape in shapes]
-    looks = [
-        look
-        for branch in dict.fromkeys(branches)
-        for look in _looks(fit, [s for s, own in zip(shapes, branches, strict=True) if own == branch])
-    ]
+        return _tried_at_sizes(fit, fit.problem.with_another(shapes[0]), shapes[0])
+    branches: dict[Branch, list[Effect]] = {}
+    for shape in shapes:
+        branches.setdefault(tuple(shape.own_bounds(fit.problem.model).values()), []).append(shape)
+    looks = [look for branch, alike in branches.items() for look in _looks(fit, branch, alike)]
     if not looks:
         return None
-    branches = [tuple(look.shape.own_bounds(fit.problem.model).values()) for look in looks]
-    best, *others = _far_apart([look.signature for look in looks], [look.gained for look in looks], branches)
-    further = tuple((looks[i].shape, looks[i].start) for i in others)
-    foremost = looks[best]
-    return Screened(
-        foremost.shape, foremost.signature, foremost.gained / fit.dilution, foremost.start, tuple(look.signature for look in looks), further
-    )
+    foremost, *others = _far_apart(looks)
+    further = tuple((look.shape, look.start) for look in others)
+    looked_at = tuple(look.signature for look in looks)
+    return Screened(foremost.shape, foremost.signature, foremost.gained / fit.dilution, foremost.start, looked_at, further)
 
 
 @dataclass(frozen=True)
 class _Look:
-    """A shape of an effect, its signature, and what it gains along straight lines by which sizes, as knobs."""
+    """A shape of an effect, the bounds that a search from it keeps to, its signature, and what it gains along straight lines by which
+    sizes, as knobs."""
 
     shape: Effect
+    branch: Branch
     signature: Signature
     start: Array
     gained: float
 
 
-def _problem_with(fit: Fit, effect: Effect) -> Problem:
-    return fit.problem.with_effects((*fit.problem.effects, effect))
-
-
-def _looks(fit: Fit, shapes: Sequence[Effect]) -> list[_Look]:
+def _looks(fit: Fit, branch: Branch, shapes: Sequence[Effect]) -> list[_Look]:
     """Shapes within the same bounds looked at side by side; none where nothing shows."""
-    problem, size = _problem_with(fit, shapes[0]), len(shapes[0].flat())
+    problem, size = fit.problem.with_another(shapes[0]), len(shapes[0].flat())
     new = range(len(fit.q), len(fit.q) + size)
     columns = problem.jacobian(np.concatenate([fit.q, np.zeros(size)]), new, fit.gaps)[1]
     first = signature(fit, columns)
     if not first.knobs:
         return []
     all_columns = [columns, *_other_shapes(fit, problem, shapes, first.shown)]
-    promised = [_bounded(fit, problem, columns, new) for columns in all_columns]
     return [
-        _Look(shape, signature(fit, columns), start, gained)
-        for shape, columns, (start, gained) in zip(shapes, all_columns, promised, strict=True)
+        _Look(shape, branch, signature(fit, columns), *_bounded(fit, problem, columns, new))
+        for shape, columns in zip(shapes, all_columns, strict=True)
     ]
 
 
-def _far_apart(signatures: Sequence[Signature], gains: Sequence[float], branches: Sequence[object]) -> list[int]:
+def _far_apart(looks: Sequence[_Look]) -> list[_Look]:
     """The shape that gains most, and those behind it that gain nearly as much and lie in a valley, or within bounds, of their own."""
-    order = np.argsort(gains)[::-1].tolist()
-    found = order[:1]
-    for i in order[1:]:
-        near = gains[i] > _NEARLY * gains[found[0]] and len(found) < _SHAPES
-        if near and all(branches[i] != branches[one] or likeness(signatures[i], signatures[one]) < _UNLIKE for one in found):
-            found.append(i)
+    best, *rest = sorted(looks, key=lambda look: -look.gained)
+    found = [best]
+    for look in rest:
+        near = look.gained > _NEARLY * best.gained and len(found) < _SHAPES
+        if near and all(look.branch != one.branch or likeness(look.signature, one.signature) < _UNLIKE for one in found):
+            found.append(look)
     return found
 
 
