@@ -39,10 +39,10 @@ class Push:
     tables: tuple[Array, ...]
 
 
-def push(before: Fit, bic: float) -> Push | None:
+def push(before: Fit, reached: float) -> Push | None:
     """The force at the fewest places that base and releases leave over.
 
-    None where no place is worth its words, or where straight lines promise nothing near a BIC that others have reached.
+    None where no place is worth its words, or where straight lines promise nothing near the BIC that others have reached.
     """
     knobs = {along: [knob for knob in seen_knobs(before, along) if knob >= len(before.q)] for along in ALONGS}
     tables = {along: _table(before, along, new) for along, new in knobs.items()}
@@ -51,7 +51,7 @@ def push(before: Fit, bic: float) -> Push | None:
     along = max(found, key=lambda one: found[one][1] - _words(before, len(found[one][0])))
     places, gained = found[along]
     said = len(before.q) * price(before.problem) + _words(before, len(places))
-    if not places or before.cost - _OPTIMISM * gained + said > bic:
+    if not places or before.cost - _OPTIMISM * gained + said > reached:
         return None
     fit = fitted(before, along, [*range(len(before.q)), *(knobs[along][place] for place in places)])
     leads = named_leads(along, {other: gained - found[other][1] for other in ALONGS}, gained)

@@ -18,8 +18,9 @@ from .problem import Problem
 _WORTH_FITTING = 6.0
 _STEP = 1e-5
 _SIZES = (0.01, 0.03, 0.1, 0.3, 1.0, 3.0)  # typical ones
-Branch = tuple[tuple[float, float], ...]  # the bounds that a search from a shape keeps to
 _NEARLY, _UNLIKE, _SHAPES = 0.5, 0.8, 3  # of the best gain; cosine; shapes that are fitted from
+
+Branch = tuple[tuple[float, float], ...]  # the bounds that a search from a shape keeps to
 
 
 @dataclass(frozen=True)
