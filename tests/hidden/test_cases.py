@@ -14,9 +14,11 @@ from board.campaigns import planned
 from board.detectable import class_of, free_of, needed
 from board.making import made, sealed_file
 from board.rigs import drawn_rig
+from board.shaker import stroke_of
 from board.shapes import drawn, rivals
 from board.specs import OUTSIDE, Spec, board, chosen
 from board.truths import amount_for
+from board.yardstick import Yardstick
 from scipy.stats import chi2
 
 from identify.campaign import read_campaign
@@ -24,10 +26,10 @@ from simulate.effects import CATALOGUE
 from simulate.model_file import read_model
 
 
-def bench_of(spec: Spec) -> Bench:
+def runs_of(spec: Spec) -> Yardstick:
     chance = spec.chance
     rig = drawn_rig(chance)
-    return Bench(rig, planned(spec, rig.known, chance))
+    return Yardstick(Bench(rig, planned(spec, rig.known, chance)))
 
 
 def test_an_effect_of_the_detectable_size_is_found_half_of_the_time():
@@ -45,19 +47,18 @@ def test_an_effect_of_the_detectable_size_is_found_half_of_the_time():
 def test_loops_cannot_tell_a_strip_that_moves_from_a_spool_that_turns():
     # along the leg both are a mass times the acceleration; only a deployment shows the strip swinging
     spec = Spec(("leg-mass",), run_set="loops")
-    bench = bench_of(spec)
-    hidden = drawn("leg-mass", bench.rig.true, bench.reach_m, spec.chance)
-    variants = bench.variants(
-        [lines for name in ("hub-inertia", "viscous-friction") for lines in rivals(CATALOGUE[name], bench.rig.true, 1e-3)]
-    )
-    assert class_of(100.0 * bench.change(hidden, 1e-2), variants) == ["hub-inertia"]
+    runs = runs_of(spec)
+    true = runs.bench.rig.true
+    hidden = drawn("leg-mass", true, runs.bench.reach_m, spec.chance)
+    variants = runs.variants([lines for name in ("hub-inertia", "viscous-friction") for lines in rivals(CATALOGUE[name], true, 1e-3)])
+    assert class_of(100.0 * runs.change(hidden, 1e-2), variants) == ["hub-inertia"]
 
 
 def test_a_force_on_the_platform_shows_in_no_loop():
     spec = Spec(("gravity-imbalance",), run_set="loops")
-    bench = bench_of(spec)
-    hidden = drawn("gravity-imbalance", bench.rig.true, bench.reach_m, spec.chance)
-    assert amount_for(lambda a: float(np.sum(bench.change(hidden, a) ** 2)), needed(1), hidden.most) is None
+    runs = runs_of(spec)
+    hidden = drawn("gravity-imbalance", runs.bench.rig.true, runs.bench.reach_m, spec.chance)
+    assert amount_for(lambda a: float(np.sum(runs.left(hidden, a) ** 2)), needed(1), hidden.most) is None
 
 
 def test_the_detectable_amount_is_met_however_it_grows():
@@ -71,14 +72,46 @@ def test_the_detectable_amount_is_met_however_it_grows():
 
 
 def test_loops_beside_a_deployment_lower_the_detectable_hub_inertia():
-    alone, together = (bench_of(Spec(("hub-inertia",), run_set=name)) for name in ("single", "standard"))
-    together = replace(together, rig=alone.rig, campaign=replace(together.campaign, deployments=alone.campaign.deployments))
+    alone, both = (runs_of(Spec(("hub-inertia",), run_set=name)).bench for name in ("single", "standard"))
+    both = replace(both, rig=alone.rig, campaign=replace(both.campaign, deployments=alone.campaign.deployments))
     sizes = []
-    for bench in (alone, together):
-        hidden = drawn("hub-inertia", bench.rig.true, 1e-3, np.random.default_rng(3))
-        sizes.append(amount_for(lambda a, b=bench, h=hidden: float(np.sum(b.change(h, a) ** 2)), needed(1), hidden.most))
+    for runs in (Yardstick(alone), Yardstick(both)):
+        hidden = drawn("hub-inertia", runs.bench.rig.true, 1e-3, np.random.default_rng(3))
+        sizes.append(amount_for(lambda a, r=runs, h=hidden: float(np.sum(r.left(h, a) ** 2)), needed(1), hidden.most))
     assert sizes[1] is not None
     assert sizes[0] is None or sizes[1] < 0.1 * sizes[0]
+
+
+def test_what_releases_follow_in_curves_does_not_count_as_seen():
+    # six unequal legs turn the platform far behind the stops, and so do releases: a line around the truth falls short of both
+    spec = Spec(("leg-disparity",), 3.0, "standard", "coarse", seed=2)
+    runs = runs_of(spec)
+    true = runs.bench.rig.true
+    hidden = drawn("leg-disparity", true, runs.bench.reach_m, spec.chance)
+    small, large = (float(np.sum(runs.left(hidden, amount) ** 2)) for amount in (0.05, 0.5))
+    assert large == pytest.approx(100.0 * small, rel=0.2), "what is left grows as the square"
+    (vector,) = runs.bench.vectors([true.with_effect(hidden.at(0.5))])
+    straight = free_of(runs.free.basis[: len(vector)]).left(vector - runs.bench.here)
+    assert float(straight @ straight) > 5.0 * large
+
+
+def test_a_load_cell_that_is_late_by_less_than_the_laser_knows_does_not_show():
+    # the laser's noise leaves the phase of a sine uncertain by sqrt(2 / n) sigma / A
+    runs = runs_of(Spec(("sensor-lag",), 3.0, "standard", "fine", seed=2))
+    late_s = {run: np.sqrt(2.0 / len(run.time_s)) * 1e-5 / run.amplitude_m / (2 * np.pi * run.frequency_Hz) for run in runs.bench.loops}
+    known = 1.0 / np.sqrt(sum(1.0 / late**2 for late in late_s.values()))
+    hidden = drawn("sensor-lag", runs.bench.rig.true, 1e-3, np.random.default_rng(1))
+    amount = amount_for(lambda a: float(np.sum(runs.left(hidden, a) ** 2)), needed(1), hidden.most)
+    assert amount is not None
+    assert abs(hidden.at(amount).flat()[0]) > np.sqrt(needed(1)) * known
+
+
+def test_the_path_of_the_shaker_holds_its_turning_points():
+    run = replace(runs_of(Spec((), seed=1)).bench.loops[0], drift_m=1e-3, late_s=2e-3)
+    stroke = stroke_of(run)
+    turns = np.flatnonzero(np.diff(np.sign(stroke.v)))
+    assert len(turns) >= 6
+    assert np.all(np.minimum(np.abs(stroke.v[turns]), np.abs(stroke.v[turns + 1])) < 1e-9)
 
 
 def test_a_case_made_again_is_the_same_to_the_byte_and_its_folder_tells_nothing(tmp_path: Path):

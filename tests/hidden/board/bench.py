@@ -1,36 +1,27 @@
-"""The runs of a campaign as one vector of numbers over their noise, and how it changes with everything that is free.
-
-This is the generator's own linear view of a case. It never sees noise; it is laid around the truth with nothing hidden.
-"""
+"""The runs of a campaign as one vector of numbers over their noise. It never sees noise."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any
+from itertools import pairwise
 
 import numpy as np
 
 from simulate.deployment import deploy_many
 from simulate.effect import Effect
-from simulate.model import LEGS, Model, Simulation, with_value
+from simulate.model import Model, Simulation, with_value
 from simulate.six_legs import POSE
 
 from .camera import Motion, shown
 from .campaigns import Campaign, Deployment, Shaking
-from .detectable import Free, Variant, free_of
 from .rigs import Rig
 from .shaker import cell_shows, kernel_force, stroke_of
-from .shapes import Hidden
 
 Array = np.ndarray
 
-LAW = ("a_l_N_per_m", "b_l_N", "a_u_N_per_m", "b_u_N", "beta_per_m", "initial_force_N")
-WEAK_FORCE, WEAK_BETA = 0.2, 0.8  # what a model file is trusted with, in parts of the force and of beta
-CAMERA_DISTANCE_M = 2.0  # a release nearer by its spread makes a film's lengths longer by spread over distance
 DURATION_S, STEP_S = 0.65, 1.25e-4
-_NUDGE = 1e-3
 
 
 def in_run(model: Model, run: Deployment) -> Model:
@@ -89,95 +80,40 @@ class Bench:
         radii = [np.max(np.hypot(m.place_m[:, 0], m.place_m[:, 1])) for m in motions([in_run(self.rig.true, run) for run in self.films])]
         return float(np.median(radii)) if radii else 1e-3
 
-    def vectors(self, models: Sequence[Model]) -> list[Array]:
-        """All measured values over their noise, one vector (m,) for each model."""
-        cases = [(model, run) for model in models for run in self.films]
-        seen = self._seen(cases)
-        n = len(self.films)
-        return [np.concatenate([*seen[i * n : (i + 1) * n], *(_loop_vector(m, run) for run in self.loops)]) for i, m in enumerate(models)]
-
-    def _seen(self, cases: Sequence[tuple[Model, Deployment]]) -> list[Array]:
-        moved = motions([in_run(model, run) for model, run in cases]) if cases else []
-        return [_film_vector(motion, run, model.effects) for motion, (model, run) in zip(moved, cases, strict=True)]
+    @cached_property
+    def runs(self) -> tuple[Deployment | Shaking, ...]:
+        """Both, films first."""
+        return (*self.films, *self.loops)
 
     @cached_property
     def here(self) -> Array:
-        """The vector with nothing hidden."""
-        return self.vectors([self.rig.true])[0]
+        """All measured values over their noise, (m,)."""
+        return np.concatenate(seen([(self.rig.true, run) for run in self.runs]))
 
     @cached_property
-    def free(self) -> Free:
-        """What law and releases can do, with their priors as further rows."""
-        law, law_prior = self._law_columns()
-        own, own_prior = self._own_columns()
-        columns = np.column_stack([law, own])
-        prior = np.concatenate([law_prior, own_prior])
-        return free_of(np.vstack([columns, np.diag(prior)]))
+    def rows(self) -> list[slice]:
+        """Where each run's values stand among all."""
+        lengths = [len(run.channels) * len(run.time_s) if isinstance(run, Deployment) else len(run.time_s) for run in self.runs]
+        ends = np.cumsum([0, *lengths]).tolist()
+        return [slice(*pair) for pair in pairwise(ends)]
 
-    def freed(self, change: Array) -> Array:
-        """A change of the measured values (m,), freed of what law and releases can do."""
-        return self.free.left(np.concatenate([change, np.zeros(len(self.free.basis) - len(change))]))
+    def vectors(self, models: Sequence[Model]) -> list[Array]:
+        """All measured values over their noise for each model, (m,) each."""
+        values, n = seen([(model, run) for model in models for run in self.runs]), len(self.runs)
+        return [np.concatenate(values[i * n : (i + 1) * n]) for i in range(len(models))]
 
-    def _law_columns(self) -> tuple[Array, Array]:
-        law, model = self.rig.true.actuator, self.rig.true
-        level = float(np.mean(law.b_l_N))
-        sizes = dict.fromkeys(LAW, WEAK_FORCE * level)
-        sizes |= {"a_l_N_per_m": 2 * WEAK_FORCE * level / 0.4, "a_u_N_per_m": 2 * WEAK_FORCE * level / 0.4}
-        sizes["beta_per_m"] = WEAK_BETA * float(np.mean(law.beta_per_m))
-        moved = [with_value(model, f"actuator.{key}", getattr(law, key) + _NUDGE * size) for key, size in sizes.items()]
-        columns = [(vector - self.here) / _NUDGE for vector in self.vectors(moved)]
-        return np.stack(columns, axis=1), np.ones(len(columns))
-
-    def _own_columns(self) -> tuple[Array, Array]:
-        """Columns of what each run has of its own, and whether each has a prior."""
-        rows = [(i, nudged, size) for i, run in enumerate(self.films) for nudged, size in _nudged(run, self.rig.known)]
-        seen = self._seen([(self.rig.true, nudged) for _, nudged, _ in rows])
-        starts = np.cumsum([0, *(len(run.channels) * len(run.time_s) for run in self.films)])
-        columns, priors = [], []
-        for (i, _, _), vector in zip(rows, seen, strict=True):
-            block = slice(starts[i], starts[i + 1])
-            columns.append(self._placed(block.start, (vector - self.here[block]) / _NUDGE))
-            priors.append(1.0)
-        for i, run in enumerate(self.films):
-            if run.zeroed:
-                extra = _datum_and_scale(run, self.here[starts[i] : starts[i + 1]], self.rig.known)
-                columns += [self._placed(int(starts[i]), column) for column in extra]
-                priors += [1.0] * len(extra)
-        place = int(starts[-1])
-        for run in self.loops:
-            column = _loop_vector(self.rig.true, replace(run, start_force_N=run.start_force_N + 1e-3)) - _loop_vector(self.rig.true, run)
-            columns.append(self._placed(place, column / 1e-3))
-            priors.append(0.0)
-            place += len(column)
-        if not columns:
-            return np.empty((len(self.here), 0)), np.empty(0)
-        return np.stack(columns, axis=1), np.array(priors)
-
-    def _placed(self, start: int, values: Array) -> Array:
-        column = np.zeros(len(self.here))
-        column[start : start + len(values)] = values
-        return column
-
-    def change(self, hidden: Hidden, amount: float) -> Array:
-        """What an effect of this amount changes, (m,), freed."""
-        (vector,) = self.vectors([self.rig.true.with_effect(hidden.at(amount))])
-        return self.freed(vector - self.here)
-
-    def variants(self, lines: Sequence[tuple[Hidden, ...]]) -> list[Variant]:
-        """Rivals, shape by shape, each amount changed by a thousandth of a noticeable size (a play of the legs by all of it)."""
-        flat = [(hidden, _small(hidden)) for group in lines for hidden in group]
-        vectors = iter(self.vectors([self.rig.true.with_effect(hidden.at(amount)) for hidden, amount in flat]))
-        made = []
-        for group in lines:
-            columns = [self.freed(next(vectors) - self.here) / _small(hidden) for hidden in group]
-            ends = [(-replace(h, direction=-h.direction).most, h.most) for h in group]
-            low, high = (np.array([end[side] for end in ends]) for side in (0, 1))
-            made.append(Variant(group[0].name, np.stack(columns, axis=1), np.minimum(low, 0.0), np.maximum(high, 0.0)))
-        return made
+    def with_model(self, model: Model) -> Bench:
+        """The same runs of another truth."""
+        return replace(self, rig=replace(self.rig, true=model))
 
 
-def _small(hidden: Hidden) -> float:
-    return 1.0 if hidden.name == "backlash" else _NUDGE
+def seen(shots: Sequence[tuple[Model, Deployment | Shaking]]) -> list[Array]:
+    """What every run of every model shows over its noise; films are simulated side by side."""
+    films = [(model, run) for model, run in shots if isinstance(run, Deployment)]
+    moved = iter(motions([in_run(model, run) for model, run in films]) if films else [])
+    return [
+        _film_vector(next(moved), run, model.effects) if isinstance(run, Deployment) else _loop_vector(model, run) for model, run in shots
+    ]
 
 
 def _film_vector(motion: Motion, run: Deployment, effects: tuple[Effect, ...]) -> Array:
@@ -190,28 +126,3 @@ def _film_vector(motion: Motion, run: Deployment, effects: tuple[Effect, ...]) -
 def _loop_vector(model: Model, run: Shaking) -> Array:
     stroke = stroke_of(run)
     return cell_shows(kernel_force(model, stroke, run.start_force_N), stroke, run, model.effects) / run.sigma_N
-
-
-def _nudged(run: Deployment, known: Model) -> list[tuple[Deployment, float]]:
-    """The run let go a little elsewhere and later, each by a thousandth of its spread."""
-    spread = known.nuisance
-    rows: list[tuple[str, Any, float]] = []
-    rows += [("position_m", axis, spread.release_position_m) for axis in range(3)]
-    rows += [("theta_rad", axis, spread.release_theta_rad) for axis in range(3)]
-    rows += [("legs_N", leg, spread.stored_force_N) for leg in range(LEGS) if spread.stored_force_N > 0]
-    made = []
-    for key, axis, size in rows:
-        values = getattr(run, key).copy()
-        values[axis] += _NUDGE * size
-        made.append((replace(run, **{key: values}), size))
-    made.append((replace(run, instant_s=run.instant_s + _NUDGE * spread.release_instant_s), spread.release_instant_s))
-    return made
-
-
-def _datum_and_scale(run: Deployment, here: Array, known: Model) -> list[Array]:
-    """A film counts from its first frame: that frame's error stands in all others, and its scale is known only so well."""
-    n = len(run.time_s)
-    made = [np.where(np.arange(len(here)) // n == i, 1.0, 0.0) for i in range(len(run.channels))]
-    lengths = np.repeat([name.endswith("_m") for name in run.channels], n)
-    made.append(np.where(lengths, here, 0.0) * known.nuisance.release_position_m / CAMERA_DISTANCE_M)
-    return made

@@ -54,7 +54,7 @@ class Shaking:
     """A loop on the shaker. drift_m : slow walk of the mean elongation over the record, seen by the laser and harmless.
 
     tare_N, drift_N_per_s : the load cell's own zero in this run; zero but where the case says otherwise.
-    laser_step_m, cell_step_N : what both are rounded to.
+    laser_step_m, cell_step_N : what both are rounded to. late_s : by how much the shaker's sine begins behind the record.
     """
 
     frequency_Hz: float
@@ -67,6 +67,7 @@ class Shaking:
     start_force_N: float
     tare_N: float = 0.0
     drift_N_per_s: float = 0.0
+    late_s: float = 0.0
     hold_out: bool = False
 
     @property

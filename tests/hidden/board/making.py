@@ -28,6 +28,7 @@ from .rigs import Rig, drawn_rig
 from .shaker import cell_shows, loop_of, stroke_of
 from .specs import Spec
 from .truths import Truth, expected, true_model, truths_of
+from .yardstick import Yardstick
 
 AFTER_S = 0.054  # the platform is moved on beyond the last frame, for clocks that are off
 
@@ -77,7 +78,7 @@ def drawn_case(spec: Spec) -> Case:
     chance = spec.chance
     rig = drawn_rig(chance)
     campaign = planned(spec, rig.known, chance)
-    truths = truths_of(spec, Bench(rig, campaign), chance)
+    truths = truths_of(spec, Yardstick(Bench(rig, campaign)), chance)
     return Case(rig, campaign, truths, true_model(rig.true, truths))
 
 

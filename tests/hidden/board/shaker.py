@@ -12,11 +12,12 @@ from simulate.law import loop_force
 from simulate.model import Actuator, Model
 
 from .camera import values_of
-from .campaigns import LASER_SIGMA_M, Shaking
+from .campaigns import CYCLES, LASER_SIGMA_M, Shaking
 
 Array = np.ndarray
 
 _FINE = 20  # points between two samples
+_PICOSECONDS = 12  # decimals to which two instants are the same
 _BEFORE = 0.1  # of a cycle, so that a late load cell has something to show
 
 
@@ -31,13 +32,21 @@ class Stroke:
 
 
 def stroke_of(run: Shaking) -> Stroke:
-    """u = mean + drift t / T + A sin(w t), finely from a tenth of a cycle before the record."""
+    """u = mean + drift t / T + A sin(w t), finely from a tenth of a cycle before the record, its turning points among the instants."""
     w, last = 2.0 * np.pi * run.frequency_Hz, run.time_s[-1]
     step = run.time_s[1] / _FINE
-    t = np.arange(-round(_BEFORE / run.frequency_Hz / step), round(last / step) + 1) * step
     walk = run.drift_m / last
-    sine = run.amplitude_m * np.sin(w * t)
-    return Stroke(t, run.mean_m + walk * t + sine, walk + run.amplitude_m * w * np.cos(w * t), -(w**2) * sine)
+    t = np.arange(-round(_BEFORE / run.frequency_Hz / step), round(last / step) + 1) * step
+    t = np.unique(np.round([*t, *_turning_points(walk / (w * run.amplitude_m), w, run.late_s, t[0], t[-1])], _PICOSECONDS))
+    sine, cosine = run.amplitude_m * np.sin(w * (t - run.late_s)), run.amplitude_m * np.cos(w * (t - run.late_s))
+    return Stroke(t, run.mean_m + walk * t + sine, walk + w * cosine, -(w**2) * sine)
+
+
+def _turning_points(walk: float, w: float, late_s: float, first_s: float, last_s: float) -> Array:
+    """Where cos(w (t - late)) = -walk, within the record."""
+    turns = np.arange(-2, CYCLES + 2)[:, None] + np.array([1.0, -1.0]) * np.arccos(-walk) / (2.0 * np.pi)
+    t = late_s + turns.ravel() * 2.0 * np.pi / w
+    return t[(t > first_s) & (t < last_s)]
 
 
 def line_values(law: Actuator) -> Array:

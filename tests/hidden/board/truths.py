@@ -11,10 +11,10 @@ import numpy as np
 from simulate.effects import CATALOGUE
 from simulate.model import Model
 
-from .bench import Bench
 from .detectable import Variant, class_of, left_by_any_pair, needed
 from .shapes import NOT_A_SIZE, Hidden, drawn, rivals
 from .specs import OUTSIDE, Spec
+from .yardstick import Yardstick
 
 UNSEEN_AMOUNT = 3.0  # typical sizes of an effect that these runs cannot show
 LEAST = {"backlash": 3e-5}  # a play below three times the laser's noise shows in no loop, whatever the force says
@@ -51,20 +51,23 @@ class Truth:
         }
 
 
-def truths_of(spec: Spec, bench: Bench, chance: np.random.Generator) -> list[Truth]:
+def truths_of(spec: Spec, runs: Yardstick, chance: np.random.Generator) -> list[Truth]:
     """Draw what is hidden in a case, and size it by what its runs can detect."""
     if not spec.hidden:
         return []
-    variants = bench.variants([lines for kind in CATALOGUE.values() for lines in rivals(kind, bench.rig.true, bench.reach_m)])
-    return [_truth(spec, drawn(name, bench.rig.true, bench.reach_m, chance), bench, variants) for name in spec.hidden]
+    true, reach_m = runs.bench.rig.true, runs.bench.reach_m
+    variants = runs.variants([lines for kind in CATALOGUE.values() for lines in rivals(kind, true, reach_m)])
+    return [_truth(spec, drawn(name, true, reach_m, chance), runs, variants) for name in spec.hidden]
 
 
-def _truth(spec: Spec, hidden: Hidden, bench: Bench, variants: Sequence[Variant]) -> Truth:
+def _truth(spec: Spec, hidden: Hidden, runs: Yardstick, variants: Sequence[Variant]) -> Truth:
     """An effect of the catalogue counts by all that shows of it, one from outside by what no pair of effects can say."""
 
     def shows(amount: float) -> float:
-        change = bench.change(hidden, amount)
-        return left_by_any_pair(change, variants) if hidden.name in OUTSIDE else float(change @ change)
+        if hidden.name in OUTSIDE:
+            return left_by_any_pair(runs.change(hidden, amount), variants)
+        left = runs.left(hidden, amount)
+        return float(left @ left)
 
     wanted = needed(1 if hidden.name in OUTSIDE else hidden.parameters)
     detectable = amount_for(shows, wanted, hidden.most)
@@ -73,7 +76,7 @@ def _truth(spec: Spec, hidden: Hidden, bench: Bench, variants: Sequence[Variant]
     if detectable is None:
         return Truth(hidden, min(UNSEEN_AMOUNT, 0.5 * hidden.most), None, 0.0, ())
     amount = min(spec.size * detectable, 0.9 * hidden.most)
-    change = bench.change(hidden, detectable)
+    change = runs.change(hidden, detectable)
     alike = class_of(change * amount / detectable, [v for v in variants if v.name != hidden.name])
     return Truth(hidden, amount, detectable, amount / detectable, tuple(alike))
 
