@@ -6,10 +6,14 @@ import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from ..effect import PlatformEffect, parameter
 
 if TYPE_CHECKING:
     from ..model import Model
+
+_FREQUENCIES_HZ = (1.0, 2.0, 3.0, *np.arange(4.5, 25.0, 1.5).tolist(), 30.0, 40.0, 60.0)  # no wider apart than a film of 0.6 s can tell
 
 
 @dataclass(frozen=True)
@@ -24,9 +28,7 @@ class BaseExcitation(PlatformEffect):
     name = "base-excitation"
     constants = 1
     acceleration_m_per_s2: float = parameter(0.0, low=0.0, high=50.0, typical=0.3, doc="amplitude of the base's acceleration, a")
-    frequency_Hz: float = parameter(
-        5.0, low=0.1, high=200.0, typical=5.0, starts=(2.0, 4.0, 7.0, 12.0, 20.0, 35.0, 60.0), doc="frequency of the base's motion, f"
-    )
+    frequency_Hz: float = parameter(5.0, low=0.1, high=200.0, typical=5.0, starts=_FREQUENCIES_HZ, doc="frequency of the base's motion, f")
     phase_rad: float = parameter(0.0, low=-7.0, high=7.0, typical=0.5, starts=(0.0, 1.57, 3.14, -1.57), doc="phase at the release, phi")
     axis: tuple[float, ...] = parameter(
         (1.0, 0.0, 0.0), low=-1.0, high=1.0, typical=0.5, starts=((1.0, 0.0, 0.0), (0.0, 0.0, 1.0)), doc="direction of the acceleration, n"
