@@ -150,7 +150,8 @@ def _explained(problem: Problem, runs: Sequence[Run], catalogue: Mapping[str, ty
     missing, pushed, left = None, False, _more_than_noise(current)
     if left and len(steps) > 1:  # several must leave nothing; the foremost alone may stand
         current, steps = added.first[0].best.fit, added.first
-    if added.pushed is not None and is_bent(before, current, added.pushed):
+    rivals = [current, *(c.fit for c in steps[0].equivalents)] if len(steps) == 1 else [current]
+    if added.pushed is not None and is_bent(before, rivals, added.pushed):
         pushed, missing = True, added.pushed.force
     elif left and problem.films:
         say("estimating the missing force")

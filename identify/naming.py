@@ -70,6 +70,11 @@ class Step:
     equivalents: tuple[Candidate, ...]
     ranking: tuple[Rival, ...]
 
+    @property
+    def rivals(self) -> list[Fit]:
+        """The fits of the best and of those it cannot be told from."""
+        return [self.best.fit, *(candidate.fit for candidate in self.equivalents)]
+
 
 @dataclass(frozen=True)
 class Look:

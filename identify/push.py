@@ -58,9 +58,14 @@ def push(before: Fit, reached: float) -> Push | None:
     return Push(read(fit, along, leads), fit.cost + said, len(places), tuple(tables.values()))
 
 
-def is_bent(before: Fit, after: Fit, pushed: Push) -> bool:
-    """Whether effects have bent themselves around a push: it says as much in far fewer words, as it seldom would of the effects."""
-    return bic(after) > pushed.bic + STRONG_BIC and chance_of_push(before, after, pushed) < RIVAL_P
+def is_bent(before: Fit, rivals: Sequence[Fit], pushed: Push) -> bool:
+    """Whether effects have bent themselves around a push: it says as much in far fewer words, as it seldom would of any of the rivals.
+
+    A push follows the velocity of a release closely, being one at the start; so where a release cannot be told from a base that
+    shakes, a push that the shaking would seldom resemble says nothing against the two.
+    """
+    fewer = all(bic(rival) > pushed.bic + STRONG_BIC for rival in rivals)
+    return fewer and all(chance_of_push(before, rival, pushed) < RIVAL_P for rival in rivals)
 
 
 def chance_of_push(before: Fit, after: Fit, pushed: Push) -> float:

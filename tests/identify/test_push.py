@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from board.outside import Gust, SideWind
@@ -11,10 +13,11 @@ from identify.evidence import GAP_P, gap_test
 from identify.explain import explain
 from identify.fit import Fit, bic, solve_from_afar
 from identify.missing_force import ForceAlongTime, at_once
-from identify.push import chance_of_push, push
-from simulate.effects import GravityImbalance, LegDisparity
+from identify.push import chance_of_push, is_bent, push
+from simulate.effects import GravityImbalance, LegDisparity, ReleasePose
 from simulate.model_file import read_model
 
+UNEQUAL = LegDisparity((3e-4, -2e-4, 1e-4, -3e-4, 2e-4, -1e-4))
 TWO_HEIGHTS = ({}, {"geometry.stowed_height_m": 0.35})
 
 
@@ -48,8 +51,7 @@ def with_legs(before: Fit) -> Fit:
 
 def test_legs_that_differ_may_look_like_a_push_and_stay_what_they_are(campaign, fitted):
     """What six constant forces can do to a film is nearly a constant force and moment, which two or three places follow."""
-    unequal = LegDisparity((3e-4, -2e-4, 1e-4, -3e-4, 2e-4, -1e-4))
-    before = fitted(campaign(unequal, 617, deployments=TWO_HEIGHTS, hold_out=False))
+    before = fitted(campaign(UNEQUAL, 617, deployments=TWO_HEIGHTS, hold_out=False))
     found = push(before, np.inf)
     assert found is not None
     assert chance_of_push(before, with_legs(before), found) > 0.01
@@ -60,6 +62,16 @@ def test_legs_bent_around_a_gust_would_hardly_ever_look_so_like_a_push(campaign,
     found = push(before, np.inf)
     assert found is not None
     assert chance_of_push(before, with_legs(before), found) < 0.01
+
+
+def test_a_push_says_nothing_against_rivals_of_which_one_would_often_look_like_it(campaign, fitted):
+    before = fitted(campaign(UNEQUAL, 617, deployments=TWO_HEIGHTS, hold_out=False))
+    found = push(before, np.inf)
+    assert found is not None
+    few_words = replace(found, bic=-np.inf)
+    released = solve_from_afar(before.problem.with_effects((ReleasePose(),)), np.concatenate([before.q, np.zeros(9)]))
+    assert is_bent(before, [released], few_words)
+    assert not is_bent(before, [released, with_legs(before)], few_words)
 
 
 def test_a_moment_shows_as_one(campaign, fitted):
