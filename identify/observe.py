@@ -149,10 +149,11 @@ def observe(view: View) -> dict[str, Array]:
     return view.of(_ahead(without_idle([view.rig])[0])[0])
 
 
-def observe_beside(first: View, views: Sequence[View]) -> list[dict[str, Array]]:
+def observe_beside(first: View, views: Sequence[View], *, one_core: bool = False) -> list[dict[str, Array]]:
     """What films show of models that hardly differ from a first one, its steps taken by all, so that differences are smooth.
 
-    Models that differ only in what happens between rig and film are simulated once.
+    Models that differ only in what happens between rig and film are simulated once. one_core : for threads that keep the other
+    cores busy themselves.
     """
     _, step, pace = _ahead(without_idle([first.rig])[0])
     samples: dict[Model, Array] = {}
@@ -160,7 +161,7 @@ def observe_beside(first: View, views: Sequence[View]) -> list[dict[str, Array]]
     for rig in dict.fromkeys(view.rig for view in views):
         groups.setdefault((rig.simulation, *(type(effect) for effect in rig.effects)), []).append(rig)
     for group in groups.values():
-        runs = deploy_many([_with_step(rig, step) for rig in group], pace)
+        runs = deploy_many([_with_step(rig, step) for rig in group], pace, one_core=one_core)
         samples |= {rig: run.samples for rig, run in zip(group, runs, strict=True)}
     return [view.of(samples[view.rig]) for view in views]
 

@@ -27,6 +27,7 @@ from .loops import LoopData, gap_and_sways
 from .measured import Film, LoopRun, film_of, lengths_of, loop_of
 from .noise import whitened
 from .observe import RunRelease, View, observe, observe_beside
+from .threads import side_by_side
 
 _STEP = 1e-5
 _DIVERGED = 1e3
@@ -191,7 +192,7 @@ class Problem:
 
     def gaps(self, q: Array) -> Array:
         """Measured minus modelled, over the noise, film by film and loop by loop; behind them the knobs over their priors."""
-        films = [self._film_gap(film, observe(self._view(q, i)), *self._datum_at(q, i)) for i, film in enumerate(self.films)]
+        films = side_by_side(lambda i: self._film_gap(self.films[i], observe(self._view(q, i)), *self._datum_at(q, i)), len(self.films))
         return np.concatenate([*films, *self._loop_gaps(q), self._prior(q)])
 
     def gaps_many(self, points: Sequence[Array]) -> list[Array]:
@@ -210,9 +211,19 @@ class Problem:
         films = self._film_gaps(points, touched, first)
         loops = self._loop_gaps(points[0]) if known is None else [known[b.rows] for b in self.blocks if b.channel == "force_N"]
         return [
-            np.concatenate([*films[k], *(self._loop_gaps(q) if k and touched[k] in (None, LOOPS) else loops), self._prior(q)])
+            np.concatenate([*films[k], *(self._loop_gaps(q) if self._moves_loops(q, points[0]) else loops), self._prior(q)])
             for k, q in enumerate(points)
         ]
+
+    def _moves_loops(self, q: Array, first: Array) -> bool:
+        """Whether the loops of a point can differ from those of the first: by a knob of the base, of a zero, of what a shaker shows."""
+        return bool(self.loops) and bool(np.any((q != first) & self._seen_by_loops))
+
+    @cached_property
+    def _seen_by_loops(self) -> NDArray[np.bool_]:
+        of_effects = [effect.acts_on_shaker() for effect in self.effects for _ in effect.flat_names()]
+        releases = [False] * (self.first_zero - self.first_nuisance)
+        return np.array([True] * self.first_nuisance + releases + [True] * (self.first_effect - self.first_zero) + of_effects)
 
     @cached_property
     def _film_rows(self) -> list[slice]:
@@ -221,13 +232,15 @@ class Problem:
         return [slice(rows[0].start, rows[-1].stop) for rows in own]
 
     def _film_gaps(self, points: Sequence[Array], touched: Sequence[int | None], first: dict[int, Array]) -> list[list[Array]]:
-        made = {(0, i): gaps for i, gaps in first.items()}
-        for i, film in enumerate(self.films):
-            wanted = [k for k in range(len(points)) if (k, i) not in made and (k == 0 or touched[k] in (None, i))]
+        def of_film(i: int) -> dict[int, Array]:
+            made = {0: first[i]} if i in first else {}
+            wanted = [k for k in range(len(points)) if k not in made and (k == 0 or touched[k] in (None, i))]
             views = [self._view(points[k], i) for k in wanted]
-            for k, shown in zip(wanted, observe_beside(self._view(points[0], i), views), strict=True):
-                made[k, i] = self._film_gap(film, shown, *self._datum_at(points[k], i))
-        return [[made.get((k, i), made[0, i]) for i in range(len(self.films))] for k in range(len(points))]
+            seen = observe_beside(self._view(points[0], i), views, one_core=len(self.films) > 1)
+            return made | {k: self._film_gap(self.films[i], s, *self._datum_at(points[k], i)) for k, s in zip(wanted, seen, strict=True)}
+
+        made = side_by_side(of_film, len(self.films))
+        return [[of.get(k, of[0]) for of in made] for k in range(len(points))]
 
     def _view(self, q: Array, index: int) -> View:
         film, model = self.films[index], self.model_at(q, self.films[index].model)
@@ -247,7 +260,7 @@ class Problem:
         for loop, zero_N in zip(self.loops, self.zeros_at(q), strict=True):
             if id(loop.model) not in at:
                 model = self.model_at(q, loop.model)
-                at[id(loop.model)] = lines_of(model), model.effects
+                at[id(loop.model)] = lines_of(model), tuple(effect for effect in model.effects if effect.acts_on_shaker())
             lines, effects = at[id(loop.model)]
             left, sways = gap_and_sways(lines, self._without_covariate(q, loop.data), effects)
             made.append(whitened((left - zero_N) / loop.data.force_sigma_N, sways / loop.data.force_sigma_N))

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Sequence
-from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -22,6 +21,7 @@ from measure.tables import Array
 
 from .effect import Effect
 from .intrinsics import caller, shifted
+from .once import once
 
 if TYPE_CHECKING:
     from .model import Model
@@ -68,7 +68,7 @@ def program(effects: Sequence[Effect], first_parameter: int) -> Program:
     return _program(tuple(type(effect) for effect in effects), first_parameter)
 
 
-@cache
+@once
 def _program(kinds: tuple[type[Effect], ...], first_parameter: int) -> Program:
     rows: dict[str, list[tuple[int, int, int]]] = {hook: [] for hook in SIGNATURES}
     place = first_parameter
@@ -96,7 +96,7 @@ def address(formula: Any, hook: str) -> int:
     return _compiled(formula, hook).address
 
 
-@cache
+@once
 def _compiled(formula: Any, hook: str) -> Any:
     try:
         return cfunc(SIGNATURES[hook], cache=True, error_model="numpy")(formula)
@@ -104,7 +104,7 @@ def _compiled(formula: Any, hook: str) -> Any:
         return cfunc(SIGNATURES[hook], error_model="numpy")(formula)  # defined at a prompt: there is no file to keep it beside
 
 
-@cache
+@once
 def _lanes(formula: Any, hook: str) -> Any:
     """The form for lanes. Compiled code is kept by the formula's name and by what stands in its file."""
     register_jitable(formula)

@@ -193,7 +193,7 @@ def _alone(model: Model, pace: Pace, *, leads: bool) -> Deployment:
     return Deployment(model, time_s, samples[0], step, None if good[0] == count else float(time_s[good[0]]), working_effects(acting))
 
 
-def deploy_many(models: Sequence[Model], pace: Pace | None = None) -> list[Deployment]:
+def deploy_many(models: Sequence[Model], pace: Pace | None = None, *, one_core: bool = False) -> list[Deployment]:
     """Simulate deployments that share effects, duration and sampling, on all cores.
 
     The answer of each is the same to the last digit whatever the number of cores, and as from `deploy` with the same step.
@@ -201,7 +201,9 @@ def deploy_many(models: Sequence[Model], pace: Pace | None = None) -> list[Deplo
     Parameters
     ----------
     pace : into how many parts each step is divided, from `deploy_ahead`; by default none is.
+    one_core : for threads that keep the other cores busy themselves.
     """
+    kernel = six_legs.deploy_on_one_core if one_core else six_legs.deploy_kernel
     first = models[0]
     if any(_kinds(model) != _kinds(first) or model.simulation != first.simulation for model in models):
         raise ValueError("deploy_many: models must share the kinds of their effects, and duration, rate and step.")
@@ -213,7 +215,7 @@ def deploy_many(models: Sequence[Model], pace: Pace | None = None) -> list[Deplo
     good = np.empty(len(models), dtype=np.int64)
     parts = WHOLE if pace is None else pace
     for width, block in _widths(len(models)):
-        six_legs.deploy_kernel(rows[block], called, stage(width, True).address, width, step, stride, parts, samples[block], good[block])
+        kernel(rows[block], called, stage(width, True).address, width, step, stride, parts, samples[block], good[block])
     time_s = np.arange(count) / first.simulation.sample_rate_Hz
     return [
         Deployment(model, time_s, samples[i], step, None if good[i] == count else float(time_s[good[i]]), working_effects(acting[0]))

@@ -156,6 +156,12 @@ class Effect(Formulas):
         return type(self).bounds(model)
 
     @classmethod
+    def acts_on_shaker(cls) -> bool:
+        """Whether an actuator alone on a shaker shows it: a force, a mass or asymptotes of a leg, or what a load cell makes of it."""
+        formulas = (cls.leg_force, cls.leg_mass, cls.leg_asymptotes)
+        return any(formula is not None for formula in formulas) or cls.observe_force is not Effect.observe_force
+
+    @classmethod
     def typical(cls) -> Array:
         """A noticeable size of each flat parameter."""
         return np.array([meta["typical"] for _, meta in cls._flat_metadata()])

@@ -14,6 +14,7 @@ away from both asymptotes; the bracket form also recovers when a moving asymptot
 from __future__ import annotations
 
 import math
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -103,6 +104,11 @@ def steady_loop_area(height_N: float, stroke_m: float, beta_per_m: float) -> flo
     return height_N * stroke_m * (1 - math.tanh(x) / x)
 
 
+@lru_cache(maxsize=64)
+def _parameters(effects: tuple[Effect, ...]) -> Array:
+    return flat_parameters(effects)
+
+
 def loop_force(
     lines: Array,
     time_s: Array,
@@ -126,7 +132,7 @@ def loop_force(
     -------
     (n,) force in N, before any effect of the load cell (`Effect.observe_force`).
     """
-    values = np.concatenate([np.asarray(lines, dtype=float), flat_parameters(effects)])
+    values = np.concatenate([np.asarray(lines, dtype=float), _parameters(effects)])
     called = program(effects, LINE_VALUES)
     return loop_kernel(values, called, time_s, elongation_m, speed_m_per_s, acceleration_m_per_s2, float(start_force_N))
 

@@ -65,7 +65,16 @@ def deploy_kernel(
         deploy_block(values, block * n, called, stage, n, step, stride, pace, False, samples, good)
 
 
-@njit(cache=True, error_model="numpy")
+@njit(cache=True, nogil=True, error_model="numpy")
+def deploy_on_one_core(
+    values: Array, called: Program, stage: int, n: int, step: float, stride: int, pace: Pace, samples: Array, good: NDArray[np.int64]
+) -> None:
+    """The same, block after block, for callers whose threads keep the other cores busy."""
+    for block in range((values.shape[0] + n - 1) // n):
+        deploy_block(values, block * n, called, stage, n, step, stride, pace, False, samples, good)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
 def deploy_block(
     values: Array,
     first: int,

@@ -5,7 +5,6 @@ Handed to the kernels as a function it would be compiled anew inside every one o
 
 from __future__ import annotations
 
-from functools import cache
 from typing import Any
 
 from numba import cfunc, njit, types
@@ -19,6 +18,7 @@ from .crosswise import leg_crosswise
 from .intrinsics import caller
 from .layout import LEGS
 from .mechanics import give_leg, leg_forces, leg_into_system, leg_kinematics, rotate, start_system, state_rates, take_leg
+from .once import once
 from .packing import PARAMETERS
 from .solving import kinetic_energy, solve
 
@@ -28,7 +28,7 @@ _SIGNATURE = types.void(_NUMBERS, _WHOLE, _NUMBERS, _NUMBERS, _WHOLE, _WHOLE, _N
 call_stage = caller(_SIGNATURE)
 
 
-@cache
+@once
 def stage(n: int, ledger: bool) -> Any:
     """The compiled stage for n runs side by side; `.address` is what kernels want. It must outlive their calls, and does."""
     return cfunc(_SIGNATURE, cache=True, error_model="numpy")(_stage(n, ledger))
