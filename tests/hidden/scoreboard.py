@@ -28,7 +28,9 @@ def _parser() -> argparse.ArgumentParser:
     made.add_argument("--subset", choices=("fast", "standard", "full"), default="standard")
     made.add_argument("--cases", type=int, metavar="N", help="only the first N of the board, which is in a random order")
     made.add_argument("--skip", type=int, default=0, metavar="N", help="leave out the first N, of which an earlier run may have told")
-    only = "only cases that hide this effect, or of this run set, noise or engine, or '3x', or 'seed-1'; of several words all have to fit"
+    only = (
+        "only cases that hide this effect, or 'nothing', or of this run set, noise or engine, or '3x', or 'seed-1'; all words have to fit"
+    )
     made.add_argument("--only", metavar="WORD", action="append", default=[], help=only)
     made.add_argument("--method", action="append", choices=tuple(METHODS), help=f"repeatable; default {OURS}")
     made.add_argument("--processes", type=int, default=2)

@@ -161,3 +161,4 @@ def test_words_that_all_have_to_fit_choose_one_case_of_each_effect():
     assert {(spec.size, spec.run_set, spec.seed) for spec in once} == {(3.0, "standard", 2)}
     assert chosen(board("full"), ["standard", "3x", "seed-2"], 4, skip=3) == once[3:7]
     assert chosen(board("full"), ["2x"], None) == []
+    assert [spec.hidden for spec in chosen(board("full"), ["nothing", "standard"], None)] == [()] * 40

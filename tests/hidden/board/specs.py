@@ -69,7 +69,7 @@ class Spec:
     @property
     def words(self) -> set[str]:
         """What a case is called when some are chosen."""
-        return {*self.hidden, f"{self.size:g}x", self.run_set, self.noise, self.engine, f"seed-{self.seed}"}
+        return {*(self.hidden or ("nothing",)), f"{self.size:g}x", self.run_set, self.noise, self.engine, f"seed-{self.seed}"}
 
     def as_dict(self) -> dict[str, Any]:
         """For JSON."""
