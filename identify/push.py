@@ -73,23 +73,30 @@ def chance_of_push(before: Fit, after: Fit, pushed: Push) -> float:
 
     Were they the truth, their parameters could have pointed anywhere, and the places would have been chosen to suit:
 
-        lead = |P_F (F z + e)|^2 - max over tables of what the best places take of F z + e        against the one that was seen
+        lead = |P_F g|^2 - max over tables of what the best places take of g,   g = F z + e        against that of the gap
 
     F what the effects' parameters do beyond base and releases, each in its typical size, z a random direction that gives F z the
     strength that was found, e noise. Few words are no virtue where a few places can follow most of what the effects can do.
+    The gap's own lead is taken along the same straight lines: fitted whole, a push with all places to choose from bends more.
     """
     unit = after.dilution * max(1.0, after.rms**2)
-    strength, lead = (before.cost - after.cost) / unit, (pushed.force.fit.cost - after.cost) / unit
+    strength = (before.cost - after.cost) / unit
     if strength <= 0.0:
         return 0.0
-    effects, *tables = _in_one_frame([after.beyond(len(before.q)), *pushed.tables])
+    gaps = before.free_of_knobs(before.gaps[:, None]) / np.sqrt(unit)
+    effects, gaps, *tables = _in_one_frame([after.beyond(len(before.q)), gaps, *pushed.tables])
     left, sizes, _ = np.linalg.svd(effects, full_matrices=False)
     span = left[:, sizes > _LEFT * sizes[0]]
     chance = np.random.default_rng(SEED)
     directions = effects @ chance.normal(size=(effects.shape[1], _DRAWS))
     drawn = np.sqrt(strength) * directions / np.linalg.norm(directions, axis=0) + chance.normal(size=directions.shape)
-    taken = np.array([max(_gained(table, one, pushed.places) for table in tables) for one in drawn.T])
-    return float(np.mean(np.sum((span.T @ drawn) ** 2, axis=0) - taken <= lead))
+    seen, *leads = (_lead(span, tables, one, pushed.places) for one in np.column_stack([gaps, drawn]).T)
+    return float(np.mean(np.array(leads) <= seen))
+
+
+def _lead(span: Array, tables: Sequence[Array], gaps: Array, places: int) -> float:
+    """By how much effects of this span take more off the sum of squares than the best places of any table."""
+    return float(np.sum((span.T @ gaps) ** 2)) - max(_gained(table, gaps, places) for table in tables)
 
 
 def _in_one_frame(parts: Sequence[Array]) -> list[Array]:
