@@ -150,7 +150,8 @@ def _explained(problem: Problem, runs: Sequence[Run], catalogue: Mapping[str, ty
     missing, pushed, left = None, False, _more_than_noise(current)
     if left and len(steps) > 1:  # several must leave nothing; the foremost alone may stand
         current, steps = added.first[0].best.fit, added.first
-    if added.pushed is not None and is_bent(before, _alike(current, steps), added.pushed):
+    alike = steps[0].rivals_of(current) if len(steps) == 1 else [current]
+    if added.pushed is not None and is_bent(before, alike, added.pushed):
         pushed, missing = True, added.pushed.force
     elif left and problem.films:
         say("estimating the missing force")
@@ -171,11 +172,6 @@ def _explained(problem: Problem, runs: Sequence[Run], catalogue: Mapping[str, ty
     ranking = steps[0].ranking if steps else ()
     fits = _as_given(before), before, after
     return Explanation(verdict, findings, *fits, *gaps, ranking, rivals, held, missing, located, sights, to_split)
-
-
-def _alike(current: Fit, steps: Sequence[Step]) -> list[Fit]:
-    """A fit, and those of the effects that a single one cannot be told from."""
-    return [current, *(candidate.fit for candidate in steps[0].equivalents)] if len(steps) == 1 else [current]
 
 
 def _settled(fit: Fit, say: Say) -> Fit:

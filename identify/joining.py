@@ -50,7 +50,7 @@ def joined(before: Fit, catalogue: Mapping[str, type[Effect]], budget: Budget, s
     if pair is not None:
         return Joined(before, list(pair), steps, look.tests)
     pushed = _push_of_few(found, say)
-    if pushed is not None and is_bent(before, found.rivals, pushed) and gap_test(pushed.force.fit).p_value > GAP_P:
+    if pushed is not None and is_bent(before, found.rivals_of(found.best.fit), pushed) and gap_test(pushed.force.fit).p_value > GAP_P:
         return Joined(before, steps, steps, look.tests, pushed)
     while len(steps) < budget.effects:
         look, found = next_effect(steps[-1].best.fit, catalogue, budget, say, last=len(steps) + 1 == budget.effects)

@@ -70,10 +70,9 @@ class Step:
     equivalents: tuple[Candidate, ...]
     ranking: tuple[Rival, ...]
 
-    @property
-    def rivals(self) -> list[Fit]:
-        """The fits of the best and of those it cannot be told from."""
-        return [self.best.fit, *(candidate.fit for candidate in self.equivalents)]
+    def rivals_of(self, fit: Fit) -> list[Fit]:
+        """A fit with the best effect, and those of the effects that it cannot be told from."""
+        return [fit, *(candidate.fit for candidate in self.equivalents)]
 
 
 @dataclass(frozen=True)
