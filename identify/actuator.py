@@ -11,13 +11,14 @@ import numpy as np
 from measure.tables import Array
 from simulate.effect import Effect
 
+from .beta_profile import Profile, is_open, profile_of_beta
 from .covariates import shares
 from .loop_problem import LoopProblem, beta_bounds, minimise, require_turns
 from .loops import LoopData, effective_number, with_turns_moved
-from .parameters import Abscissa, Layout, layout
+from .parameters import BETA_NAME, Abscissa, Layout, layout
 from .recipe import Recipe, paper_recipe
 from .residuals import Dependence, depends_on
-from .uncertainty import Estimate, clipped, covariance_of, covariance_of_motion, estimates_of, jacobians
+from .uncertainty import BetaDoubt, Estimate, clipped, covariance_of, covariance_of_motion, estimates_of, jacobians
 from .verdicts import Verdict, verdict_of
 
 Tare = Literal["common", "each", "auto"]
@@ -35,7 +36,7 @@ class ActuatorFit:
     column would explain. left : what the residual still follows.
     """
 
-    layout: Layout
+    problem: LoopProblem
     theta: Array
     theta_covariance: Array
     estimates: dict[str, Estimate]
@@ -48,6 +49,11 @@ class ActuatorFit:
     left: Dependence
     recipe: Recipe | None
     verdict: Verdict
+
+    @property
+    def layout(self) -> Layout:
+        """What the entries of `theta` are."""
+        return self.problem.shape
 
     @property
     def lines(self) -> Array:
@@ -64,6 +70,10 @@ class ActuatorFit:
     def effects(self) -> tuple[Effect, ...]:
         """The effects with their fitted parameters."""
         return self.layout.effects(self.theta)
+
+    def profile(self) -> Profile:
+        """The misfit along beta, everything else fitted anew."""
+        return profile_of_beta(self.problem, self.theta, self.estimates[BETA_NAME].stderr / float(self.lines[4]))
 
     def lines_of(self, loop: int) -> Array:
         """a_l, b_l, a_u, b_u, beta of one of the fitted loops."""
@@ -125,11 +135,14 @@ def _judged(problem: LoopProblem, theta: Array, converged: bool) -> ActuatorFit:
     tables = jacobians(problem.residuals, theta, *problem.bounds())
     effective = tuple(effective_number(r) for r in residuals)
     of_theta = covariance_of(tables, clipped(residuals) if problem.robust else residuals, free)
-    of_theta += covariance_of_motion(tables, _turned(problem, theta, residuals), _swayed(problem, theta, residuals), free)
+    of_motion = covariance_of_motion(tables, _turned(problem, theta, residuals), _swayed(problem, theta, residuals), free)
+    of_theta += of_motion
+    beta_error, by_turns = (float(np.sqrt(of[shape.line_values, shape.line_values])) for of in (of_theta, of_motion))
+    doubt = BetaDoubt(by_turns, is_open(problem, theta, beta_error))
     slopes, left = shape.slopes(theta), depends_on(loops, residuals)
-    estimates = estimates_of(shape, theta, of_theta, free, tables, sum(effective) - len(theta), loops)
+    estimates = estimates_of(shape, theta, of_theta, free, tables, sum(effective) - len(theta), loops, doubt)
     return ActuatorFit(
-        layout=shape,
+        problem=problem,
         theta=theta,
         theta_covariance=of_theta,
         estimates=estimates,

@@ -15,13 +15,15 @@ _MOST_HARMONICS = 5
 _WORSE_THAN_NOISE = 1.4
 _LEAST_CYCLES = 1.0
 _NUDGE = 1e-6  # of the frequency
+_DUTIES = np.linspace(0.1, 0.9, 17)  # shares of the period that a triangle rises for, which are tried
 
 
 def harmonic_motion(time_s: Array, elongation_m: Array, noise_m: float) -> tuple[Array, Array] | None:
     """Motion of a record that is a sine with few harmonics, and in what ways it may be wrong; else None.
 
     u = c_0 + c_1 t + sum_k a_k cos k w t + b_k sin k w t, with w by Gauss-Newton from the spectrum's peak. It is accepted
-    where what it leaves is about the noise and no harmonic more is worth its two coefficients (BIC).
+    where what it leaves is about the noise, no harmonic more is worth its two coefficients (BIC), and no triangle says it as well in
+    fewer words: in coarse steps the higher harmonics of a corner drown, and the series would round it off.
 
     Returns
     -------
@@ -32,16 +34,31 @@ def harmonic_motion(time_s: Array, elongation_m: Array, noise_m: float) -> tuple
     if w is None:
         return None
     richest = _fit(time_s, elongation_m, w, _MOST_HARMONICS)
-    if np.sqrt(richest[2]) > _WORSE_THAN_NOISE * noise_m or richest[0] * np.ptp(time_s) < 2 * np.pi * _LEAST_CYCLES:
+    if np.sqrt(richest[2]) > _WORSE_THAN_NOISE * noise_m:
         return None
     fits = [*(_fit(time_s, elongation_m, w, harmonics) for harmonics in range(1, _MOST_HARMONICS)), richest]
     n = len(time_s)
     w, c, left = min(fits, key=lambda f: n * np.log(max(f[2], 1e-30)) + len(f[1]) * np.log(n))
-    if np.sqrt(left) > _WORSE_THAN_NOISE * noise_m:
-        return None
     harmonics = (len(c) - 2) // 2
+    if np.sqrt(left) > _WORSE_THAN_NOISE * noise_m or w * np.ptp(time_s) < 2 * np.pi * _LEAST_CYCLES:
+        return None
+    if harmonics > 1 and _is_triangle(time_s, elongation_m, w, c, left):
+        return None
     moved = np.stack([_basis(time_s, w, harmonics, order) @ c for order in range(3)])
     return moved, _errors(time_s, w, c, max(noise_m, float(np.sqrt(left))))
+
+
+def _is_triangle(time_s: Array, values: Array, w: float, c: Array, left: float) -> bool:
+    """Whether straight strokes of this frequency and phase have the better BIC than the series of these coefficients c."""
+    n, phase = len(values), np.arctan2(c[2], c[3])
+    best = np.inf
+    for duty in _DUTIES:
+        turn = (w * (time_s - time_s[0]) + phase) / (2.0 * np.pi) + duty / 2.0  # odd about the middle of its rise, as its first harmonic is
+        straight = np.interp(turn % 1.0, [0.0, duty, 1.0], [-1.0, 1.0, -1.0])
+        basis = np.column_stack([_basis(time_s, w, 0, 0), straight])
+        best = min(best, float(np.mean((values - basis @ _least_squares(basis, values)) ** 2)))
+    of_triangle, of_series = 6, len(c) + 1  # level, drift, height, share of the rise, frequency, phase
+    return n * np.log(max(best, 1e-30)) + of_triangle * np.log(n) < n * np.log(max(left, 1e-30)) + of_series * np.log(n)
 
 
 def _errors(time_s: Array, w: float, c: Array, noise_m: float) -> Array:

@@ -10,11 +10,11 @@ from typing import Any
 import numpy as np
 
 from .actuator import ActuatorFit
-from .loop_report import transition_of
+from .beta_profile import Profile
+from .loop_report import correlation_sentence, frequency_amplitude_correlation, transition_of
 from .loops import LoopData
 from .parameters import by_frequency, by_stroke
 from .rate_plots import coefficients_against_rate, level_against_elongation, profile_of_beta, stiffness_against
-from .resampling import Profile
 from .stiffness import friction_of
 
 SHADES, STYLES = ("0.0", "0.35", "0.6"), ("-", "--", "-.", ":")
@@ -93,6 +93,7 @@ def findings_as_text(axes: Any, fit: ActuatorFit, loops: Sequence[LoopData]) -> 
     said = [f"residual depends on {fit.left.sentence}", f"friction {friction_of(loops, fit.effects).sentence}"]
     said += [f"transition zone {transition_of(fit, loops).sentence}"]
     said += [f"paper's recipe: {fit.recipe.statement}"] if fit.recipe else []
+    said += [text for text in [correlation_sentence(frequency_amplitude_correlation(loops))] if text]
     axes.text(0.0, 1.0, "\n\n".join("\n".join(wrap(text, 52)) for text in said), va="top", fontsize="small", transform=axes.transAxes)
     axes.set_title("findings")
     return axes

@@ -20,6 +20,8 @@ from .transition import Level, level_against_length
 from .usage import sentence
 from .verdicts import errors, pooled_error
 
+_CORRELATED = 0.9
+
 
 def result_of(fit: ActuatorFit, loops: Sequence[LoopData], notes: Sequence[str] = ()) -> dict[str, Any]:
     """The result as `fit-actuator --json` writes it."""
@@ -53,10 +55,19 @@ def _rate(fit: ActuatorFit) -> dict[str, Any] | None:
     return {"abscissa": fit.layout.abscissa, **fit.layout.polynomials(fit.theta)}
 
 
-def drift_per_cycle(data: LoopData) -> float:
-    """How much the mean force of a cycle grows from one full cycle to the next, N; by least squares, NaN below two cycles."""
-    means = [float(np.mean(data.force_N[a:b])) for a, b in data.cycles.spans]
+def drift_per_cycle(data: LoopData, of: Array) -> float:
+    """How much the mean of `of`, (n,), grows from one full cycle to the next; by least squares, NaN below two cycles."""
+    means = [float(np.mean(of[a:b])) for a, b in data.cycles.spans]
     return float(np.polyfit(np.arange(len(means)), means, 1)[0]) if len(means) > 1 else float("nan")
+
+
+def closure(data: LoopData) -> float:
+    """Force at the end of a full cycle minus that at its begin, N, median over the cycles; NaN without one.
+
+    Both stand at the same turning point, so what is left is drift, transient, or the noise of two samples.
+    """
+    gaps = [float(data.force_N[b - 1] - data.force_N[a]) for a, b in data.cycles.spans]
+    return float(np.median(gaps)) if gaps else float("nan")
 
 
 def transition_of(fit: ActuatorFit, loops: Sequence[LoopData]) -> Level:
@@ -114,7 +125,9 @@ def _loop(fit: ActuatorFit, k: int, data: LoopData, error: float) -> dict[str, A
         "area_error_percent": 100.0 * (area(data, modelled) / measured - 1.0) if measured else float("nan"),
         "effective_stiffness_N_per_m": effective_stiffness(data, fit.effects),
         "tare_N": fit.tares_N[k],
-        "drift_N_per_cycle": drift_per_cycle(data),
+        "closure_N": closure(data),
+        "drift_N_per_cycle": drift_per_cycle(data, data.force_N),
+        "drift_m_per_cycle": drift_per_cycle(data, data.elongation_m),
         "force_noise_N": data.force_sigma_N,
         "conditions": {name: float(v[0]) for name, v in data.other.items() if len(v) and np.ptp(v) == 0.0},
         "parts": [asdict(part) for part in data.parts],
@@ -130,6 +143,13 @@ def frequency_amplitude_correlation(loops: Sequence[LoopData]) -> float:
     if known.sum() < 3 or np.ptp(f[known]) < 0.02 * np.max(f[known]) or np.ptp(a[known]) < 0.02 * np.max(a[known]):
         return float("nan")
     return float(np.corrcoef(f[known], a[known])[0, 1])
+
+
+def correlation_sentence(correlation: float) -> str:
+    """What the correlation of frequency and amplitude forbids to conclude; nothing where it does not."""
+    if not abs(correlation) > _CORRELATED:
+        return ""
+    return f"frequency and amplitude are correlated at {correlation:.2f}: what follows one cannot be told from what follows the other"
 
 
 def actuator_of(fit: ActuatorFit) -> Actuator:
@@ -163,12 +183,13 @@ def model_of(fit: ActuatorFit, base: Model | None = None) -> Model:
 
 def summary(result: Mapping[str, Any]) -> list[str]:
     """The result in a few lines for people."""
-    lines = [f"{'loop':<34} {'Hz':>7} {'mm':>8} {'cycles':>6} {'error':>7}  {'area':>7}"]
+    lines = [f"{'loop':<34} {'Hz':>7} {'mm':>8} {'cycles':>6} {'error':>7}  {'area':>7} {'mJ':>10} {'N/cycle':>9}"]
     for row in result["loops"]:
         name = row["file"] if len(row["file"]) <= 34 else "..." + row["file"][-31:]
         lines.append(
             f"{name:<34} {row['frequency_Hz']:7.3f} {1e3 * row['amplitude_m']:8.3f} {row['cycles_used']:6d} "
-            f"{row['nrmse_percent']:5.2f} %  {row['area_error_percent']:+5.1f} %"
+            f"{row['nrmse_percent']:5.2f} %  {row['area_error_percent']:+5.1f} % "
+            f"{1e3 * row['area_J']:10.4g} {row['drift_N_per_cycle']:+9.2g}"
         )
     lines.append("")
     for name, e in result["parameters"].items():
@@ -194,12 +215,8 @@ def _remarks(result: Mapping[str, Any]) -> list[str]:
             f'covariate "{covariate["column"]}": {covariate["N_per_unit"]:.4g} N per unit, '
             f"{covariate['share_of_height_percent']:.0f} % of the loops' height"
         )
-    correlation = result["frequency_amplitude_correlation"]
-    if np.isfinite(correlation) and abs(correlation) > 0.9:
-        lines.append(
-            f"frequency and amplitude are correlated at {correlation:.2f}: what follows one cannot be told from what follows the other"
-        )
-    return lines
+    correlated = correlation_sentence(result["frequency_amplitude_correlation"])
+    return [*lines, correlated] if correlated else lines
 
 
 def write_actuator(model: Model, path: Path, note: Mapping[str, Any], *, whole: bool) -> None:

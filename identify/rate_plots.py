@@ -11,11 +11,11 @@ import numpy as np
 from measure.tables import Array
 
 from .actuator import ActuatorFit
+from .beta_profile import Profile
 from .loop_report import transition_of
 from .loops import LoopData, free_start
 from .parameters import abscissa_of, strokes
 from .recipe import STRAIGHT_FROM, shifted, straight_lines
-from .resampling import Profile
 from .stiffness import stiffness_of_cycles
 
 _STRAIGHT = 5.0  # lengths 1 / beta behind a reversal, from which on a branch is straight

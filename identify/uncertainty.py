@@ -17,10 +17,11 @@ from .parameters import BETA_NAME, Layout
 Word = Literal["ok", "at-bound", "not-identifiable", "did-not-converge", "data-bad", "model-does-not-apply"]
 
 OWN_SHARE = 0.02  # of a parameter's signature that no other parameter can imitate, below which it is not identifiable
+_TWO_SIDED_95 = 1.96  # standard deviations
 _REACH = 6  # frequencies of a doubled transform, half as many independent ones
 _LIKE_A_SLOPE = 0.1  # of the acceleration, that no slope of the force can imitate, below which no inertia is told from one
+_BESIDE = 6  # samples on each side of a reversal, but no more than a quarter of the stroke: what a sharp corner is worked out from
 _OVER = 3.0  # lengths 1 / beta after which the force is on its asymptote, to 5 %
-WIDEST_LOG_BETA = 1.0  # standard deviation of log beta at which beta is not even known to its order of magnitude
 
 
 @dataclass(frozen=True)
@@ -31,6 +32,29 @@ class Estimate:
     stderr: float
     ci95: tuple[float, float]
     verdict: Word
+
+
+@dataclass(frozen=True)
+class BetaDoubt:
+    """What the covariance of log beta does not show.
+
+    turns : the part of its standard deviation that comes from the motion. An error of the turning points adds to the length 1 / beta
+    and not to its logarithm. open : whether far larger or smaller betas fit nearly as well, see `beta_profile.is_open`.
+    """
+
+    turns: float = 0.0
+    open: bool = False
+
+    def interval(self, beta: float, error: float, reach: float) -> tuple[float, float]:
+        """`reach` standard deviations to each side, `error` being one of log beta; without an end above where 1 / beta may be nothing."""
+        turns, noise = reach * self.turns, reach * np.sqrt(max(error**2 - self.turns**2, 0.0))
+        up = np.hypot(noise, -np.log1p(-turns)) if turns < 1.0 else np.inf
+        return beta * float(np.exp(-min(np.hypot(noise, np.log1p(turns)), 50.0))), beta * float(np.exp(min(up, 50.0)))
+
+    @property
+    def undetermined(self) -> bool:
+        """Whether beta counts as not identifiable."""
+        return self.open or self.turns >= 1.0 / _TWO_SIDED_95
 
 
 def jacobians(residuals: Callable[[Array], tuple[Array, ...]], theta: Array, low: Array, high: Array) -> tuple[Array, ...]:
@@ -132,10 +156,11 @@ def estimates_of(
     tables: Sequence[Array],
     freedom: float,
     loops: Sequence[LoopData],
+    doubt: BetaDoubt,
 ) -> dict[str, Estimate]:
     """Value, error, interval and verdict of everything that goes into a model file.
 
-    The interval is Student's with `freedom` effective degrees; that of beta is taken on its logarithm. A beta with which the force
+    The interval is Student's with `freedom` effective degrees; for that of beta see `BetaDoubt`. A beta with which the force
     is on its asymptote again by the second sample behind a reversal is not determined, nor is an inertia where the acceleration
     follows the elongation: the acceleration comes from the elongation and its small errors would decide.
     """
@@ -144,20 +169,19 @@ def estimates_of(
     reach = float(student.ppf(0.975, max(freedom, 2.0)))
     slopes = shape.slopes(theta)
     errors = np.sqrt(np.maximum(np.diag(slopes @ covariance @ slopes.T), 0.0))
-    words = _words(shape, theta, covariance, free, tables, loops)
+    words = _words(shape, theta, free, tables, loops, doubt)
     made = {}
     for row, (name, value) in enumerate(zip(shape.names(), shape.values(theta), strict=True)):
         error = float(errors[row])
         interval = (value - reach * error, value + reach * error)
         if name == BETA_NAME:
-            factor = float(np.exp(min(reach * error / value, 50.0)))
-            interval = (value / factor, value * factor)
+            interval = doubt.interval(float(value), error / float(value), reach)
         made[name] = Estimate(float(value), error, (float(interval[0]), float(interval[1])), words[row])
     return made
 
 
 def _words(
-    shape: Layout, theta: Array, covariance: Array, free: NDArray[np.bool_], tables: Sequence[Array], loops: Sequence[LoopData]
+    shape: Layout, theta: Array, free: NDArray[np.bool_], tables: Sequence[Array], loops: Sequence[LoopData], doubt: BetaDoubt
 ) -> list[Word]:
     own = own_shares(tables)
     m = shape.order + 1
@@ -165,11 +189,28 @@ def _words(
     words: list[Word] = ["not-identifiable" if own[group].min() < OWN_SHARE else "ok" for group in groups]
     at_beta = shape.line_values
     finest_way = min(data.finest_way_m for data in loops)
-    unknown = covariance[at_beta, at_beta] > WIDEST_LOG_BETA**2 or np.exp(theta[at_beta]) * finest_way > _OVER
+    unknown = doubt.undetermined or np.exp(theta[at_beta]) * finest_way > _OVER
     words.append("at-bound" if not free[at_beta] else "not-identifiable" if unknown else "ok")
     inertia = [kind.leg_mass is not None for kind in shape.kinds for _ in kind.flat_names()]
+    own[at_beta + 1 :] = np.minimum(own[at_beta + 1 :], own_shares(_away_from_turns(tables, loops))[at_beta + 1 :])
     own[at_beta + 1 : at_beta + 1 + len(inertia)] *= ~np.array(inertia, dtype=bool) | (acceleration_apart(loops) > _LIKE_A_SLOPE)
     return [*words, *(_effect_word(own[k], bool(free[k])) for k in range(at_beta + 1, len(theta)))]
+
+
+def _away_from_turns(tables: Sequence[Array], loops: Sequence[LoopData]) -> list[Array]:
+    """The tables without the samples beside a reversal, where a motion that turns sharply is not known.
+
+    A viscous friction in triangles of one speed, for one, differs from a greater height of the loop in these samples alone.
+    """
+    kept = []
+    for table, data in zip(tables, loops, strict=True):
+        far = np.ones(len(data.force_N), dtype=bool)
+        turns = data.cycles.reversals
+        for turn in turns:
+            beside = min([_BESIDE, *(abs(other - turn) // 4 for other in turns if other != turn)])
+            far[max(turn - beside, 0) : turn + beside + 1] = False
+        kept.append(table[far[data.used]])
+    return kept
 
 
 def acceleration_apart(loops: Sequence[LoopData]) -> float:

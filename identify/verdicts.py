@@ -66,7 +66,9 @@ def _beyond_noise(loops: Sequence[LoopData], residuals: Sequence[Array]) -> str:
 
 
 def _does_not_apply(shape: Layout, theta: Array, closed: Sequence[LoopData], loops: Sequence[LoopData], residuals: Sequence[Array]) -> str:
-    if closed and all(area(data, data.force_N) <= 0.0 for data in closed):
+    if not closed:
+        return "there is no closed loop: no record holds a full cycle, and a drift or the start may pass for the law. Record more cycles"
+    if all(area(data, data.force_N) <= 0.0 for data in closed):
         return "the loops run clockwise: the actuator gives energy instead of taking it. Check the signs of force and elongation"
     for k, data in enumerate(loops):
         a_l, b_l, a_u, b_u, _ = shape.lines(theta, k)

@@ -189,16 +189,16 @@ def _resampled(given: Namespace, fit: Any, data: Any, result: dict[str, Any]) ->
     """The profile of beta and the bootstrap, where they were asked for, into the result."""
     from measure.command import progress
 
-    from ..resampling import bootstrap, profile_of_beta
+    from ..resampling import bootstrap
 
-    profile = profile_of_beta(fit, data) if given.profile or given.figure else None
+    profile = fit.profile() if given.profile or given.figure else None
     if profile:
         table = {"beta_per_m": profile.beta_per_m, "rise": profile.rise, "ci95": list(profile.interval)}
         result["beta_profile"] = table
         result["notes"].append("profile of beta: 95 % from {:.5g} to {:.5g} 1/m".format(*profile.interval))
     if given.bootstrap:
         steps = progress(range(given.bootstrap), what="bootstrap", total=given.bootstrap, quiet=given.quiet)
-        intervals = bootstrap(fit, data, given.bootstrap, given.seed, lambda _: next(steps, None))
+        intervals = bootstrap(fit, given.bootstrap, given.seed, lambda _: next(steps, None))
         result["bootstrap"] = {"repeats": given.bootstrap, "seed": given.seed, "ci95": intervals}
         result["notes"] += [f"bootstrap by cycles: {name} 95 % from {a:.6g} to {b:.6g}" for name, (a, b) in intervals.items()]
     return profile

@@ -7,7 +7,6 @@ from matplotlib.colors import to_rgb
 from identify.actuator import fit_actuator
 from identify.loop_plots import page
 from identify.loops import prepare
-from identify.resampling import profile_of_beta
 from measure import Loop
 from simulate.effect import Effect
 from simulate.effects import HubInertia
@@ -29,7 +28,7 @@ def shaken(frequency, amplitude=0.05, effects: tuple[Effect, ...] = ()):
 def drawn():
     loops = [shaken(f, a, (HubInertia(0.03),)) for f in (0.5, 1.0, 3.0) for a in (0.05, 0.02)]
     fit = fit_actuator(loops, (HubInertia,), "frequency_Hz", 1)
-    return fit, loops, page(fit, loops, "ok: a title", profile_of_beta(fit, loops))
+    return fit, loops, page(fit, loops, "ok: a title", fit.profile())
 
 
 def titled(figure, word):
@@ -70,9 +69,9 @@ def test_marks_of_single_loops_lie_on_what_was_fitted_to_all(drawn):
 
 
 def test_the_profile_crosses_where_its_interval_ends(drawn):
-    fit, loops, figure = drawn
+    fit, _, figure = drawn
     line = titled(figure, "profile of beta").lines[0]
-    low, high = profile_of_beta(fit, loops).interval
+    low, high = fit.profile().interval
     assert np.interp([low, high], line.get_xdata(), line.get_ydata()) == pytest.approx(3.84, abs=0.1)
 
 
