@@ -1,9 +1,6 @@
 """All measurements against one model, as one vector: measured minus modelled, in units of the noise.
 
-Unknown are the force law (base), each run's own release (nuisance) and the parameters of the effects that are tried.
-They are fitted together: fitted to a residual, the base would already have swallowed part of an effect.
-
-Everything is a knob, a number in units of its own scale, zero where the model file has it.
+All that is unknown is fitted together: fitted to a residual, the base would already have swallowed part of an effect.
 """
 
 from __future__ import annotations
@@ -18,20 +15,19 @@ from numpy.typing import NDArray
 from measure.errors import InputError, nearest
 from measure.tables import Array
 from simulate.effect import Effect
-from simulate.model import LEGS, Model
-from simulate.model_file import add_effects
+from simulate.model import Model
 
 from .campaign import Run
-from .knobs import BASE, Knob, base_knobs, effect_knobs, lines_of, release_knobs, zero_knob
+from .knobs import BASE, lines_of
 from .loops import LoopData, gap_and_sways
-from .measured import Film, LoopRun, film_of, lengths_of, loop_of
+from .measured import Film, film_of, lengths_of, loop_of
 from .noise import whitened
-from .observe import RunRelease, View, observe, observe_beside
+from .observe import View, observe, observe_beside
 from .threads import side_by_side
+from .unknowns import Unknowns
 
 _STEP = 1e-5
 _DIVERGED = 1e3
-LOOPS = -1  # in place of a film's number: what is common to no film
 
 
 @dataclass(frozen=True)
@@ -45,62 +41,8 @@ class Block:
 
 
 @dataclass(frozen=True)
-class Problem:
-    """Measurements, base model and the effects whose parameters are unknown.
-
-    covariate : a further column of the loops to which a part of their force is proportional, none unless given.
-    own_zeros : whether the load cell was set to zero for each loop anew.
-    until_s : films are cut there. effect_spread : prior of an effect's parameter around the model's value, in typical sizes;
-    none unless given.
-    """
-
-    model: Model
-    films: tuple[Film, ...]
-    loops: tuple[LoopRun, ...]
-    effects: tuple[Effect, ...] = ()
-    covariate: str = ""
-    own_zeros: bool = False
-    until_s: float = np.inf
-    effect_spread: float = np.inf
-
-    @cached_property
-    def knobs(self) -> tuple[Knob, ...]:
-        """All unknowns: base, then each film's release, then the zeros of the loops, then the effects."""
-        nuisance = [*(knob for own in self.own_knobs for knob in own), *self._zero_knobs]
-        of_effects = [k for effect in self.effects for k in effect_knobs(effect, self.model, self.effect_spread)]
-        return (*base_knobs(self.model, bool(self.loops)), *self._covariate_knobs, *nuisance, *of_effects)
-
-    @cached_property
-    def _covariate_knobs(self) -> tuple[Knob, ...]:
-        """The covariate's share of the force, in newtons per unit of its column; its weight is what it does to the force at all."""
-        if not self.covariate:
-            return ()
-        spread = float(np.std(np.concatenate([loop.data.other[self.covariate] for loop in self.loops])) or 1.0)
-        return (Knob(f"covariate {self.covariate}", 0.05 * abs(lines_of(self.model)[1]) / spread, np.inf, -np.inf, np.inf),)
-
-    @cached_property
-    def own_knobs(self) -> tuple[tuple[Knob, ...], ...]:
-        """The knobs of each film's own release."""
-        return tuple(tuple(release_knobs(film)) for film in self.films)
-
-    @cached_property
-    def _zero_knobs(self) -> tuple[Knob, ...]:
-        return tuple(zero_knob(loop.run.name, self.model) for loop in self.loops) if self.own_zeros else ()
-
-    @property
-    def first_nuisance(self) -> int:
-        """Index of the first knob of a release."""
-        return len(BASE) + bool(self.covariate)
-
-    @property
-    def first_zero(self) -> int:
-        """Index of the first knob of a loop's zero, behind the releases."""
-        return self.first_nuisance + sum(len(own) for own in self.own_knobs)
-
-    @property
-    def first_effect(self) -> int:
-        """Index of the first knob of an effect."""
-        return self.first_zero + len(self._zero_knobs)
+class Problem(Unknowns):
+    """Measurements against a model of which some is unknown, as a vector of gaps; see `Unknowns` for its fields."""
 
     @cached_property
     def blocks(self) -> tuple[Block, ...]:
@@ -141,59 +83,10 @@ class Problem:
         """The same with the films cut at a time; loops are whole."""
         return replace(self, until_s=horizon_s)
 
-    # From knobs to models -------------------------------------------------------------------------------------------
-
-    def model_at(self, q: Array, base: Model | None = None) -> Model:
-        """The model (of a run, or the campaign's own) with base and effects as the knobs say."""
-        return add_effects(shifted(base or self.model, q[: len(BASE)] * self.scales[: len(BASE)]), self.effects_at(q))
-
-    def effects_at(self, q: Array) -> tuple[Effect, ...]:
-        """The unknown effects with the parameters that the knobs say."""
-        place, made = self.first_effect, []
-        for effect in self.effects:
-            size = len(effect.flat())
-            values = effect.flat() + q[place : place + size] * self.scales[place : place + size]
-            bounds = np.array(list(effect.own_bounds(self.model).values()))
-            made.append(effect.with_flat(np.clip(values, bounds[:, 0], bounds[:, 1])))
-            place += size
-        return tuple(made)
-
-    def release_at(self, q: Array, index: int) -> RunRelease:
-        """The release of the film `index` as the knobs say."""
-        values = self._own_values(q, index)
-        return RunRelease(
-            tuple(values.get(f"position_{axis}", 0.0) for axis in "xyz"),
-            tuple(values.get(f"theta_{axis}", 0.0) for axis in "xyz"),
-            self.films[index].expected_s + values.get("instant", 0.0),
-            tuple(values.get(f"stored_force_{leg}", 0.0) for leg in range(LEGS)),
-        )
-
-    def zeros_at(self, q: Array) -> Array:
-        """What the load cell said without force in each loop, (loops,) N."""
-        own = slice(self.first_zero, self.first_effect)
-        return q[own] * self.scales[own] if self._zero_knobs else np.zeros(len(self.loops))
-
-    def _own_values(self, q: Array, index: int) -> dict[str, float]:
-        place = self.first_nuisance + sum(len(own) for own in self.own_knobs[:index])
-        return {k.name.rpartition(":")[2]: float(q[place + i] * k.scale) for i, k in enumerate(self.own_knobs[index])}
-
-    def _datum_at(self, q: Array, index: int) -> tuple[Array, float]:
-        """What a film that counts from its first frame may be wrong by: that frame's error (zeroed channels,), and its scale."""
-        values, film = self._own_values(q, index), self.films[index]
-        names = [channel for channel, zeroed in zip(film.channels, film.zeroed, strict=True) if zeroed]
-        return np.array([values[f"datum_{channel}"] for channel in names]), values.get("scale", 0.0)
-
-    @cached_property
-    def scales(self) -> Array:
-        """One of each knob in its own unit."""
-        return np.array([knob.scale for knob in self.knobs])
-
-    # From knobs to gaps ---------------------------------------------------------------------------------------------
-
     def gaps(self, q: Array) -> Array:
         """Measured minus modelled, over the noise, film by film and loop by loop; behind them the knobs over their priors."""
-        films = side_by_side(lambda i: self._film_gap(self.films[i], observe(self._view(q, i)), *self._datum_at(q, i)), len(self.films))
-        return np.concatenate([*films, *self._loop_gaps(q), self._prior(q)])
+        films = side_by_side(lambda i: self._film_gap(self.films[i], observe(self._view(q, i)), *self.datum_at(q, i)), len(self.films))
+        return np.concatenate([*films, *self._loop_gaps(q), self.prior(q)])
 
     def gaps_many(self, points: Sequence[Array]) -> list[Array]:
         """`gaps` at several points, each by itself."""
@@ -211,7 +104,7 @@ class Problem:
         films = self._film_gaps(points, touched, first)
         loops = self._loop_gaps(points[0]) if known is None else [known[b.rows] for b in self.blocks if b.channel == "force_N"]
         return [
-            np.concatenate([*films[k], *(self._loop_gaps(q) if self._moves_loops(q, points[0]) else loops), self._prior(q)])
+            np.concatenate([*films[k], *(self._loop_gaps(q) if self._moves_loops(q, points[0]) else loops), self.prior(q)])
             for k, q in enumerate(points)
         ]
 
@@ -237,7 +130,7 @@ class Problem:
             wanted = [k for k in range(len(points)) if k not in made and (k == 0 or touched[k] in (None, i))]
             views = [self._view(points[k], i) for k in wanted]
             seen = observe_beside(self._view(points[0], i), views, one_core=len(self.films) > 1)
-            return made | {k: self._film_gap(self.films[i], s, *self._datum_at(points[k], i)) for k, s in zip(wanted, seen, strict=True)}
+            return made | {k: self._film_gap(self.films[i], s, *self.datum_at(points[k], i)) for k, s in zip(wanted, seen, strict=True)}
 
         made = side_by_side(of_film, len(self.films))
         return [[of.get(k, of[0]) for of in made] for k in range(len(points))]
@@ -269,48 +162,8 @@ class Problem:
     def _without_covariate(self, q: Array, data: LoopData) -> LoopData:
         if not self.covariate:
             return data
-        share = q[len(BASE)] * self.scales[len(BASE)] * (data.other[self.covariate] - self._covariate_mean)
+        share = q[len(BASE)] * self.scales[len(BASE)] * (data.other[self.covariate] - self.covariate_mean)
         return replace(data, force_N=data.force_N - share)
-
-    @cached_property
-    def _covariate_mean(self) -> float:
-        return float(np.mean(np.concatenate([loop.data.other[self.covariate] for loop in self.loops])))
-
-    def _prior(self, q: Array) -> Array:
-        return q[self._with_prior] / self._spreads[self._with_prior] if self._base_root is None else self._prior_with_covariance(q)
-
-    @cached_property
-    def _spreads(self) -> Array:
-        return np.array([knob.spread for knob in self.knobs])
-
-    @cached_property
-    def _with_prior(self) -> NDArray[np.intp]:
-        return np.flatnonzero(np.isfinite(self._spreads))
-
-    @cached_property
-    def _base_root(self) -> Array | None:
-        """Inverse root of the covariance of the base that the model file carries; of no use where loops speak themselves."""
-        covariance = self.model.actuator.covariance
-        if covariance is None or self.loops or not all(name in covariance.names for name in BASE[:5]):
-            return None
-        order = [covariance.names.index(name) for name in BASE[:5]]
-        return np.linalg.inv(np.linalg.cholesky(np.array(covariance.matrix)[np.ix_(order, order)]))
-
-    def _prior_with_covariance(self, q: Array) -> Array:
-        assert self._base_root is not None
-        others = self._with_prior[self._with_prior >= 5]
-        return np.concatenate([self._base_root @ (q[:5] * self.scales[:5]), q[others] / self._spreads[others]])
-
-    def _owner(self, knob: int) -> int | None:
-        """The film whose own release a knob belongs to, `LOOPS` for a loop's zero, or None."""
-        if self.first_zero <= knob < self.first_effect:
-            return LOOPS
-        place = self.first_nuisance
-        for index, own in enumerate(self.own_knobs):
-            if place <= knob < place + len(own):
-                return index
-            place += len(own)
-        return None
 
     def jacobian(self, q: Array, columns: Sequence[int] | None = None, known: Array | None = None) -> tuple[Array, Array]:
         """Gaps (m,) and their rate of change with the knobs (m, k), by forward differences, all simulations side by side.
@@ -320,7 +173,7 @@ class Problem:
         chosen = list(range(len(q))) if columns is None else list(columns)
         steps = [-_STEP if q[i] + _STEP > self.knobs[i].high else _STEP for i in chosen]
         points = [q, *(_stepped(q, i, step) for i, step in zip(chosen, steps, strict=True))]
-        here, *there = self.gaps_beside(points, [None, *(self._owner(i) for i in chosen)], known)
+        here, *there = self.gaps_beside(points, [None, *(self.owner_of(i) for i in chosen)], known)
         return here, np.stack([(g - here) / step for g, step in zip(there, steps, strict=True)], axis=1)
 
 
@@ -346,14 +199,3 @@ def problem_of(model: Model, runs: Sequence[Run], covariate: str = "", *, own_ze
         if covariate and covariate not in loop.data.other:
             raise InputError(f'{loop.run.name}: no column "{covariate}" for the covariate; {nearest(covariate, loop.data.other)}')
     return Problem(model, films, loops, covariate=covariate if loops else "", own_zeros=own_zeros)
-
-
-def shifted(model: Model, shifts: Array) -> Model:
-    """The model with its force law shifted, in the order of `BASE`; six different legs are shifted alike."""
-    law = model.actuator
-    changed = {name: _plus(getattr(law, name), shift) for name, shift in zip(BASE, shifts, strict=True) if shift != 0.0}
-    return replace(model, actuator=replace(law, **changed)) if changed else model
-
-
-def _plus(value: float | tuple[float, ...], shift: float) -> float | tuple[float, ...]:
-    return tuple(v + float(shift) for v in value) if isinstance(value, tuple) else value + float(shift)
