@@ -24,7 +24,8 @@ from .candidates import Candidate, carried_over
 from .chance import noise_like
 from .detectable import Sight, sight
 from .evidence import GAP_P, Gain, GapTest, gap_test
-from .fit import ROUGHLY, Fit, bic, solve, solve_from_afar
+from .fit import ROUGHLY, Fit, bic, laid_out, solve, solve_from_afar
+from .foreseen import unforeseen
 from .intervals import profile_interval
 from .joining import joined, share_closed, without_superfluous
 from .missing_force import MissingForce, at_once, chance_of_force, estimate
@@ -74,7 +75,8 @@ class Explanation:
     """What came out. as_given : the model file itself; before : base refitted; after : with the findings.
 
     missing : the force that no effect explains, where the verdict is unknown. located : the force that was missing before
-    anything was named, as a first look along time; both None without deployments or without a gap.
+    anything was named, as a first look along time; both None without deployments or without a gap. unforeseen : deployments that took
+    no part because with the findings nobody could foresee them, see `foreseen.unforeseen`; the loops alone have told then.
     """
 
     verdict: str
@@ -91,6 +93,7 @@ class Explanation:
     located: MissingForce | None
     sights: tuple[Sight, ...]
     next_tests: tuple[NextTest, ...]
+    unforeseen: tuple[str, ...] = ()
 
     @property
     def model(self) -> Model:
@@ -132,13 +135,30 @@ def explain(
     """
     fitted = [run for run in runs if not run.hold_out]
     problem = problem_of(model, fitted, covariate, own_zeros=tare == "each")
-    found = _explained(problem, runs, catalogue, budget, say)
+    found = _told_by_loops(problem, runs, catalogue, budget, say) or _explained(problem, runs, catalogue, budget, say)
     left = found.verdict == "unknown" or found.gap_after.p_value < GAP_P
     if tare != "auto" or not left or not zeros_differ(found.after):
         return found
     say("giving each loop a zero of its own")
-    again = _explained(replace(problem, own_zeros=True), runs, catalogue, budget, say)
-    return found if again.verdict == "unknown" else again
+    asked = replace(found.before.problem, effects=(), own_zeros=True)
+    again = _explained(asked, runs, catalogue, budget, say)
+    return found if again.verdict == "unknown" else replace(again, unforeseen=found.unforeseen)
+
+
+def _told_by_loops(
+    problem: Problem, runs: Sequence[Run], catalogue: Mapping[str, type[Effect]], budget: Budget, say: Say
+) -> Explanation | None:
+    """What the loops name by themselves, where nobody could foresee any film with it, so that films say nothing against it; else None."""
+    loops = replace(problem, films=())
+    if not problem.films or not problem.loops or gap_test(solve_from_afar(loops)).p_value > GAP_P:
+        return None
+    say("asking the loops alone")
+    found = _explained(loops, runs, catalogue, budget, say)
+    if not found.findings:
+        return None
+    films = problem_of(problem.model, [run for run in runs if not run.is_loop]).with_effects(found.after.problem.effects)
+    lost = unforeseen(films, laid_out(found.after, films))
+    return replace(found, unforeseen=lost) if {film.run.name for film in problem.films} <= set(lost) else None
 
 
 def _explained(problem: Problem, runs: Sequence[Run], catalogue: Mapping[str, type[Effect]], budget: Budget, say: Say) -> Explanation:

@@ -45,6 +45,7 @@ def result_of(found: Explanation, missing_force_file: str | None = None) -> dict
         "detectable": [{"name": one.effect.name, "parameters": dict(one.sizes)} for one in found.sights],
         "base": base_moves(found),
         "loop_zeros_N": zeros_of(found.after),
+        "unforeseen_runs": list(found.unforeseen),
         "sentence": sentence(found),
     }
 
@@ -164,7 +165,16 @@ def sentence(found: Explanation) -> str:
         return words[found.verdict]
     names = ", ".join(_named(finding) for finding in found.findings)
     lead = {"named": "missing effect: ", "class": "missing effect, one of a class: ", "several": "missing effects: "}[found.verdict]
-    return lead + names
+    return lead + names + _without_films(found)
+
+
+def _without_films(found: Explanation) -> str:
+    if not found.unforeseen:
+        return ""
+    return (
+        f"; told by the loops alone: with it nobody can foresee {', '.join(found.unforeseen)}, where a release moved by a thousandth of "
+        "its spread or less takes another course"
+    )
 
 
 def _named(finding: Finding) -> str:

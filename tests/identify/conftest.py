@@ -61,6 +61,7 @@ def campaign(tmp_path: Path, prototype: Model) -> Callable[..., Path]:
         hold_out: bool = True,
         channels: tuple[str, ...] = tuple(SIGMA),
         model: Model = prototype,
+        loop_steps: int = 20_000,
     ) -> Path:
         chance = np.random.default_rng(seed)
         folder = tmp_path / f"campaign-{seed}"
@@ -77,7 +78,7 @@ def campaign(tmp_path: Path, prototype: Model) -> Callable[..., Path]:
             changed = "".join(f"model.{key} = {value}\n" for key, value in changes.items())
             rows.append(f'[[run]]\nfile = "deployment-{i + 1}.csv"\nhold_out = {str(out).lower()}\n{changed}')
         for frequency, amplitude in loops:
-            write_loop(_loop(truth, frequency, amplitude, chance), folder / f"loop-{frequency}-{amplitude}.csv")
+            write_loop(_loop(truth, frequency, amplitude, chance, loop_steps), folder / f"loop-{frequency}-{amplitude}.csv")
             rows.append(f'[[run]]\nfile = "loop-{frequency}-{amplitude}.csv"\n')
         (folder / "campaign.toml").write_text("\n".join(rows))
         _seal(acting, tmp_path / "sealed" / f"{seed}.json")
@@ -120,11 +121,14 @@ def _deployment(truth: Model, changes: Mapping[str, Any], channels: tuple[str, .
     return Trajectory(time, noisy, {name: np.full(150, SIGMA[name]) for name in channels})
 
 
-def _loop(truth: Model, frequency: float, amplitude: float, chance: np.random.Generator) -> Loop:
-    time = np.linspace(0.0, 3.0 / frequency, 20_001)
+def _loop(truth: Model, frequency: float, amplitude: float, chance: np.random.Generator, steps: int) -> Loop:
+    """Three cycles in a thousand samples; a play wants many steps, and a multiple of twelve, so that one ends at every turning point."""
+    time = np.linspace(0.0, 3.0 / frequency, steps + 1)
     w = 2 * np.pi * frequency
     u, v, a = 0.1 + amplitude * np.sin(w * time), amplitude * w * np.cos(w * time), -amplitude * w**2 * np.sin(w * time)
     law = truth.actuator
     lines = np.array([law.a_l_N_per_m, law.b_l_N, law.a_u_N_per_m, law.b_u_N, law.beta_per_m])
-    force = loop_force(lines, time, u, v, a, 2.84, truth.effects)[::20]
-    return Loop(time[::20], u[::20] + chance.normal(0.0, 1e-5, 1001), force + chance.normal(0.0, 2e-3, 1001))
+    force = loop_force(lines, time, u, v, a, 2.84, truth.effects)[:: steps // 1000]
+    return Loop(
+        time[:: steps // 1000], u[:: steps // 1000] + chance.normal(0.0, 1e-5, len(force)), force + chance.normal(0.0, 2e-3, len(force))
+    )
