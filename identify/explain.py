@@ -150,15 +150,19 @@ def _told_by_loops(
 ) -> Explanation | None:
     """What the loops name by themselves, where nobody could foresee any film with it, so that films say nothing against it; else None."""
     loops = replace(problem, films=())
-    if not problem.films or not problem.loops or gap_test(solve_from_afar(loops)).p_value > GAP_P:
+    if not problem.films or not problem.loops:
+        return None
+    before = solve_from_afar(loops)
+    if gap_test(before).p_value > GAP_P:
         return None
     say("asking the loops alone")
-    found = _explained(loops, runs, catalogue, budget, say)
-    if not found.findings:
+    told = joined(before, catalogue, budget, say).fit
+    films = problem_of(problem.model, [run for run in runs if not run.is_loop]).with_effects(told.problem.effects)
+    lost = unforeseen(films, laid_out(told, films))
+    if not {film.run.name for film in problem.films} <= set(lost):
         return None
-    films = problem_of(problem.model, [run for run in runs if not run.is_loop]).with_effects(found.after.problem.effects)
-    lost = unforeseen(films, laid_out(found.after, films))
-    return replace(found, unforeseen=lost) if {film.run.name for film in problem.films} <= set(lost) else None
+    found = _explained(loops, runs, catalogue, budget, say)
+    return replace(found, unforeseen=lost) if found.findings else None
 
 
 def _explained(problem: Problem, runs: Sequence[Run], catalogue: Mapping[str, type[Effect]], budget: Budget, say: Say) -> Explanation:
