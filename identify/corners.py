@@ -14,7 +14,7 @@ from measure.tables import Array
 
 from .kinematics import Motion
 
-_SIDE = 6  # samples on each side
+SIDE = 6  # samples on each side
 _LEAST = 4
 _DEGREE = 2  # of the polynomial on either side; one through both has as many coefficients as the two together
 _SHARP = 3.0  # noises that one polynomial through both sides leaves at a corner
@@ -40,7 +40,7 @@ def sharpened(time_s: Array, measured_m: Array, smooth: Motion, turns: tuple[int
     columns = np.stack([smooth.elongation_m, smooth.speed_m_per_s, smooth.acceleration_m_per_s2])
     corners = []
     for k in turns:
-        side = min([_SIDE, *(abs(other - k) // 2 for other in turns if other != k), k, len(time_s) - 1 - k])
+        side = min([SIDE, *(abs(other - k) // 2 for other in turns if other != k), k, len(time_s) - 1 - k])
         if side >= _LEAST and _is_sharp(time_s, measured_m, k, side, smooth.noise_m):
             found = _corner(time_s, measured_m, k, side, columns)
             corners += [found] if found else []

@@ -140,8 +140,7 @@ def explain(
     if tare != "auto" or not left or not zeros_differ(found.after):
         return found
     say("giving each loop a zero of its own")
-    asked = replace(found.before.problem, effects=(), own_zeros=True)
-    again = _explained(asked, runs, catalogue, budget, say)
+    again = _explained(replace(found.before.problem, own_zeros=True), runs, catalogue, budget, say)
     return found if again.verdict == "unknown" else replace(again, unforeseen=found.unforeseen)
 
 

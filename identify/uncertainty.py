@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from measure.tables import Array
 
+from .corners import SIDE
 from .loops import LoopData
 from .parameters import BETA_NAME, Layout
 
@@ -20,7 +21,6 @@ OWN_SHARE = 0.02  # of a parameter's signature that no other parameter can imita
 _TWO_SIDED_95 = 1.96  # standard deviations
 _REACH = 6  # frequencies of a doubled transform, half as many independent ones
 _LIKE_A_SLOPE = 0.1  # of the acceleration, that no slope of the force can imitate, below which no inertia is told from one
-_BESIDE = 6  # samples on each side of a reversal, but no more than a quarter of the stroke: what a sharp corner is worked out from
 _OVER = 3.0  # lengths 1 / beta after which the force is on its asymptote, to 5 %
 
 
@@ -42,8 +42,8 @@ class BetaDoubt:
     and not to its logarithm. open : whether far larger or smaller betas fit nearly as well, see `beta_profile.is_open`.
     """
 
-    turns: float = 0.0
-    open: bool = False
+    turns: float
+    open: bool
 
     def interval(self, beta: float, error: float, reach: float) -> tuple[float, float]:
         """`reach` standard deviations to each side, `error` being one of log beta; without an end above where 1 / beta may be nothing."""
@@ -198,7 +198,7 @@ def _words(
 
 
 def _away_from_turns(tables: Sequence[Array], loops: Sequence[LoopData]) -> list[Array]:
-    """The tables without the samples beside a reversal, where a motion that turns sharply is not known.
+    """The tables without the samples beside a reversal, where a motion that turns sharply is not known; half of a stroke stays at least.
 
     A viscous friction in triangles of one speed, for one, differs from a greater height of the loop in these samples alone.
     """
@@ -207,7 +207,7 @@ def _away_from_turns(tables: Sequence[Array], loops: Sequence[LoopData]) -> list
         far = np.ones(len(data.force_N), dtype=bool)
         turns = data.cycles.reversals
         for turn in turns:
-            beside = min([_BESIDE, *(abs(other - turn) // 4 for other in turns if other != turn)])
+            beside = min([SIDE, *(abs(other - turn) // 4 for other in turns if other != turn)])
             far[max(turn - beside, 0) : turn + beside + 1] = False
         kept.append(table[far[data.used]])
     return kept
