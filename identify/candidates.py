@@ -94,7 +94,8 @@ def carried_on(before: Fit, tried: Sequence[Candidate]) -> list[Candidate]:
 def carried_to_the_end(before: Fit, foremost: Sequence[Candidate]) -> list[Candidate]:
     """Candidates that were fitted up to the stops, or in a hurry, fitted whole.
 
-    Once one of them leaves only noise, its releases lie in the right valleys; the others start from those.
+    Once one of them leaves only noise, its releases lie in the right valleys; the others start from those. An effect more cannot fit worse
+    than none: a fit that does has lost its way behind the stops, and begins again where nothing was added.
     """
     closing: Fit | None = None
     done: list[Candidate] = []
@@ -104,7 +105,12 @@ def carried_to_the_end(before: Fit, foremost: Sequence[Candidate]) -> list[Candi
         if closing is None and gap_test(found).p_value > GAP_P:
             closing = found
             done = [_better(before, one, closing) for one in done]
-    return done
+    return [one if one.fit.cost <= before.cost else _refitted(one, before, _from_nothing(before, one)) for one in done]
+
+
+def _from_nothing(before: Fit, candidate: Candidate) -> Fit:
+    problem = candidate.fit.problem
+    return to_the_end(solve(problem, np.concatenate([before.q, np.zeros(len(problem.knobs) - len(before.q))]), most_steps=_LAST_STEPS))
 
 
 def _whole(before: Fit, candidate: Candidate) -> Fit:

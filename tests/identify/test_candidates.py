@@ -7,8 +7,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from identify import candidates
 from identify.campaign import read_campaign
-from identify.candidates import as_planned, carried_on, fit_screened
+from identify.candidates import as_planned, carried_on, carried_to_the_end, fit_screened
 from identify.evidence import GAP_P, gap_test
 from identify.fit import Fit, before_the_stops, solve
 from identify.knobs import POSE
@@ -99,3 +100,18 @@ def _cut_off(fit: Fit, higher: float) -> Fit:
     first, q = fit.problem.first_effect, fit.q.copy()
     q[first] += np.sqrt(higher / np.sum(fit.jacobian[:, first] ** 2))
     return Fit(fit.problem, q, *fit.problem.jacobian(q), converged=False)
+
+
+def test_an_effect_that_fits_worse_than_none_is_fitted_again_from_there(campaign, fitted, monkeypatch):
+    """Behind the stops a fit can lose its way and end far above the fit without the effect, which it holds as a special case."""
+    before = fitted(campaign(GravityImbalance(0.05), 605, loops=(), deployments=({}, {"geometry.stowed_height_m": 0.30}), hold_out=False))
+    (one,) = screen(before, [GravityImbalance()])
+    good = fit_screened(before, one)
+    problem, q = good.fit.problem, good.fit.q.copy()
+    q[problem.first_nuisance : problem.first_nuisance + 3] += 3.0
+    lost = Fit(problem, q, *problem.jacobian(q), converged=True)
+    assert lost.cost > before.cost + 100.0
+    monkeypatch.setattr(candidates, "_whole", lambda *_: lost)
+    (found,) = carried_to_the_end(before, [replace(good, fit=lost)])
+    assert found.fit.cost < good.fit.cost + 1.0
+    assert found.gain.chi2 > 20.0
