@@ -17,7 +17,7 @@ from measure.tables import Array
 from .evidence import Signature
 from .fit import Fit
 
-DRAWS, LIKENESS_DRAWS, SEED = 500, 4000, 2009
+DRAWS, LIKENESS_DRAWS, SEED = 500, 20000, 2009
 _FASTER_HALF = 0.5
 _SHOWN = 1e-2  # of the best seen combination of columns: what shows less is not told from a straight line's own error
 

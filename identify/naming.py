@@ -22,7 +22,8 @@ from .fit import ROUGHLY, Fit, before_the_stops, solve, to_the_end
 from .screening import Screened, kinds_to_try, screen
 
 RIVAL_P = 0.01  # a rival that would be led so far less often than this is excluded
-STRONG_BIC, _ROUGH_LEAD, _ROUGH_P = 10.0, 25.0, 1e-3
+LIKENESS_P = 1e-3  # one that would look so much like the best; rarer, for it rests on where its parameters could have pointed
+STRONG_BIC, _ROUGH_LEAD = 10.0, 25.0
 _HOPELESS, _CLOSED_BY_FAR = 0.5, 1000.0
 _FAR_ABOVE = 2.0  # times the sum of squares: a release may lie in a wrong valley
 _LAST_SHARE = 0.25  # of the excess over noise; a signature is a straight line's guess
@@ -215,8 +216,8 @@ def _excluded(before: Fit, rival: Candidate, best: Candidate, noise: Array, *, h
     A lead of a few units excludes nobody: behind the stops the sum of squares has valleys, and fits end up that far apart; farther
     still where they were hurried. An effect that can bend itself into many others is no rival of the one that it imitates.
     """
-    least, slack, by_chance = (_ROUGH_LEAD, STRONG_BIC, _ROUGH_P) if hurried else (STRONG_BIC, ROUGHLY, RIVAL_P)
-    if len(rival.fit.q) > len(best.fit.q) and chance_of_likeness(before, best.fit, rival.fit, slack) < by_chance:
+    least, slack = (_ROUGH_LEAD, STRONG_BIC) if hurried else (STRONG_BIC, ROUGHLY)
+    if len(rival.fit.q) > len(best.fit.q) and chance_of_likeness(before, best.fit, rival.fit, slack) < LIKENESS_P:
         return True
     lead = (rival.fit.cost - best.fit.cost) / max(1.0, best.fit.rms**2)
     return lead > least and chance_of_lead(best.fit, rival.fit, noise) < RIVAL_P

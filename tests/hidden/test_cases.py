@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from board.bench import Bench
 from board.campaigns import planned
-from board.detectable import class_of, free_of, needed
+from board.detectable import Variant, class_of, free_of, needed
 from board.making import made, sealed_file
 from board.rigs import drawn_rig
 from board.shaker import stroke_of
@@ -51,7 +51,27 @@ def test_loops_cannot_tell_a_strip_that_moves_from_a_spool_that_turns():
     true = runs.bench.rig.true
     hidden = drawn("leg-mass", true, runs.bench.reach_m, spec.chance)
     variants = runs.variants([lines for name in ("hub-inertia", "viscous-friction") for lines in rivals(CATALOGUE[name], true, 1e-3)])
-    assert class_of(100.0 * runs.change(hidden, 1e-2), variants) == ["hub-inertia"]
+    assert class_of(100.0 * runs.change(hidden, 1e-2), 1, variants) == ["hub-inertia"]
+
+
+def test_a_rival_with_fewer_numbers_is_told_apart_only_by_what_they_would_not_gain_by_chance():
+    """Fifteen beyond what four numbers say is clear for a truth of five, and what chance often gives one of nine."""
+    column = np.eye(50)[:, :1]
+    change = np.eye(50)[:, :2] @ np.sqrt([85.0, 15.0])
+    rival = Variant("rival", 4, column, np.array([-1e3]), np.array([1e3]))
+    assert needed(1) < 15.0 < needed(5)
+    assert class_of(change, 5, [rival]) == []
+    assert class_of(change, 9, [rival]) == ["rival"]
+
+
+def test_a_shaking_base_may_begin_at_any_phase():
+    """A wave and its opposite are the same effect half a turn later, so either is told from the other by nothing."""
+    spec = Spec(("base-excitation",))
+    runs = runs_of(spec)
+    lines = next(iter(rivals(CATALOGUE["base-excitation"], runs.bench.rig.true, 1e-3)))
+    (variant,) = runs.variants([lines])
+    for sign in (1.0, -1.0):
+        assert class_of(sign * variant.columns[:, 0], 6, [variant]) == ["base-excitation"]
 
 
 def test_a_force_on_the_platform_shows_in_no_loop():

@@ -54,9 +54,13 @@ def free_of(columns: Array) -> Free:
 
 @dataclass(frozen=True)
 class Variant:
-    """A shape of a rival, its columns freed of law and releases. low, high : how far its numbers may go."""
+    """A shape of a rival, its columns freed of law and releases. low, high : how far its amounts may go.
+
+    parameters : how many numbers a fit of the rival has, its shape among them.
+    """
 
     name: str
+    parameters: int
     columns: Array
     low: Array
     high: Array
@@ -79,16 +83,19 @@ def _left_by(change: Array, variant: Variant) -> float:
     return max(float(change @ change - target @ target) + float(np.sum((target - r @ inside.x) ** 2)), 0.0)
 
 
-def class_of(change: Array, variants: Sequence[Variant]) -> list[str]:
-    """The names of the effects that these runs cannot tell from a freed change: alike, or apart by less than is detectable.
+def class_of(change: Array, parameters: int, variants: Sequence[Variant]) -> list[str]:
+    """The names of the effects that these runs cannot tell from a freed change, made by so many numbers.
 
-    A rival has to say half of the change at least; at the detectable size nothing can be told from nothing.
+    Alike, or apart by less than is detectable: what a rival leaves would have to be found by a test on the numbers that it lacks, one
+    at least, for nine numbers do better than four by chance already. A rival has to say half of the change at least; at the
+    detectable size nothing can be told from nothing.
     """
     whole = float(change @ change)
     found = []
     for name in dict.fromkeys(variant.name for variant in variants):
-        left = unexplained(change, [variant for variant in variants if variant.name == name])
-        if left < (1.0 - ALIKE**2) * whole or left < min(needed(1), 0.5 * whole):
+        own = [variant for variant in variants if variant.name == name]
+        left, lacks = unexplained(change, own), max(1, parameters - own[0].parameters)
+        if left < (1.0 - ALIKE**2) * whole or left < min(needed(lacks), 0.5 * whole):
             found.append(name)
     return found
 

@@ -155,5 +155,5 @@ def _grid(name: str, reach_m: float) -> list[tuple[list[float], ...]]:
         return [([value],) for value in rows[name]]
     if name == "base-excitation":
         axes = ([1.0, 0.0, 0.0], [0.0, 0.0, 1.0])
-        return [([f, 0.0, *axis], [f, np.pi / 2, *axis]) for f in (1.0, 2.0, 4.0, 7.0, 11.0, 16.0, 22.0) for axis in axes]
+        return [([f, 0.0, *axis], [f, np.pi / 2, *axis]) for f in (1.0, 2.0, *np.arange(3.5, 24.0, 1.5)) for axis in axes]
     return [()]

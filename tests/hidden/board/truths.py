@@ -77,7 +77,7 @@ def _truth(spec: Spec, hidden: Hidden, runs: Yardstick, variants: Sequence[Varia
         return Truth(hidden, min(UNSEEN_AMOUNT, 0.5 * hidden.most), None, 0.0, ())
     amount = min(spec.size * detectable, 0.9 * hidden.most)
     change = runs.change(hidden, detectable)
-    alike = class_of(change * amount / detectable, [v for v in variants if v.name != hidden.name])
+    alike = class_of(change * amount / detectable, hidden.parameters, [v for v in variants if v.name != hidden.name])
     return Truth(hidden, amount, detectable, amount / detectable, tuple(alike))
 
 

@@ -82,7 +82,7 @@ class Yardstick:
         for group in lines:
             freed = [self._freed(next(vectors) - self.bench.here) / _small(hidden) for hidden in group]
             low, high = np.array([_ends(hidden) for hidden in group]).T
-            made.append(Variant(group[0].name, np.stack(freed, axis=1), np.minimum(low, 0.0), np.maximum(high, 0.0)))
+            made.append(Variant(group[0].name, group[0].parameters, np.stack(freed, axis=1), np.minimum(low, 0.0), np.maximum(high, 0.0)))
         return made
 
     def _freed(self, change: Array) -> Array:
@@ -97,5 +97,7 @@ def _small(hidden: Hidden) -> float:
 
 
 def _ends(hidden: Hidden) -> tuple[float, float]:
-    """How far an amount may go down and up."""
+    """How far an amount may go down and up; half a turn later a wave is its own opposite."""
+    if hidden.name == "base-excitation":
+        return -hidden.most, hidden.most
     return -replace(hidden, direction=-hidden.direction).most, hidden.most
