@@ -39,6 +39,7 @@ from .valleys import released_again, searched_everywhere
 from .zeros import Tare, zeros_differ
 
 CLOSED_SHARE, CLOSED_BY_FORCE = 2 / 3, 0.9
+_FEW = 3  # numbers of an effect; six legs can push the platform any way there is
 _AS_GIVEN_STEPS = 8
 
 
@@ -76,7 +77,8 @@ class Explanation:
 
     missing : the force that no effect explains, where the verdict is unknown. located : the force that was missing before
     anything was named, as a first look along time; both None without deployments or without a gap. unforeseen : deployments that took
-    no part because with the findings nobody could foresee them, see `foreseen.unforeseen`; the loops alone have told then.
+    no part because with the findings nobody could foresee them, see `foreseen.unforeseen`; the loops alone have told then. nearest :
+    of an unknown gap the effect that came nearest, and its share of the gap.
     """
 
     verdict: str
@@ -94,6 +96,7 @@ class Explanation:
     sights: tuple[Sight, ...]
     next_tests: tuple[NextTest, ...]
     unforeseen: tuple[str, ...] = ()
+    nearest: tuple[str, float] | None = None
 
     @property
     def model(self) -> Model:
@@ -194,7 +197,8 @@ def _explained(problem: Problem, runs: Sequence[Run], catalogue: Mapping[str, ty
     located = at_once(before) if verdict != "no-gap" and problem.films else None
     ranking = steps[0].ranking if steps else ()
     fits = _as_given(before), before, after
-    return Explanation(verdict, findings, *fits, *gaps, ranking, rivals, held, missing, located, sights, to_split)
+    nearest = (steps[0].best.name, share_closed(before, current)) if steps and verdict == "unknown" else None
+    return Explanation(verdict, findings, *fits, *gaps, ranking, rivals, held, missing, located, sights, to_split, nearest=nearest)
 
 
 def _settled(fit: Fit, say: Say) -> Fit:
@@ -220,15 +224,20 @@ def _held(run: Run, before: Fit, after: Fit) -> Held:
 
 
 def _more_than_noise(fit: Fit) -> bool:
-    """Whether anything is left that is not noise: slow against fast, or a force that nobody has named, on the platform or in the legs."""
-    return gap_test(fit).p_value < GAP_P or chance_of_force(fit) < GAP_P or chance_of_leg_force(fit) < GAP_P
+    """Whether anything is left that is not noise: a force, or releases that are farther from the plan than they can be."""
+    return gap_test(fit).p_value < GAP_P or _lacks_a_force(fit)
+
+
+def _lacks_a_force(fit: Fit) -> bool:
+    """Whether a force is left that nobody has named: slow against fast, on the platform or in the legs."""
+    return gap_test(fit).slow_p < GAP_P or chance_of_force(fit) < GAP_P or chance_of_leg_force(fit) < GAP_P
 
 
 def _verdict(before: Fit, after: Fit, steps: Sequence[Step], missing: MissingForce | None, *, left: bool) -> str:
     """What may be said.
 
-    Several effects that leave a gap are not taken, for together they can imitate much. A single one that leaves a gap must close
-    most of it, and do as well as a force without any physics.
+    Several effects that leave a gap are not taken, for together they can imitate much, nor is one with many numbers that leaves a
+    force. A single one with few must close most of the gap, and do as well as a force without any physics.
     """
     if not steps:
         return "unknown" if left else "no-gap"
@@ -240,8 +249,13 @@ def _verdict(before: Fit, after: Fit, steps: Sequence[Step], missing: MissingFor
 
 
 def _closes_most(before: Fit, after: Fit, missing: MissingForce | None) -> bool:
-    """Whether a fit closes most of the gap, and nearly all of what a force without any physics closes, in the legs or on the platform."""
+    """Whether a fit closes most of the gap, nearly all of what a force without any physics closes in the legs or on the platform.
+
+    Many numbers must leave no force at all.
+    """
     closed = before.cost - after.cost
+    if len(after.q) - len(before.q) > _FEW and _lacks_a_force(after):
+        return False
     if share_closed(before, after) < CLOSED_SHARE or closed < CLOSED_BY_FORCE * closed_by_leg_force(before):
         return False
     if missing is None:

@@ -162,10 +162,17 @@ def sentence(found: Explanation) -> str:
         "unknown": "unknown: there is a gap, and no effect of the catalogue closes it",
     }
     if found.verdict in words:
-        return words[found.verdict]
+        return words[found.verdict] + _nearest(found)
     names = ", ".join(_named(finding) for finding in found.findings)
     lead = {"named": "missing effect: ", "class": "missing effect, one of a class: ", "several": "missing effects: "}[found.verdict]
     return lead + names + _without_films(found)
+
+
+def _nearest(found: Explanation) -> str:
+    if found.nearest is None:
+        return ""
+    name, share = found.nearest
+    return f"; {name} comes nearest, closing {100.0 * share:.1f} % of it"
 
 
 def _without_films(found: Explanation) -> str:

@@ -14,6 +14,7 @@ from identify.explain import explain
 from identify.fit import Fit, bic, solve_from_afar
 from identify.missing_force import ForceAlongTime, at_once
 from identify.push import chance_of_push, is_bent, push
+from identify.result import sentence
 from simulate.effects import GravityImbalance, LegDisparity, ReleasePose
 from simulate.model_file import read_model
 
@@ -82,6 +83,17 @@ def test_a_moment_shows_as_one(campaign, fitted):
     assert known.sum() >= 3
     arm_m = moment[known] @ lateral[known] / (lateral[known] @ lateral[known])
     assert arm_m == pytest.approx(0.05, rel=0.5)
+
+
+def test_six_legs_that_leave_a_force_behind_are_not_named(campaign):
+    """Six legs can push the platform any way there is: a draught too faint for pushes is theirs but for a swell."""
+    folder = campaign(SideWind(0.003), 618)
+    found = explain(read_model(folder / "model.toml"), read_campaign([folder / "campaign.toml"]), {"leg-disparity": LegDisparity})
+    assert found.verdict == "unknown"
+    assert found.nearest is not None
+    assert found.nearest[0] == "leg-disparity"
+    assert 0.99 < found.nearest[1] < 1.0
+    assert "leg-disparity comes nearest, closing 99.9 % of it" in sentence(found)
 
 
 @pytest.mark.slow
