@@ -24,12 +24,12 @@ from .candidates import Candidate, carried_over
 from .chance import noise_like
 from .detectable import Sight, sight
 from .evidence import GAP_P, Gain, GapTest, gap_test
-from .fit import ROUGHLY, Fit, bic, laid_out, solve, solve_from_afar
+from .fit import ROUGHLY, Fit, laid_out, solve, solve_from_afar
 from .foreseen import unforeseen
+from .gap_verdict import more_than_noise, verdict_of
 from .intervals import profile_interval
 from .joining import joined, share_closed, without_superfluous
-from .missing_force import MissingForce, at_once, chance_of_force, estimate
-from .missing_leg_force import chance_of_leg_force, closed_by_leg_force
+from .missing_force import MissingForce, at_once, estimate
 from .naming import BUDGETS, Budget, Rival, Say, Step
 from .next_test import NextTest, next_tests
 from .problem import Problem, problem_of
@@ -38,8 +38,6 @@ from .screening import kinds_to_try
 from .valleys import released_again, searched_everywhere
 from .zeros import Tare, zeros_differ
 
-CLOSED_SHARE, CLOSED_BY_FORCE = 2 / 3, 0.9
-_FEW = 3  # numbers of an effect; six legs can push the platform any way there is
 _AS_GIVEN_STEPS = 8
 
 
@@ -173,7 +171,7 @@ def _explained(problem: Problem, runs: Sequence[Run], catalogue: Mapping[str, ty
     added = joined(before, catalogue, budget, say)
     before = added.before
     current, steps = without_superfluous(added.fit, added.steps, say)
-    missing, pushed, left = None, False, _more_than_noise(current)
+    missing, pushed, left = None, False, more_than_noise(current)
     if left and len(steps) > 1:  # several must leave nothing; the foremost alone may stand
         current, steps = added.first[0].best.fit, added.first
     alike = steps[0].rivals_of(current) if len(steps) == 1 else [current]
@@ -182,7 +180,7 @@ def _explained(problem: Problem, runs: Sequence[Run], catalogue: Mapping[str, ty
     elif left and problem.films:
         say("estimating the missing force")
         missing = estimate(before)
-    verdict = "unknown" if pushed else _verdict(before, current, steps, missing, left=left)
+    verdict = "unknown" if pushed else verdict_of(before, current, steps, missing, left=left)
     explained = verdict in ("named", "class", "several")
     after = _settled(current, say) if explained else before
     say("looking at the runs held out")
@@ -221,47 +219,6 @@ def _held(run: Run, before: Fit, after: Fit) -> Held:
     of = before.problem
     problem = problem_of(of.model, [run], of.covariate, own_zeros=of.own_zeros)
     return Held(carried_over(before, problem), carried_over(after, problem.with_effects(after.problem.effects)))
-
-
-def _more_than_noise(fit: Fit) -> bool:
-    """Whether anything is left that is not noise: a force, or releases that are farther from the plan than they can be."""
-    return gap_test(fit).p_value < GAP_P or _lacks_a_force(fit)
-
-
-def _lacks_a_force(fit: Fit) -> bool:
-    """Whether a force is left that nobody has named: slow against fast, on the platform or in the legs."""
-    return gap_test(fit).slow_p < GAP_P or chance_of_force(fit) < GAP_P or chance_of_leg_force(fit) < GAP_P
-
-
-def _verdict(before: Fit, after: Fit, steps: Sequence[Step], missing: MissingForce | None, *, left: bool) -> str:
-    """What may be said.
-
-    Several effects that leave a gap are not taken, for together they can imitate much, nor is one with many numbers that leaves a
-    force. A single one with few must close most of the gap, and do as well as a force without any physics.
-    """
-    if not steps:
-        return "unknown" if left else "no-gap"
-    if left and not _closes_most(before, after, missing):
-        return "unknown"
-    if len(steps) > 1:
-        return "several"
-    return "class" if steps[0].equivalents else "named"
-
-
-def _closes_most(before: Fit, after: Fit, missing: MissingForce | None) -> bool:
-    """Whether a fit closes most of the gap, nearly all of what a force without any physics closes in the legs or on the platform.
-
-    Many numbers must leave no force at all.
-    """
-    closed = before.cost - after.cost
-    if len(after.q) - len(before.q) > _FEW and _lacks_a_force(after):
-        return False
-    if share_closed(before, after) < CLOSED_SHARE or closed < CLOSED_BY_FORCE * closed_by_leg_force(before):
-        return False
-    if missing is None:
-        return True
-    by_force = before.cost - min(missing.fit.cost, after.cost)
-    return closed > CLOSED_BY_FORCE * by_force and bic(after) < bic(missing.fit)
 
 
 def _findings(after: Fit, before: Fit, steps: Sequence[Step]) -> tuple[Finding, ...]:
