@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import inspect
 import json
 import shutil
 from collections.abc import Iterable, Iterator
@@ -13,7 +14,7 @@ from pathlib import Path
 import numpy as np
 
 from measure.errors import InputError
-from measure.output import replacing, write_text
+from measure.output import replacing, sha256, write_text
 from measure.tables import Array
 
 from .model_file import document_of
@@ -21,8 +22,9 @@ from .sweep import Sweep
 
 
 def key_of(sweep: Sweep) -> str:
-    """What a piece depends on: model, factors, design with its seed, and version, as one hash."""
-    parts = [document_of(sweep.model), [asdict(factor) for factor in sweep.factors], asdict(sweep.design)]
+    """What a piece depends on: model, factors, design with its seed, the effects' formulas, and version, as one hash."""
+    formulas = [sha256(Path(inspect.getfile(type(effect)))) for effect in sweep.model.effects]
+    parts = [document_of(sweep.model), [asdict(factor) for factor in sweep.factors], asdict(sweep.design), formulas]
     return hashlib.sha256(json.dumps([*parts, metadata.version("unspool")]).encode()).hexdigest()
 
 

@@ -14,6 +14,7 @@ from measure.errors import InputError
 
 from .effects import CATALOGUE
 from .model import LEGS, Model, value_of, with_value
+from .model_file import Catalogue
 
 LETTERS = "ABCDEFGHJKLMNOPQRSTUVWXYZ"  # no I, as in the paper's Table 1
 FARTHEST = 6.0  # standard deviations; a normal spread ends there
@@ -112,13 +113,13 @@ def factor_of(model: Model, word: str, letter: str) -> Factor:
     return Factor(letter, key, low, high, normal is not None)
 
 
-def with_named_effects(model: Model, words: Sequence[str]) -> Model:
+def with_named_effects(model: Model, words: Sequence[str], catalogue: Catalogue = CATALOGUE) -> Model:
     """The model with the effects that `effect.NAME.PARAMETER=...` names and it has not, switched off."""
     for word in words:
         head, _, rest = word.partition(".")
         name = rest.partition(".")[0]
-        if head == "effect" and name in CATALOGUE and name not in [effect.name for effect in model.effects]:
-            model = model.with_effect(CATALOGUE[name]())
+        if head == "effect" and name in catalogue and name not in [effect.name for effect in model.effects]:
+            model = model.with_effect(catalogue[name]())
     return model
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import importlib.util
 import sys
 from collections.abc import Iterable
+from functools import cache
 from pathlib import Path
 
 from measure.command import existing_file
@@ -30,6 +31,7 @@ def catalogue_with(files: Iterable[Path]) -> dict[str, type[Effect]]:
     return catalogue
 
 
+@cache
 def _effects_in(file: Path) -> list[type[Effect]]:
     existing_file(file, what="a Python file with effects")
     name = f"own_effects_{file.stem}"

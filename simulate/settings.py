@@ -8,11 +8,12 @@ from typing import Any
 
 from measure.errors import InputError
 
+from .effects import CATALOGUE
 from .model import LEGS, Model
-from .model_file import document_of, model_from
+from .model_file import Catalogue, document_of, model_from
 
 
-def with_settings(model: Model, settings: Iterable[str]) -> Model:
+def with_settings(model: Model, settings: Iterable[str], catalogue: Catalogue = CATALOGUE) -> Model:
     """The model with each `KEY=VALUE` worked in, checked like a model file.
 
     A key is named as in the file, `platform.mass_kg`, `actuator.b_l_N[0]`, or `effect.NAME.PARAMETER`, which adds the effect
@@ -31,7 +32,7 @@ def with_settings(model: Model, settings: Iterable[str]) -> Model:
         head, _, index = name.partition("[")
         value = _value(text, where)
         table[head] = _with_entry(table.get(head), index, value, where) if index else value
-        model = model_from(document, where)
+        model = model_from(document, where, catalogue)
     return model
 
 

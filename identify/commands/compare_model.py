@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from measure.command import DONE, parser, run
 from measure.reading_options import add_reading_options, mapping_from
+from simulate.model_options import add_effects_option
 
 if TYPE_CHECKING:
     from identify.compare import Comparison
@@ -27,7 +28,7 @@ def _parser() -> Any:
     made.add_argument("model", type=Path, metavar="MODEL", help="model file (TOML)")
     made.add_argument("measured", nargs="+", type=Path, metavar="MEASURED", help="loops, trajectories, or lists of runs (TOML)")
     made.add_argument("--as-given", action="store_true", help="take the release from the model file instead of fitting each run's own")
-    made.add_argument("--effects", action="append", default=[], type=Path, metavar="FILE", help="Python file with effects of your own")
+    add_effects_option(made)
     add_reading_options(made)
     return made
 
@@ -45,7 +46,7 @@ def _work(arguments: Sequence[str]) -> int:
     model = read_model(given.model, catalogue_with(given.effects))
     runs = read_campaign(given.measured, mapping_from(given))
     found = compare(model, runs, fit_release=not given.as_given)
-    _write(given, found, [given.model, *(r.path for r in runs if r.path)])
+    _write(given, found, [given.model, *(r.path for r in runs if r.path), *given.effects])
     if not given.quiet:
         print("\n".join([*(f"record   {said}" for said in remarks(runs)), *summary(found)]))
     return DONE

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from measure.command import DONE, VERDICT_BAD, parser, run
 from measure.reading_options import add_reading_options, mapping_from
+from simulate.model_options import add_effects_option
 
 if TYPE_CHECKING:
     from identify.explain import Explanation
@@ -26,7 +27,7 @@ def _parser() -> Any:
     made = parser(NAME, DOES, output="folder for the report and the extended model", output_default="explanation")
     made.add_argument("model", type=Path, metavar="MODEL", help="model file (TOML)")
     made.add_argument("measured", nargs="+", type=Path, metavar="MEASURED", help="loops, trajectories, or lists of runs (TOML)")
-    made.add_argument("--effects", action="append", default=[], type=Path, metavar="FILE", help="Python file with effects of your own")
+    add_effects_option(made)
     add_reading_options(made)
     made.add_argument(
         "--covariate", default="", metavar="COLUMN", help="further column of the loops that part of the force is proportional to"

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from measure.command import DONE, VERDICT_BAD, parser, run
 from measure.reading_options import add_reading_options, mapping_from
+from simulate.model_options import add_effects_option
 
 if TYPE_CHECKING:
     from measure.foreign import Understood
@@ -47,6 +48,7 @@ def _parser() -> Any:
     fit.add_argument("--profile", action="store_true", help="fit all the rest for betas around the best one")
     fit.add_argument("--bootstrap", type=int, default=0, metavar="N", help="intervals from N fits to cycles drawn with replacement")
     fit.add_argument("--seed", type=int, default=0, help="of the bootstrap")
+    add_effects_option(made)
     made.add_argument("--model", type=Path, metavar="MODEL", help="put the actuator into this model instead of a bare one")
     made.add_argument("--figure", type=Path, metavar="FILE", help="loops, model and residual on one page (png, pdf, svg)")
     return made
@@ -139,13 +141,14 @@ def _saved(given: Namespace, mapping: ColumnMapping, turned: Turned, understood:
 
 def _fitted(given: Namespace, data: Sequence[LoopData], notes: list[str]) -> tuple[Any, dict[str, Any]]:
     from simulate.effect import effect_from
-    from simulate.effects import CATALOGUE
+    from simulate.own_effects import catalogue_with
 
     from ..actuator import fit_actuator
     from ..covariates import hint
     from ..loop_report import result_of
 
-    kinds = tuple(type(effect_from(CATALOGUE, name, {})) for name in dict.fromkeys(given.effect))
+    catalogue = catalogue_with(given.effects)
+    kinds = tuple(type(effect_from(catalogue, name, {})) for name in dict.fromkeys(given.effect))
     abscissa: Any = {"none": "none", "frequency": "frequency_Hz", "speed": "speed_m_per_s"}[given.rate]
     order, chosen = _order(given, data, kinds, abscissa)
     fit = fit_actuator(data, kinds, abscissa, order, given.tare, given.covariate, given.robust)
@@ -213,15 +216,16 @@ def _write(given: Namespace, mapping: ColumnMapping, fit: Any, data: Any, result
     from measure.mapping import write_mapping
     from measure.output import provenance, write_json
 
-    note = provenance(given.loops, given.seed if given.bootstrap else None)
+    note = provenance([*given.loops, *given.effects], given.seed if given.bootstrap else None)
     if given.save_mapping:
         write_mapping(mapping, given.save_mapping)
     if given.output:
         from simulate.model_file import read_model
+        from simulate.own_effects import catalogue_with
 
         from ..loop_report import model_of, write_actuator
 
-        base = read_model(given.model) if given.model else None
+        base = read_model(given.model, catalogue_with(given.effects)) if given.model else None
         write_actuator(
             model_of(fit, base), given.output, {**note, "verdict": result["verdict"], "reason": result["reason"]}, whole=base is not None
         )

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from measure.command import DONE, VERDICT_BAD, parser, run
 from measure.errors import InputError
+from simulate.model_options import add_model_options, model_told
 
 if TYPE_CHECKING:
     from measure.tables import Trajectory
@@ -25,8 +26,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 def _parser() -> Any:
     made = parser(NAME, "Simulate one deployment of a model.", output="trajectory (CSV)", output_default="deployment.csv")
-    made.add_argument("model", type=Path, metavar="MODEL", help="model file (TOML)")
-    made.add_argument("--set", action="append", default=[], metavar="KEY=VALUE", help="change a value, as platform.mass_kg=0.9; repeatable")
+    add_model_options(made)
     made.add_argument("--legs", type=Path, metavar="FILE", help="write elongation, length and force of each leg (CSV)")
     made.add_argument("--energy", type=Path, metavar="FILE", help="write the energy ledger against time (CSV)")
     made.add_argument("--mjcf", type=Path, metavar="FILE", help="write the rig for MuJoCo (XML), to be driven by six motors")
@@ -47,15 +47,13 @@ def _work(arguments: Sequence[str]) -> int:
     from measure.tables import read_trajectory
     from simulate.accuracy import deploy_checked
     from simulate.mjcf import require_expressed
-    from simulate.model_file import read_model
-    from simulate.settings import with_settings
 
-    model = with_settings(read_model(options.model), options.set)
+    model, _ = model_told(options)
     if options.mjcf is not None:
         require_expressed(model)
     measured = None if options.measured is None else read_trajectory(options.measured)
     deployed = deploy_checked(model)
-    note = provenance([options.model], command=[NAME, *arguments])
+    note = provenance([options.model, *options.effects], command=[NAME, *arguments])
     cases = _gravity_study(options, model)
     result = {**deployed.summary, **({"gravity_study": [case.report for case in cases]} if cases else {}), "provenance": note}
     _write(options, deployed, result)
@@ -72,10 +70,10 @@ def _work(arguments: Sequence[str]) -> int:
 
 def _require_distinct(options: Any) -> None:
     named = (options.model, options.output, options.json, options.legs, options.energy, options.figure, options.mjcf)
-    named = (*named, options.page, options.measured, options.gravity_study)
+    named = (*named, options.page, options.measured, options.gravity_study, *options.effects)
     paths = [path.resolve() for path in named if path is not None]
     if len(set(paths)) < len(paths):
-        raise InputError("two files have the same name; give each output its own, and none that of the model.")
+        raise InputError("two files have the same name; give each output its own, and none that of an input.")
     if options.measured is not None and options.page is None:
         raise InputError("--measured: is laid over the modelled trajectory on a page; name one with --page FILE.")
     study = options.gravity_study

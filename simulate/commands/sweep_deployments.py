@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from measure.command import DONE, VERDICT_BAD, parser, progress, run
 from measure.errors import InputError
+from simulate.model_options import add_model_options, model_told
 
 if TYPE_CHECKING:
     from measure.tables import Array
@@ -36,8 +37,7 @@ def _parser() -> Any:
         output="folder for the tables and the figure",
         output_default="sweep",
     )
-    made.add_argument("model", type=Path, metavar="MODEL", help="model file (TOML)")
-    made.add_argument("--set", action="append", default=[], metavar="KEY=VALUE", help="change a value of the model first; repeatable")
+    add_model_options(made)
     made.add_argument("--design", choices=DESIGNS, default="full", help="how the factors are combined (default: full)")
     made.add_argument(
         "--factor",
@@ -76,7 +76,7 @@ def _work(arguments: Sequence[str]) -> int:
     wall = time.perf_counter() - started
     result = SweepResult(found.sweep, kept, options.response, options.failure_deg)
     tolerance = tolerance_of(found.sweep.model, options.tolerance_deg or (5.0, FAILURE_DEG), options.probability, options.seed)
-    note = provenance([options.model], seed=options.seed, command=[NAME, *_without_how(arguments)])
+    note = provenance([options.model, *options.effects], seed=options.seed, command=[NAME, *_without_how(arguments)])
     report = {**result.report, "step": found.report, "tolerance": tolerance, "wall_s": wall, "provenance": note}
     _write(options, kept.folder, result, report)
     kept.remove()
@@ -98,6 +98,8 @@ def _check(options: Any) -> None:
         raise InputError(f"{options.output}: its folder does not exist. Make it, or name another --output.")
     if options.workers is not None and options.workers < 1:
         raise InputError(f"--workers {options.workers}: at least one is needed.")
+    if options.dask is not None and options.effects:
+        raise InputError(f"{options.effects[0]}: the workers of a cluster do not have effects of your own; sweep without --dask.")
     if not 0.0 < options.probability < 1.0:
         raise InputError(f"--probability {options.probability:g}: give one between 0 and 1.")
     for angle in (options.failure_deg, *(options.tolerance_deg or ())):
@@ -108,12 +110,11 @@ def _check(options: Any) -> None:
 def _settled(options: Any) -> Settled:
     from simulate.designs import design_of
     from simulate.factors import factors_of, with_named_effects
-    from simulate.model_file import read_model
-    from simulate.settings import with_settings
     from simulate.settling import settled
     from simulate.sweep import Sweep
 
-    model = with_named_effects(with_settings(read_model(options.model), options.set), options.factor)
+    model, catalogue = model_told(options)
+    model = with_named_effects(model, options.factor, catalogue)
     factors = tuple(factors_of(model, options.factor))
     normal = [i for i, factor in enumerate(factors) if factor.normal]
     sweep = Sweep(model, factors, design_of(options.design, len(factors), options.runs, options.seed, normal))
