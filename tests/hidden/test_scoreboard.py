@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 import shutil
-from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
 import pytest
-from _pytest.mark import ParameterSet
 from board.further import with_further_run
 from board.making import made, sealed_file
 from board.page import markdown, printed
@@ -25,15 +23,6 @@ from simulate.model_file import read_model
 pytestmark = pytest.mark.slow
 PATIENCE_S = 900.0
 IN_LOOPS = Spec(("viscous-friction",), 3.0, "loops")
-ELEVATION_ALONE = "large, and filmed in elevation alone: another effect with other releases closes the gap as well"
-NOT_YET: dict[tuple[tuple[str, ...], float], str] = {(("leg-disparity",), 10.0): ELEVATION_ALONE}
-
-
-def _cases() -> Iterator[ParameterSet]:
-    """The fast board; cases that are known not to be answered right yet are asked all the same."""
-    for spec in board("fast"):
-        why = NOT_YET.get((spec.hidden, spec.size))
-        yield pytest.param(spec, id=spec.token, marks=[pytest.mark.xfail(reason=why, strict=False)] if why else [])
 
 
 @pytest.fixture(scope="module")
@@ -41,7 +30,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return tmp_path_factory.mktemp("board")
 
 
-@pytest.fixture(scope="module", params=_cases())
+@pytest.fixture(scope="module", params=board("fast"), ids=lambda spec: spec.token)
 def row(request: pytest.FixtureRequest, folder: Path) -> Scored:
     """One case of the fast board, asked and scored; its truth is read when the answer is there."""
     answers = run([request.param], OURS, folder, processes=1, patience_s=PATIENCE_S)
