@@ -1,4 +1,4 @@
-"""The public scoreboard of explain-gap: `python tests/hidden/scoreboard.py --subset fast|standard|full`.
+"""The public scoreboard of explain-gap: `python tests/hidden/scoreboard.py --subset fast|standard|full|seed-N`.
 
 Makes the cases that are not there yet, asks each method about each of them, breaks the seals, and writes `scoreboard.json` and
 `scoreboard.md` beside the answers. What has been answered by the same sources is not asked again.
@@ -25,7 +25,8 @@ from measure.output import json_text, write_text
 
 def _parser() -> argparse.ArgumentParser:
     made = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    made.add_argument("--subset", choices=("fast", "standard", "full"), default="standard")
+    subsets = "fast, standard (seed 0), full (seeds 0 to 3), or seed-N: all cases of one seed, which may be one that nobody was asked about"
+    made.add_argument("--subset", type=_subset, default="standard", metavar="NAME", help=subsets)
     made.add_argument("--cases", type=int, metavar="N", help="only the first N of the board, which is in a random order")
     made.add_argument("--skip", type=int, default=0, metavar="N", help="leave out the first N, of which an earlier run may have told")
     only = (
@@ -38,6 +39,12 @@ def _parser() -> argparse.ArgumentParser:
     made.add_argument("--further", action="store_true", help="do the test that is recommended for each class, and ask again")
     made.add_argument("-o", "--output", type=Path, default=Path("out/hidden"), metavar="FOLDER")
     return made
+
+
+def _subset(text: str) -> str:
+    if text in ("fast", "standard", "full") or (text.startswith("seed-") and text.removeprefix("seed-").isdecimal()):
+        return text
+    raise argparse.ArgumentTypeError(f"{text!r} is none of fast, standard, full and seed-N")
 
 
 def _say(text: str) -> None:

@@ -181,3 +181,10 @@ def test_words_that_all_have_to_fit_choose_one_case_of_each_effect():
     assert chosen(board("full"), ["standard", "3x", "seed-2"], 4, skip=3) == once[3:7]
     assert chosen(board("full"), ["2x"], None) == []
     assert [spec.hidden for spec in chosen(board("full"), ["nothing", "standard"], None)] == [()] * 40
+
+
+def test_another_seed_gives_as_many_cases_on_rigs_of_its_own():
+    fresh, known = board("seed-7"), board("full")
+    assert len(fresh) == len(board("standard")) == len(board("seed-0"))
+    assert not {spec.token for spec in fresh} & {spec.token for spec in known}
+    assert set(board("seed-0")) == set(board("standard"))

@@ -77,10 +77,10 @@ class Spec:
 
 
 def board(subset: str) -> list[Spec]:
-    """All cases of a board, in an order of their own: fast, standard or full."""
+    """All cases of a board, in an order of their own: fast, standard, full, or a seed with rigs of its own (`seed-7`)."""
     if subset == "fast":
         return [replace(spec, engine=_engine(spec)) for spec in FAST]
-    seeds = range(1) if subset == "standard" else range(4)
+    seeds = {"standard": range(1), "full": range(4)}.get(subset) or [int(subset.removeprefix("seed-"))]
     specs = list(dict.fromkeys(replace(spec, engine=_engine(spec)) for seed in seeds for spec in _with_seed(seed)))
     order = np.random.default_rng(MASTER_SEED).permutation(len(specs))
     return [specs[i] for i in order]
