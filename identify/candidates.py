@@ -15,7 +15,7 @@ from .fit import ROUGHLY, Fit, laid_out, solve, solve_from_afar, to_the_end
 from .knobs import POSE
 from .problem import Problem
 from .screening import Screened
-from .valleys import released_again
+from .valleys import released_again, searched_everywhere
 
 _SHORT_OF_PROMISE = 0.8
 _ON_ITS_WAY = 2.0  # times the sum of squares that was promised
@@ -94,17 +94,17 @@ def carried_on(before: Fit, tried: Sequence[Candidate]) -> list[Candidate]:
 def carried_to_the_end(before: Fit, foremost: Sequence[Candidate]) -> list[Candidate]:
     """Candidates that were fitted up to the stops, or in a hurry, fitted whole.
 
-    Once one of them leaves only noise, its releases lie in the right valleys; the others start from those. An effect more cannot fit worse
-    than none: a fit that does has lost its way behind the stops, and begins again where nothing was added.
+    Once one of them leaves only noise, its releases, looked for anew, lie in the right valleys; the others start from those. An effect more
+    cannot fit worse than none: a fit that does has lost its way behind the stops, and begins again where nothing was added.
     """
     closing: Fit | None = None
     done: list[Candidate] = []
     for candidate in foremost:
         found = _whole(before, candidate) if closing is None else _whole_from(before, candidate, closing)
-        done.append(_refitted(candidate, before, found))
         if closing is None and gap_test(found).p_value > GAP_P:
-            closing = found
+            closing = found = searched_everywhere(found)
             done = [_better(before, one, closing) for one in done]
+        done.append(_refitted(candidate, before, found))
     return [one if one.fit.cost <= before.cost else _refitted(one, before, _from_nothing(before, one)) for one in done]
 
 
@@ -134,8 +134,6 @@ def _whole_from(before: Fit, candidate: Candidate, closing: Fit) -> Fit:
 
 def _better(before: Fit, candidate: Candidate, closing: Fit) -> Candidate:
     """The candidate as it is, or fitted again from the releases of another."""
-    if candidate.fit is closing:
-        return candidate
     again = _whole_from(before, candidate, closing)
     return _refitted(candidate, before, again) if again.cost < candidate.fit.cost else candidate
 

@@ -20,6 +20,7 @@ from .chance import Family, chance_of_lead, chance_of_likeness, family, inflatio
 from .evidence import EFFECT_P, GAP_P, Gain, gap_test, likeness
 from .fit import ROUGHLY, Fit, before_the_stops, solve, to_the_end
 from .screening import Screened, kinds_to_try, screen
+from .valleys import searched_everywhere
 
 RIVAL_P = 0.01  # a rival that would be led so far less often than this is excluded
 LIKENESS_P = 1e-3  # one that would look so much like the best; rarer, for it rests on where its parameters could have pointed
@@ -181,11 +182,18 @@ def _step(look: Look, tried: Tried) -> Step | None:
 
 
 def _without(current: Fit, best: Fit) -> Fit:
-    """The fit before, or one that is far better from where the best effect has led: then it lay in a wrong valley of the releases."""
-    if current.cost < _FAR_ABOVE * best.cost:
+    """The fit before, or a better one without the effect: then it lay in a wrong valley of the releases.
+
+    One far above the best is fitted again from where the effect has led. Where only the effect shows that something is missing, every
+    release is looked for anew, for what lies in a shallow wrong valley looks like noise and an effect can mend it.
+    """
+    if current.cost >= _FAR_ABOVE * best.cost:
+        found = to_the_end(solve(current.problem, best.q[: len(current.q)]))
+        return found if current.cost > _FAR_ABOVE * found.cost else current
+    if not current.problem.films or gap_test(current).p_value < GAP_P:
         return current
-    found = to_the_end(solve(current.problem, best.q[: len(current.q)]))
-    return found if current.cost > _FAR_ABOVE * found.cost else current
+    found = searched_everywhere(current)
+    return found if found.cost < current.cost - STRONG_BIC else current
 
 
 def _not_fitted_whole(look: Look, tried: Tried) -> list[Rival]:

@@ -10,16 +10,20 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from measure.tables import Array
 
 from .evidence import GAP_P, gap_test
 from .fit import ROUGHLY, Fit, before_the_stops, first_stop_s, laid_out, solve, to_the_end
+from .knobs import POSE
+from .measured import Film
+from .threads import side_by_side
 
 _MET = 1.25  # times the noise
-_DRAWS, _TRIED = 120, 5
-_STEPS = 12
-_ALIKE, _DEEPER = 1e-3, 0.01  # relative to the sum of squares
+_DRAWS, _STEPS = 10, 20
+_FARTHER = 0.7, 1.3  # times as far off
+_NEAR = 50.0  # in the sum of squares
 
 
 def released_again(fit: Fit, free: Sequence[int] | None = None) -> Fit:
@@ -43,6 +47,8 @@ def searched_everywhere(fit: Fit) -> Fit:
 
     A wrong valley can be so shallow that it is only told from noise by an effect that mends it.
     """
+    if not fit.problem.films:
+        return fit
     early = solve(before_the_stops(fit.problem), fit.q)
     return to_the_end(_searched(fit, early, range(len(fit.problem.films))))
 
@@ -71,41 +77,53 @@ def _rms(gaps: Array) -> float:
 
 
 def _from_elsewhere(fit: Fit, index: int, early: Array, spread: Array, free: Sequence[int] | None) -> Fit:
-    """A film's release from many places that its motion before the stops allows, and the whole fitted on from the best.
-
-    The places are drawn from the covariance of the fit that ends at the stop; always the same draws, so always the same answer.
-    """
+    """A film's release from many places, each followed into its valley by itself, and the whole fitted on from the deepest."""
     problem = fit.problem
     first = problem.first_nuisance + sum(len(own) for own in problem.own_knobs[:index])
     own = list(range(first, first + len(problem.own_knobs[index])))
-    chance = np.random.default_rng(0)
-    root = np.linalg.cholesky(spread[np.ix_(own, own)] + 1e-12 * np.eye(len(own)))
-    starts = [_with(fit.q, own, early[own] + root @ chance.normal(size=len(own))) for _ in range(_DRAWS)]
     alone = replace(problem, films=(problem.films[index],), loops=(), covariate="")  # nothing else depends on where the film was released
-    places = [laid_out(replace(fit, q=q), alone) for q in (fit.q, *starts)]
-    costs = [float(gaps @ gaps) for gaps in alone.gaps_beside(places)[1:]]
-    valleys: list[Fit] = []
-    for i in np.argsort(costs)[:_TRIED]:
-        valleys.append(solve(problem, starts[i], free=own, most_steps=_STEPS, enough=ROUGHLY))
-        if _deeper_twice(valleys, fit):
-            break
-    # the rest was fitted to the wrong valley, so a valley shows how deep it is only when everything moves
-    elsewhere = [valley for valley in _distinct(valleys) if abs(valley.cost - fit.cost) > ROUGHLY]
-    return min([fit, *(solve(problem, valley.q, free=free) for valley in elsewhere)], key=lambda f: f.cost)
+    own_alone = list(range(alone.first_nuisance, alone.first_nuisance + len(own)))
+    unseen = np.array([problem.knobs[i].name.rpartition(":")[2] in _unseen(problem.films[index]) for i in own])
+    places = _places(fit.q[own], early[own], spread[np.ix_(own, own)], unseen)
+    here, *starts = (laid_out(replace(fit, q=_with(fit.q, own, place)), alone) for place in (fit.q[own], *places))
+    valleys = side_by_side(lambda i: solve(alone, starts[i], free=own_alone, most_steps=_STEPS, enough=ROUGHLY), len(starts))
+    gaps = alone.gaps(here)
+    # the rest was fitted to the valley the film stands in, so another shows how deep it is only when everything moves
+    elsewhere = [_with(fit.q, own, valley.q[own_alone]) for valley in _distinct(valleys, float(gaps @ gaps))]
+    return min([fit, *(solve(problem, q, free=free) for q in elsewhere)], key=lambda f: f.cost)
 
 
-def _deeper_twice(valleys: Sequence[Fit], fit: Fit) -> bool:
-    """Whether two ways have led into the same valley and it is well below the one the fit stands in."""
-    depths = sorted(valley.cost for valley in valleys)[:2]
-    return len(depths) == 2 and depths[1] < depths[0] * (1.0 + _ALIKE) and depths[0] < fit.cost * (1.0 - _DEEPER)
+def _unseen(film: Film) -> set[str]:
+    """What of a release is across all that a film shows: its mirror image would have looked the same."""
+    seen = {"position_z"}
+    for moved, turned in (("x", "y"), ("y", "x")):
+        if f"{moved}_m" in film.channels or f"theta_{turned}_rad" in film.channels:
+            seen |= {f"position_{moved}", f"theta_{turned}"}
+    return set(POSE) - seen
 
 
-def _distinct(valleys: Sequence[Fit]) -> list[Fit]:
-    """The two deepest of different depth; mirror images are equally deep."""
+def _places(here: Array, early: Array, spread: Array, unseen: NDArray[np.bool_]) -> list[Array]:
+    """Releases (k,) as the motion before the stops allows them; and those there are with what is unseen of them turned any way.
+
+    What a film does not show of a release acts on what it shows by its square, so that it tells how far off that was sooner
+    than where to. Always the same draws, so always the same answer.
+    """
+    chance = np.random.default_rng(0)
+    root = np.linalg.cholesky(spread + 1e-12 * np.eye(len(here)))
+    places = [early + root @ chance.normal(size=len(here)) for _ in range(_DRAWS)]
+    ways = chance.normal(size=(_DRAWS, int(unseen.sum())))
+    ways *= chance.uniform(*_FARTHER, size=(_DRAWS, 1)) * np.linalg.norm(here[unseen]) / np.linalg.norm(ways, axis=1, keepdims=True)
+    return places + [_with(here, np.flatnonzero(unseen).tolist(), way) for way in ways]
+
+
+def _distinct(valleys: Sequence[Fit], here: float) -> list[Fit]:
+    """The two deepest of different depth that are not far above the one the film stands in; mirror images are equally deep."""
     found: list[Fit] = []
+    depths = [here]
     for valley in sorted(valleys, key=lambda f: f.cost):
-        if all(abs(valley.cost - other.cost) > _ALIKE * other.cost for other in found):
+        if valley.cost < here + _NEAR and all(abs(valley.cost - depth) > ROUGHLY for depth in depths):
             found.append(valley)
+            depths.append(valley.cost)
     return found[:2]
 
 
