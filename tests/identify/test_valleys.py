@@ -6,13 +6,15 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+import pytest
 
-from identify.campaign import Run
+from identify.campaign import Run, read_campaign
 from identify.evidence import GAP_P, gap_test
 from identify.fit import Fit, before_the_stops, solve
 from identify.problem import problem_of
-from identify.valleys import released_again
+from identify.valleys import released_again, searched_everywhere
 from measure.measurement import read_measurement
+from simulate.model_file import read_model
 
 DEMO = Path(__file__).resolve().parents[2] / "datasets" / "demo"
 
@@ -58,3 +60,36 @@ def test_a_film_that_a_fit_misses_before_its_stops_too_is_looked_for_again(made_
     early = np.concatenate([far_off.part(block)[: len(far_off.part(block)) // 2] for block in problem.blocks])
     assert np.sqrt(np.mean(early**2)) > 2.0
     assert gap_test(released_again(far_off, own)).p_value > GAP_P
+
+
+PLANAR = {"position_x": 0.3, "position_z": 0.2, "theta_y": -0.5, "instant": 0.1}
+
+
+def released(problem, **across):
+    """Knobs of a problem with one film: a release in its spreads, `across` what one camera does not see of it."""
+    values = PLANAR | across
+    return np.array([values.get(knob.name.rpartition(":")[2], 0.0) for knob in problem.knobs])
+
+
+def shown_by(problem, q, chance):
+    """The same problem with a film that shows the release `q`, with noise."""
+    film, gaps = problem.films[0], problem.gaps(q)
+    values = film.values + film.sigma * chance.normal(size=film.values.shape)
+    for block in problem.blocks:
+        channel = film.channels.index(block.channel)
+        values[channel, block.samples] -= gaps[block.rows] * film.sigma[channel, block.samples]
+    return replace(problem, films=(replace(film, values=values),))
+
+
+@pytest.mark.parametrize("wrong", [(-1.3, 2.0, -2.6), (0.0, 0.0, 3.3)])
+def test_a_release_across_the_camera_is_found_from_where_it_is_as_far_off_another_way(campaign, wrong):
+    folder = campaign(None, 641, loops=(), deployments=({"geometry.stowed_height_m": 0.30},), hold_out=False)
+    model_alone = problem_of(read_model(folder / "model.toml"), read_campaign([folder / "campaign.toml"]))
+    truth = released(model_alone, position_y=-3.0, theta_x=-1.5, theta_z=0.0)
+    problem = shown_by(model_alone, truth, np.random.default_rng(3))
+    own = list(range(problem.first_nuisance, problem.first_effect))
+    right = solve(problem, truth, free=own)
+    start = released(problem, **dict(zip(("position_y", "theta_x", "theta_z"), wrong, strict=True)))
+    stuck = solve(problem, start, free=own, most_steps=60)
+    assert stuck.cost > right.cost + 300.0
+    assert searched_everywhere(stuck).cost < right.cost
