@@ -11,7 +11,7 @@ from measure.tables import Array
 from simulate.effect import Effect
 
 from .evidence import GAP_P, Gain, Signature, gain, gap_test
-from .fit import ROUGHLY, Fit, laid_out, solve, solve_from_afar, to_the_end
+from .fit import NEAR, ROUGHLY, Fit, laid_out, solve, solve_from_afar, to_the_end
 from .knobs import POSE
 from .problem import Problem
 from .screening import Screened
@@ -20,7 +20,6 @@ from .valleys import released_again, searched_everywhere
 _SHORT_OF_PROMISE = 0.8
 _ON_ITS_WAY = 2.0  # times the sum of squares that was promised
 _FIRST_STEPS, _LAST_STEPS = 12, 20
-_NEAR = 50.0  # in the sum of squares
 
 
 @dataclass(frozen=True)
@@ -87,7 +86,7 @@ def _fitted_on(fit: Fit) -> Fit:
 
 def carried_on(before: Fit, tried: Sequence[Candidate]) -> list[Candidate]:
     """Candidates with those fitted on that come near the best and were cut off: who may stay must not hang on when that was."""
-    near = min(c.fit.cost for c in tried) + _NEAR
+    near = min(c.fit.cost for c in tried) + NEAR
     return [c if c.fit.converged or c.fit.cost > near else _refitted(c, before, _fitted_on(c.fit)) for c in tried]
 
 
@@ -127,7 +126,7 @@ def _whole_from(before: Fit, candidate: Candidate, closing: Fit) -> Fit:
     start = candidate.fit.q.copy()
     start[own] = closing.q[own]
     found = to_the_end(solve(problem, start, most_steps=_LAST_STEPS))
-    if found.cost < closing.cost or found.cost > closing.cost + _NEAR:
+    if found.cost < closing.cost or found.cost > closing.cost + NEAR:
         return found
     return min(found, _whole(before, candidate), key=lambda fit: fit.cost)
 

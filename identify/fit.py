@@ -17,6 +17,7 @@ from .loops import effective_number
 from .problem import Block, Problem
 
 ENOUGH, ROUGHLY = 0.05, 1.0  # fall of the sum of squares at which a fit stops, in units of the noise squared
+NEAR = 50.0  # in units of the noise squared: two fits so close that either may turn out the deeper one
 _SAME_COURSE, _SAME_PLACE = 1e-3, 0.2  # relative change of the sum of squares, and way in scales, within which a Jacobian is still good
 _EARLY_SPREAD = 30.0  # typical sizes
 _FIRST_LEG, _NEXT_LEG, _LAST_LEG = 12, 6, 60

@@ -190,7 +190,7 @@ def _without(current: Fit, best: Fit) -> Fit:
     if current.cost >= _FAR_ABOVE * best.cost:
         found = to_the_end(solve(current.problem, best.q[: len(current.q)]))
         return found if current.cost > _FAR_ABOVE * found.cost else current
-    if not current.problem.films or gap_test(current).p_value < GAP_P:
+    if gap_test(current).p_value < GAP_P:
         return current
     found = searched_everywhere(current)
     return found if found.cost < current.cost - STRONG_BIC else current

@@ -1,4 +1,4 @@
-"""Films looked at side by side, or releases of one, a thread each: kernels let go of the interpreter while they compute."""
+"""Films looked at side by side, a thread each: kernels let go of the interpreter while they compute."""
 
 from __future__ import annotations
 

@@ -10,20 +10,17 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from measure.tables import Array
 
 from .evidence import GAP_P, gap_test
-from .fit import ROUGHLY, Fit, before_the_stops, first_stop_s, laid_out, solve, to_the_end
+from .fit import NEAR, ROUGHLY, Fit, before_the_stops, first_stop_s, laid_out, solve, to_the_end
 from .knobs import POSE
 from .measured import Film
-from .threads import side_by_side
 
 _MET = 1.25  # times the noise
 _DRAWS, _STEPS = 10, 20
 _FARTHER = 0.7, 1.3  # times as far off
-_NEAR = 50.0  # in the sum of squares
 
 
 def released_again(fit: Fit, free: Sequence[int] | None = None) -> Fit:
@@ -83,17 +80,18 @@ def _from_elsewhere(fit: Fit, index: int, early: Array, spread: Array, free: Seq
     own = list(range(first, first + len(problem.own_knobs[index])))
     alone = replace(problem, films=(problem.films[index],), loops=(), covariate="")  # nothing else depends on where the film was released
     own_alone = list(range(alone.first_nuisance, alone.first_nuisance + len(own)))
-    unseen = np.array([problem.knobs[i].name.rpartition(":")[2] in _unseen(problem.films[index]) for i in own])
+    across = _across(problem.films[index])
+    unseen = [k for k, i in enumerate(own) if problem.knobs[i].name.rpartition(":")[2] in across]
     places = _places(fit.q[own], early[own], spread[np.ix_(own, own)], unseen)
     here, *starts = (laid_out(replace(fit, q=_with(fit.q, own, place)), alone) for place in (fit.q[own], *places))
-    valleys = side_by_side(lambda i: solve(alone, starts[i], free=own_alone, most_steps=_STEPS, enough=ROUGHLY), len(starts))
+    valleys = [solve(alone, start, free=own_alone, most_steps=_STEPS, enough=ROUGHLY) for start in starts]
     gaps = alone.gaps(here)
     # the rest was fitted to the valley the film stands in, so another shows how deep it is only when everything moves
     elsewhere = [_with(fit.q, own, valley.q[own_alone]) for valley in _distinct(valleys, float(gaps @ gaps))]
     return min([fit, *(solve(problem, q, free=free) for q in elsewhere)], key=lambda f: f.cost)
 
 
-def _unseen(film: Film) -> set[str]:
+def _across(film: Film) -> set[str]:
     """What of a release is across all that a film shows: its mirror image would have looked the same."""
     seen = {"position_z"}
     for moved, turned in (("x", "y"), ("y", "x")):
@@ -102,7 +100,7 @@ def _unseen(film: Film) -> set[str]:
     return set(POSE) - seen
 
 
-def _places(here: Array, early: Array, spread: Array, unseen: NDArray[np.bool_]) -> list[Array]:
+def _places(here: Array, early: Array, spread: Array, unseen: Sequence[int]) -> list[Array]:
     """Releases (k,) as the motion before the stops allows them; and those there are with what is unseen of them turned any way.
 
     What a film does not show of a release acts on what it shows by its square, so that it tells how far off that was sooner
@@ -110,10 +108,12 @@ def _places(here: Array, early: Array, spread: Array, unseen: NDArray[np.bool_])
     """
     chance = np.random.default_rng(0)
     root = np.linalg.cholesky(spread + 1e-12 * np.eye(len(here)))
-    places = [early + root @ chance.normal(size=len(here)) for _ in range(_DRAWS)]
-    ways = chance.normal(size=(_DRAWS, int(unseen.sum())))
+    places: list[Array] = [early + root @ chance.normal(size=len(here)) for _ in range(_DRAWS)]
+    if not unseen:
+        return places
+    ways = chance.normal(size=(_DRAWS, len(unseen)))
     ways *= chance.uniform(*_FARTHER, size=(_DRAWS, 1)) * np.linalg.norm(here[unseen]) / np.linalg.norm(ways, axis=1, keepdims=True)
-    return places + [_with(here, np.flatnonzero(unseen).tolist(), way) for way in ways]
+    return places + [_with(here, unseen, way) for way in ways]
 
 
 def _distinct(valleys: Sequence[Fit], here: float) -> list[Fit]:
@@ -121,7 +121,7 @@ def _distinct(valleys: Sequence[Fit], here: float) -> list[Fit]:
     found: list[Fit] = []
     depths = [here]
     for valley in sorted(valleys, key=lambda f: f.cost):
-        if valley.cost < here + _NEAR and all(abs(valley.cost - depth) > ROUGHLY for depth in depths):
+        if valley.cost < here + NEAR and all(abs(valley.cost - depth) > ROUGHLY for depth in depths):
             found.append(valley)
             depths.append(valley.cost)
     return found[:2]

@@ -93,3 +93,14 @@ def test_a_release_across_the_camera_is_found_from_where_it_is_as_far_off_anothe
     stuck = solve(problem, start, free=own, most_steps=60)
     assert stuck.cost > right.cost + 300.0
     assert searched_everywhere(stuck).cost < right.cost
+
+
+@pytest.mark.parametrize(
+    "known", [("release_position_m", "release_theta_rad"), ("release_position_m", "release_theta_rad", "release_instant_s")]
+)
+def test_a_release_that_is_known_has_no_other_valley(campaign, known):
+    folder = campaign(None, 642, loops=(), deployments=({},), hold_out=False)
+    model = read_model(folder / "model.toml")
+    exact = replace(model, nuisance=replace(model.nuisance, **dict.fromkeys(known, 0.0)))
+    fit = solve(problem_of(exact, read_campaign([folder / "campaign.toml"])))
+    assert searched_everywhere(fit).cost == pytest.approx(fit.cost, rel=1e-3)
