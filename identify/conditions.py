@@ -120,7 +120,8 @@ def blank_film(problem: Problem, condition: Condition) -> Film:
     nominal = np.array([model.geometry.stowed_height_m if name == "z_m" and model.geometry else 0.0 for name in channels])
     zeroed = np.full(len(channels), bool(like.zeroed.any()))
     blank = np.zeros((len(channels), len(time)))
-    return Film(run, model, time, channels, blank, blank + sigma[:, None], blank == 0.0, nominal, zeroed, like.expected_s)
+    noise, counts = blank + sigma[:, None], blank == 0.0
+    return Film(run, model, time, channels, blank, noise, counts, nominal, zeroed, like.expected_s, by_onset=like.by_onset)
 
 
 def _plain_film(model: Model) -> Film:

@@ -45,7 +45,8 @@ _AS_GIVEN_STEPS = 8
 class Finding:
     """An effect named, with its evidence. equivalents : effects that these data cannot tell from it.
 
-    stderr, ci95 : (k,) and (k, 2) of its parameters laid flat; the intervals by profile, cut at the bounds.
+    stderr, ci95 : (k,) and (k, 2) of its parameters laid flat; the intervals by profile, cut at the bounds. A parameter of which these
+    measurements show nothing has no standard error (NaN), and its bounds for an interval.
     """
 
     effect: Effect
@@ -231,10 +232,11 @@ def _finding(after: Fit, before: Fit, step: Step) -> Finding:
     first = next(i for i, knob in enumerate(after.problem.knobs) if knob.name.startswith(f"{step.best.name}:"))
     effect = next(effect for effect in after.problem.effects_at(after.q) if effect.name == step.best.name)
     rows = np.arange(first, first + len(effect.flat()))
-    stderr = np.sqrt(np.maximum(np.diag(after.covariance)[rows], 0.0)) * after.problem.scales[rows]
-    ends = np.array([profile_interval(after, row) for row in rows.tolist()]) - after.q[rows, None]
+    shown = np.array([after.shows(row) for row in rows.tolist()])
+    stderr = np.where(shown, np.sqrt(np.maximum(np.diag(after.covariance)[rows], 0.0)) * after.problem.scales[rows], np.nan)
+    ends = np.array([profile_interval(after, row) if seen else (-np.inf, np.inf) for row, seen in zip(rows.tolist(), shown, strict=True)])
     low, high = np.array(list(effect.own_bounds(after.problem.model).values())).T[:, :, None]
-    ci95 = np.clip(effect.flat()[:, None] + ends * after.problem.scales[rows, None], low, high)
+    ci95 = np.clip(effect.flat()[:, None] + (ends - after.q[rows, None]) * after.problem.scales[rows, None], low, high)
     names = tuple(c.name for c in step.equivalents)
     excess = before.cost - after.cost
     share = (step.before.cost - step.best.fit.cost) / excess if excess > 0 else 0.0

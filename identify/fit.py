@@ -21,6 +21,7 @@ NEAR = 50.0  # in units of the noise squared: two fits so close that either may 
 _SAME_COURSE, _SAME_PLACE = 1e-3, 0.2  # relative change of the sum of squares, and way in scales, within which a Jacobian is still good
 _EARLY_SPREAD = 30.0  # typical sizes
 _FIRST_LEG, _NEXT_LEG, _LAST_LEG = 12, 6, 60
+_NOTHING, _UNDONE = 1e-3, 1e-6  # of the noise, by a typical size of a knob; of what the knob does
 _CLOSE = 1.5  # times the noise: worth being taken to the very end
 
 
@@ -55,6 +56,12 @@ class Fit:
     def beyond(self, first: int) -> Array:
         """What the knobs from `first` on do to the gaps, (m, k), freed of what those before them can do themselves."""
         return replace(self, jacobian=self.jacobian[:, :first]).free_of_knobs(self.jacobian[:, first:])
+
+    def shows(self, knob: int) -> bool:
+        """Whether moving a knob does anything to the gaps that all others together cannot undo."""
+        column = self.jacobian[:, knob]
+        free = replace(self, jacobian=np.delete(self.jacobian, knob, axis=1)).free_of_knobs(column)
+        return float(np.linalg.norm(free)) > max(_NOTHING, _UNDONE * float(np.linalg.norm(column)))
 
     @property
     def measured_gaps(self) -> Array:

@@ -27,6 +27,7 @@ class Film:
     own zero; a tracker does that, so such a channel says nothing about where the platform stood, only how far it went.
     time_s : (n,) on the clock that the release sets, as far as it is known; clock_s more is the table's own clock.
     expected_s : when the release is expected on that clock; a film that counts from its first frame began before it.
+    by_onset : whether the onset of the motion says so and nothing else does; then a clock that is late says nothing.
     """
 
     run: Run
@@ -40,6 +41,7 @@ class Film:
     zeroed: NDArray[np.bool_]
     expected_s: float
     clock_s: float = 0.0
+    by_onset: bool = False
 
     @property
     def turned(self) -> bool:
@@ -76,7 +78,8 @@ def film_of(run: Run, model: Model) -> Film:
     clock = _clock_s(table.time_s, values[channels.index("z_m")], model) if "z_m" in channels else 0.0
     time = table.time_s - clock
     expected = _onset_s(time, values[channels.index("z_m")]) if zeroed.any() and "z_m" in channels else 0.0
-    return Film(run, model, time, channels, values, sigma, np.isfinite(values), nominal, zeroed, expected, clock)
+    by_onset = "z_m" in channels and (from_first_frame or clock != 0.0)
+    return Film(run, model, time, channels, values, sigma, np.isfinite(values), nominal, zeroed, expected, clock, by_onset)
 
 
 def _clock_s(time_s: Array, elevation_m: Array, model: Model) -> float:

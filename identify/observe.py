@@ -46,43 +46,34 @@ def _sum(a: Sequence[float], b: Sequence[float]) -> tuple[float, ...]:
     return tuple(x + y for x, y in zip(a, b, strict=True))
 
 
-def rig_time(effects: Sequence[Effect], shown_s: Array) -> Array:
-    """The rig's time, from the clock of the camera."""
-    for effect in reversed(effects):
-        shown_s = effect.true_time(shown_s)
-    return shown_s
-
-
-def duration_for(effects: Sequence[Effect], shown_s: Array, release: RunRelease) -> float:
-    """How long a simulation has to be to cover these times, s, in steps of a twentieth so that runs can share it."""
-    last = float(np.max(rig_time(effects, shown_s))) - release.instant_s
-    return max(np.ceil((last + _MARGIN_S) / _MARGIN_S) * _MARGIN_S, _MARGIN_S)
-
-
-def seen(
-    samples: Array, rate_Hz: float, effects: Sequence[Effect], shown_s: Array, release: RunRelease, turned: bool = False
-) -> dict[str, Array]:
-    """Channels at the times of a film, from the samples of a deployment that starts at the release.
-
-    Before its release the platform stands still where it is held. Behind a sample that is not finite nothing is seen.
+def rig_time(effects: Sequence[Effect], shown_s: Array, onset_s: float | None = None) -> Array:
+    """The rig's time, from the clock of the camera.
 
     Parameters
     ----------
-    turned : whether rotations count from the first frame, R(t) R(t_0)', as a tracker's do that has no other zero.
+    onset_s : when the motion began on a clock that was set by that, whatever it showed before; such a clock is right there.
     """
-    at = np.maximum(rig_time(effects, shown_s) - release.instant_s, 0.0) * rate_Hz
-    poses = np.full((len(at), POSE_SIZE), np.nan)
+    times = np.asarray(shown_s if onset_s is None else np.append(shown_s, onset_s))
+    for effect in reversed(effects):
+        times = effect.true_time(times)
+    return times if onset_s is None else times[:-1] - times[-1] + onset_s
+
+
+def duration_for(times_s: Array, release: RunRelease) -> float:
+    """How long a simulation has to be to cover these times of the rig, s, in steps of a twentieth so that runs can share it."""
+    last = float(np.max(times_s)) - release.instant_s
+    return max(np.ceil((last + _MARGIN_S) / _MARGIN_S) * _MARGIN_S, _MARGIN_S)
+
+
+def poses_at(samples: Array, places: Array) -> Array:
+    """Poses (m, 7) at places (m,) between the samples (n, k) of a deployment; behind a sample that is not finite nothing is seen."""
+    poses = np.full((len(places), POSE_SIZE), np.nan)
     finite: NDArray[np.bool_] = np.all(np.isfinite(samples[:, POSE : POSE + POSE_SIZE]), axis=1)
     good = len(finite) if finite.all() else int(np.argmin(finite))
-    covered = at <= good - 1
+    covered = places <= good - 1
     if good > 1:
-        poses[covered] = between(samples[:good, POSE : POSE + POSE_SIZE], at[covered])
-    if turned:
-        poses = _from_first_frame(poses)
-    channels: Mapping[str, Array] = channels_of(poses)
-    for effect in effects:
-        channels = effect.observe(shown_s, channels)
-    return dict(channels)
+        poses[covered] = between(samples[:good, POSE : POSE + POSE_SIZE], places[covered])
+    return poses
 
 
 def between(rows: Array, at: Array) -> Array:
@@ -120,19 +111,26 @@ def _from_first_frame(poses: Array) -> Array:
 class View:
     """A model, the times of a film of it (n,), and how this run was released.
 
-    turned : whether rotations count from the first frame.
+    turned : whether rotations count from the first frame, R(t) R(t_0)', as a tracker's do that has no other zero.
+    onset_s : where the onset of the motion sets the clock, when that is.
     """
 
     model: Model
     shown_s: Array
     release: RunRelease
     turned: bool = False
+    onset_s: float | None = None
+
+    @cached_property
+    def times_s(self) -> Array:
+        """The rig's time of each frame, (n,)."""
+        return rig_time(self.model.effects, self.shown_s, self.onset_s)
 
     @cached_property
     def rig(self) -> Model:
         """What moves: the model without its camera and clock, released as it was, for as long as the film lasts."""
         given = self.model.simulation
-        duration = duration_for(self.model.effects, self.shown_s, self.release)
+        duration = duration_for(self.times_s, self.release)
         simulation = Simulation(duration, given.sample_rate_Hz, given.step_s)
         acting = tuple(effect for effect in self.model.effects if effect.acts_on != "measurement")
         return replace(
@@ -140,8 +138,12 @@ class View:
         )
 
     def of(self, samples: Array) -> dict[str, Array]:
-        """What the film shows of these samples of a deployment."""
-        return seen(samples, self.rig.simulation.sample_rate_Hz, self.model.effects, self.shown_s, self.release, self.turned)
+        """Every channel that the film shows, (n,), of the samples of a deployment that starts at the release; it stands still before."""
+        poses = poses_at(samples, np.maximum(self.times_s - self.release.instant_s, 0.0) * self.rig.simulation.sample_rate_Hz)
+        channels: Mapping[str, Array] = channels_of(_from_first_frame(poses) if self.turned else poses)
+        for effect in self.model.effects:
+            channels = effect.observe(self.shown_s, channels)
+        return dict(channels)
 
 
 def observe(view: View) -> dict[str, Array]:

@@ -137,7 +137,8 @@ class Problem(Unknowns):
 
     def _view(self, q: Array, index: int) -> View:
         film, model = self.films[index], self.model_at(q, self.films[index].model)
-        return View(model, film.time_s[film.time_s <= self.until_s], self.release_at(q, index), film.turned)
+        onset_s = film.expected_s if film.by_onset else None
+        return View(model, film.time_s[film.time_s <= self.until_s], self.release_at(q, index), film.turned, onset_s)
 
     def _film_gap(self, film: Film, seen: dict[str, Array], datum: Array, scale: float) -> Array:
         n = len(next(iter(seen.values())))

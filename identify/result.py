@@ -62,9 +62,12 @@ def _finding(finding: Finding, found: Explanation) -> dict[str, Any]:
 
 
 def parameters_of(finding: Finding) -> dict[str, Any]:
-    """Value, standard error and 95 % interval of each parameter."""
+    """Value, standard error and 95 % interval of each parameter, and whether these measurements show anything of it."""
     flat = zip(finding.effect.flat_names(), finding.effect.flat(), finding.stderr, finding.ci95, strict=True)
-    return {name: {"value": float(value), "stderr": float(stderr), "ci95": ci95.tolist()} for name, value, stderr, ci95 in flat}
+    return {
+        name: {"value": float(value), "stderr": float(stderr), "ci95": ci95.tolist(), "identifiable": not np.isnan(stderr)}
+        for name, value, stderr, ci95 in flat
+    }
 
 
 def _place(place: Any) -> dict[str, Any]:

@@ -11,12 +11,15 @@ import pytest
 from identify.campaign import Run
 from identify.commands.compare_model import main
 from identify.compare import compare
+from identify.explain import explain
 from identify.knobs import lines_of
-from identify.observe import RunRelease, View, between, observe
+from identify.observe import RunRelease, View, between, observe, rig_time
+from identify.result import result_of
 from measure.tables import Loop, Trajectory
 from simulate.deployment import deploy
-from simulate.effects import HubInertia
+from simulate.effects import HubInertia, TimeOffset
 from simulate.law import loop_force
+from simulate.model import with_value
 from simulate.model_file import read_model
 
 PROTOTYPE = Path(__file__).with_name("rig.toml")
@@ -97,3 +100,32 @@ def test_a_loop_is_compared_as_it_was_measured_whatever_its_motion_may_be_wrong_
     measured = Loop(t, u + chance.normal(0.0, 1e-5, 1001), force + chance.normal(0.0, 1e-3, 1001))
     (curve,) = compare(heavy, [Run(measured)]).curves
     assert curve.numbers["rmse"] == pytest.approx(0.05 * np.std(a), rel=0.02)
+
+
+CLOCK = TimeOffset().with_flat(np.array([0.004, 0.003]))
+
+
+def test_a_clock_that_the_onset_sets_is_right_there_whatever_it_shows(model):
+    shown = np.array([0.0, 0.1, 0.5])
+    assert rig_time((CLOCK,), shown) == pytest.approx((shown - 0.004) / 1.003)
+    assert rig_time((CLOCK,), shown, 0.1) == pytest.approx(0.1 + (shown - 0.1) / 1.003)
+
+
+def test_of_tables_that_count_from_their_first_frame_a_clock_shows_its_rate_and_not_its_offset(model):
+    """The camera runs before the release; where its clock began, nobody can tell."""
+    runs = []
+    for start in (0.25, 0.30):
+        there = with_value(model, "geometry.stowed_height_m", start)
+        film = observe(View(there.with_effect(CLOCK), np.arange(150) / 250.0, RunRelease(instant_s=0.02)))
+        noise = np.random.default_rng(int(100 * start)).normal(0.0, 4e-6, (2, 150))
+        channels = {"x_m": film["x_m"] - film["x_m"][0] + noise[0], "z_m": film["z_m"] - film["z_m"][0] + start + noise[1]}
+        table = Trajectory(np.arange(150) / 250.0, channels, {name: np.full(150, 4e-6) for name in channels}, name=f"film {start}")
+        runs.append(Run(table, {"geometry": {"stowed_height_m": start}}))
+    found = explain(model, runs, {"time-offset": TimeOffset})
+    parameters = result_of(found)["effects"][0]["parameters"]
+    assert parameters["rate_fraction"]["identifiable"]
+    low, high = parameters["rate_fraction"]["ci95"]
+    assert 0.0 < low < 0.003 < high
+    assert not parameters["offset_s"]["identifiable"]
+    assert np.isnan(parameters["offset_s"]["stderr"])
+    assert parameters["offset_s"]["ci95"] == [-0.5, 0.5]

@@ -22,6 +22,7 @@ LAW = ("a_l_N_per_m", "b_l_N", "a_u_N_per_m", "b_u_N", "beta_per_m", "initial_fo
 WEAK_FORCE, WEAK_BETA = 0.2, 0.8  # what a model file is trusted with, in parts of the force and of beta
 CAMERA_DISTANCE_M = 2.0  # a release nearer by its spread makes a film's lengths longer by spread over distance
 _START_N = 1e3  # a loop's first force is not known at all
+_STARTED_S = 0.05  # a camera that counts from its first frame was started by hand
 _NUDGE = 1e-3
 
 Knob = Callable[[Bench, float], Bench]  # the bench with one thing that is free moved by so many spreads
@@ -69,7 +70,7 @@ def _ways(run: Run, spread: Nuisance) -> Iterator[Callable[[Run, float], Run]]:
             ("legs_N", LEGS if spread.stored_force_N > 0 else 0, spread.stored_force_N),
         ):
             yield from (_along(key, size * np.eye(count)[axis]) for axis in range(count))
-        yield _along("instant_s", spread.release_instant_s)
+        yield _along("instant_s", _STARTED_S if run.zeroed else spread.release_instant_s)
         return
     white = LASER_SIGMA_M / np.sqrt(len(run.time_s))
     in_time = np.sqrt(2.0) * white / run.amplitude_m / (2.0 * np.pi * run.frequency_Hz)

@@ -103,6 +103,6 @@ def _held(effect: dict[str, Any], findings: Sequence[dict[str, Any]]) -> list[bo
             return [
                 given[key]["ci95"][0] <= effect["values"][key] <= given[key]["ci95"][1]
                 for key in effect["sizes"]
-                if key in given and given[key].get("ci95")
+                if key in given and given[key].get("ci95") and given[key].get("identifiable", True)
             ]
     return []

@@ -16,7 +16,7 @@ import numpy as np
 from simulate.effects import CATALOGUE
 
 MASTER_SEED = 2009
-GENERATION = 6  # counts up when cases are made in another way, so that old ones are not taken for new
+GENERATION = 7  # counts up when cases are made in another way, so that old ones are not taken for new
 SIZES = (1.0, 3.0, 10.0)
 RUN_SETS = ("standard", "two-heights", "single", "loops")
 OUTSIDE = ("gust", "coil-ripple", "side-wind", "snag", "stage-drive")
