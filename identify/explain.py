@@ -190,7 +190,7 @@ def _explained(problem: Problem, runs: Sequence[Run], catalogue: Mapping[str, ty
     rivals = tuple(c for step in steps for c in step.equivalents) if findings else ()
     say("looking for what could have been seen")
     sights = sight(after, kinds_to_try(catalogue, after), noise_like(after), added.tests)
-    to_split = next_tests(after, rivals) if rivals and len(steps) == 1 else ()
+    to_split = next_tests(before, after, rivals) if rivals and len(steps) == 1 else ()
     gaps = gap_test(before), gap_test(after)
     missing = missing if verdict == "unknown" else None
     located = at_once(before) if verdict != "no-gap" and problem.films else None

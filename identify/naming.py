@@ -238,13 +238,21 @@ def best_first(before: Fit, tried: Sequence[Candidate]) -> list[Candidate]:
 
 
 def _delta_bic(candidate: Candidate, before: Fit, best: Fit) -> float:
-    """Against the fit before, in the noise that the best one leaves, so that rows can be compared.
+    """Against the fit before, in the noise that the best one leaves, so that rows can be compared."""
+    return (before.cost - candidate.fit.cost) / _unit(best) - price_of_words(before, candidate.fit, best)
 
-    A word costs ln n, or less where that would be a prior much wider than what was found: 1 + ln(gain per word), the price under
-    a prior as wide as what was found (Hansen and Yu 2001). Else a faint effect with many numbers came behind each plainer one
-    that imitates it.
+
+def price_of_words(before: Fit, fit: Fit, best: Fit) -> float:
+    """What the numbers of an effect are charged for: ln n each, or less where that would be a prior much wider than what was found.
+
+    1 + ln(gain per word) is the price under a prior as wide as what was found (Hansen and Yu 2001). Else a faint effect with many
+    numbers came behind each plainer one that imitates it.
     """
-    unit = best.dilution * max(1.0, best.rms**2)
-    gained, words = (before.cost - candidate.fit.cost) / unit, candidate.fit.words - before.words
+    gained, words = (before.cost - fit.cost) / _unit(best), fit.words - before.words
     found = 1.0 + float(np.log(max(gained / words, 1.0))) if words > 0.0 else 0.0
-    return gained - words * min(float(np.log(max(best.effective_samples, 2.0))), found)
+    return words * min(float(np.log(max(best.effective_samples, 2.0))), found)
+
+
+def _unit(best: Fit) -> float:
+    """Of a sum of squares, one independent sample's worth of the noise that is left."""
+    return best.dilution * max(1.0, best.rms**2)

@@ -28,7 +28,7 @@ from measure.tables import Array
 from .candidates import Candidate
 from .conditions import Condition, blank_film, blank_loop, deployments, loops
 from .fit import ROUGHLY, Fit, laid_out, solve
-from .naming import RIVAL_P, STRONG_BIC
+from .naming import RIVAL_P, STRONG_BIC, price_of_words
 from .problem import Problem
 
 _DRAWS, _SEED = 12, 2009
@@ -44,9 +44,11 @@ class NextTest:
     chances: Mapping[str, float]
 
 
-def next_tests(best: Fit, rivals: Sequence[Candidate]) -> tuple[NextTest, ...]:
-    """Every test that can be foreseen with these runs, the most telling first."""
-    foremost, others = _Side.of(best), {rival.name: _Side.of(rival.fit) for rival in rivals}
+def next_tests(before: Fit, best: Fit, rivals: Sequence[Candidate]) -> tuple[NextTest, ...]:
+    """Every test that can be foreseen with these runs, the most telling first; `before` is the fit without any of the rivals."""
+    price = price_of_words(before, best, best)
+    foremost = _Side.of(best)
+    others = {rival.name: _Side.of(rival.fit, price_of_words(before, rival.fit, best) - price) for rival in rivals}
     found = [_foreseen(foremost, others, condition) for condition in (*deployments(best.problem), *loops(best.problem))]
     checked: set[str] = set()
     while len(checked) < min(_CHECKED, len(found)):
@@ -69,27 +71,27 @@ def _foreseen(best: _Side, rivals: Mapping[str, _Side], condition: Condition, *,
     for name, rival in rivals.items():
         by_rival = _made(rival, condition)
         shown = _Line.of(rival, by_best[0]).shown(by_best, bent=bent), line.shown(by_rival, bent=bent)
-        chances[name] = _chance(best.fit, rival.fit, shown)
+        chances[name] = _chance(best.fit, rival, shown)
     return NextTest(condition, chances)
 
 
-def _chance(best: Fit, rival: Fit, shown: tuple[Array, Array]) -> float:
+def _chance(best: Fit, rival: _Side, shown: tuple[Array, Array]) -> float:
     """How likely a test that shows so much tells the two apart, whichever is true."""
-    before = float(np.sum(rival.free_of_knobs((best.gaps - rival.gaps)[:, None]) ** 2))
-    return chance_of_split(rival.cost - best.cost, rival.words - best.words, best.problem.measured, before, shown)
+    before = float(np.sum(rival.fit.free_of_knobs((best.gaps - rival.fit.gaps)[:, None]) ** 2))
+    return chance_of_split(rival.fit.cost - best.cost, rival.dearer, before, shown)
 
 
-def chance_of_split(lead: float, more_words: float, samples: int, before: float, shown: tuple[Array, Array]) -> float:
+def chance_of_split(lead: float, dearer: float, before: float, shown: tuple[Array, Array]) -> float:
     """How likely a further test excludes one of two effects, by the straight-line theory of the lead.
 
     Parameters
     ----------
-    lead : of the foremost over its rival so far. more_words : that the rival has. samples : so many were measured.
+    lead : of the foremost over its rival so far, in the sum of squares. dearer : how much more the rival's numbers are charged for.
     before : delta^2 of what was measured.
     shown : delta^2 of the test if the foremost is true, and if the rival is, (n,) each: one for each set of parameters it may have.
     """
     if_best, if_rival = (_excludes(side * lead, before, one) for side, one in zip((1.0, -1.0), shown, strict=True))
-    odds = float(np.exp(-0.5 * np.clip(lead + more_words * np.log(samples), -100.0, 100.0)))
+    odds = float(np.exp(-0.5 * np.clip(lead + dearer, -100.0, 100.0)))
     return (if_best + odds * if_rival) / (1.0 + odds)
 
 
@@ -103,21 +105,25 @@ def _excludes(lead: float, before: float, shown: Array) -> float:
 
 @dataclass(frozen=True)
 class _Side:
-    """One of the rivals: its fit, knobs as it has them and as they might be, and the root (k, k) of the information so far."""
+    """One of the rivals: its fit, knobs as it has them and as they might be, and the root (k, k) of the information so far.
+
+    dearer : how much more than those of the foremost its numbers are charged for.
+    """
 
     fit: Fit
     knobs: Sequence[Array]
     root: Array
+    dearer: float
 
     @classmethod
-    def of(cls, fit: Fit) -> _Side:
+    def of(cls, fit: Fit, dearer: float = 0.0) -> _Side:
         """With knobs drawn from the fit's covariance, within their bounds; always the same draws."""
         power, turn = np.linalg.eigh(fit.covariance)
         spread = turn * np.sqrt(np.maximum(power, 0.0))
         bounds = np.array([(knob.low, knob.high) for knob in fit.problem.knobs]).T
         chance = np.random.default_rng(_SEED)
         drawn = [np.clip(fit.q + spread @ chance.normal(size=len(fit.q)), *bounds) for _ in range(_DRAWS)]
-        return cls(fit, [fit.q, *drawn], np.asarray(np.linalg.qr(fit.jacobian, mode="r")))
+        return cls(fit, [fit.q, *drawn], np.asarray(np.linalg.qr(fit.jacobian, mode="r")), dearer)
 
 
 @dataclass(frozen=True)

@@ -53,7 +53,7 @@ def test_a_loop_is_foreseen_to_split_what_one_deployment_cannot(campaign):
     runs = read_campaign([folder / "campaign.toml"])
     before = solve(before_the_stops(problem_of(read_model(folder / "model.toml"), runs)))
     hub, pulley = (fit_screened(before, one) for one in screen(before, [before.problem.model.effect(HubInertia), PulleyInertia()]))
-    tests = next_tests(hub.fit, [pulley])
+    tests = next_tests(before, hub.fit, [pulley])
     chance = {test.condition.words: test.chances[pulley.name] for test in tests}
     by_loop = [value for words, value in chance.items() if words.startswith("a loop")]
     assert max(by_loop) > 0.9

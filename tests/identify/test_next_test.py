@@ -25,7 +25,7 @@ def test_the_foreseen_chance_is_how_often_the_test_splits(before, shown):
         side = 1.0 if chance.random() < 0.5 else -1.0
         lead = side * before + 2.0 * np.sqrt(before) * chance.normal()
         side, lead = (side, lead) if lead > 0 else (-side, -lead)  # the foremost is the one that leads
-        foreseen.append(chance_of_split(lead, 0, 1000, before, _both(shown)))
+        foreseen.append(chance_of_split(lead, 0.0, before, _both(shown)))
         after = abs(lead + side * shown + 2.0 * np.sqrt(shown) * chance.normal())
         by_chance = 2.0 * np.sqrt(before + shown) * 2.3263 - (before + shown)
         split.append(after > max(STRONG_BIC, by_chance))
@@ -39,19 +39,19 @@ def _both(shown):
 
 
 def test_a_test_that_shows_nothing_splits_nothing():
-    assert chance_of_split(3.0, 0, 1000, 2.0, _both(0.0)) < 1e-6
-    assert chance_of_split(0.0, 0, 1000, 0.0, _both(1e4)) > 0.999
+    assert chance_of_split(3.0, 0.0, 2.0, _both(0.0)) < 1e-6
+    assert chance_of_split(0.0, 0.0, 0.0, _both(1e4)) > 0.999
 
 
 def test_a_test_that_shows_only_if_one_of_the_two_is_true_is_half_as_likely_to_split():
-    assert chance_of_split(0.0, 0, 1000, 0.0, (np.array([1e4]), np.array([0.0]))) == pytest.approx(0.5, abs=1e-3)
+    assert chance_of_split(0.0, 0.0, 0.0, (np.array([1e4]), np.array([0.0]))) == pytest.approx(0.5, abs=1e-3)
     # here the rival is hardly the true one any more
-    assert chance_of_split(8.0, 0, 1000, 0.0, (np.array([0.0]), np.array([1e4]))) < 0.05
+    assert chance_of_split(8.0, 0.0, 0.0, (np.array([0.0]), np.array([1e4]))) < 0.05
 
 
 def test_a_test_that_shows_only_with_some_of_the_parameters_that_may_be_true_splits_as_seldom():
     shown = np.array([1e4, 1e4, 1e4, 0.0])
-    assert chance_of_split(0.0, 0, 1000, 0.0, (shown, shown)) == pytest.approx(0.75, abs=1e-3)
+    assert chance_of_split(0.0, 0.0, 0.0, (shown, shown)) == pytest.approx(0.75, abs=1e-3)
 
 
 def test_no_loop_is_recommended_where_none_tells_the_rivals_apart():
