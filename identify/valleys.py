@@ -53,7 +53,7 @@ def searched_everywhere(fit: Fit) -> Fit:
 def _searched(fit: Fit, early: Fit, films: Sequence[int], free: Sequence[int] | None = None) -> Fit:
     spread = early.covariance if free is None else _own_covariance(early, free)
     for index in films:
-        fit = _from_elsewhere(fit, index, early.q, spread, free)
+        fit = from_elsewhere(fit, index, early.q, spread, free)
     return fit
 
 
@@ -73,8 +73,14 @@ def _rms(gaps: Array) -> float:
     return float(np.sqrt(np.mean(gaps**2)))
 
 
-def _from_elsewhere(fit: Fit, index: int, early: Array, spread: Array, free: Sequence[int] | None) -> Fit:
-    """A film's release from many places, each followed into its valley by itself, and the whole fitted on from the deepest."""
+def from_elsewhere(fit: Fit, index: int, early: Array, spread: Array, free: Sequence[int] | None = None) -> Fit:
+    """A film's release from many places, each followed into its valley by itself, and the whole fitted on from the deepest.
+
+    Parameters
+    ----------
+    index : of the film. early, spread : knobs (k,) as the motion before the stops has them, and their covariance (k, k).
+    free : indices of the knobs that may move; by default all.
+    """
     problem = fit.problem
     first = problem.first_nuisance + sum(len(own) for own in problem.own_knobs[:index])
     own = list(range(first, first + len(problem.own_knobs[index])))
