@@ -1,4 +1,4 @@
-"""The public scoreboard of explain-gap: `python tests/hidden/scoreboard.py --subset fast|standard|full|seed-N`.
+"""The public scoreboard of explain-gap: `python tests/hidden/scoreboard.py --subset fast|standard|full|seed-N,M`.
 
 Makes the cases that are not there yet, asks each method about each of them, breaks the seals, and writes `scoreboard.json` and
 `scoreboard.md` beside the answers. What has been answered by the same sources is not asked again.
@@ -15,7 +15,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parent))
 
 from board.further import splits
 from board.page import markdown, printed
-from board.running import METHODS, OURS, run, version
+from board.running import METHODS, OURS, run, tokens_answered, version
 from board.scoring import scored
 from board.specs import board, chosen
 from board.tally import tally
@@ -25,7 +25,7 @@ from measure.output import json_text, write_text
 
 def _parser() -> argparse.ArgumentParser:
     made = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    subsets = "fast, standard (seed 0), full (seeds 0 to 3), or seed-N: all cases of one seed, which may be one that nobody was asked about"
+    subsets = "fast, standard (seed 0), full (seeds 0 to 3), or seed-N,M: these seeds, which may be ones that nobody was asked about"
     made.add_argument("--subset", type=_subset, default="standard", metavar="NAME", help=subsets)
     made.add_argument("--cases", type=int, metavar="N", help="only the first N of the board, which is in a random order")
     made.add_argument("--skip", type=int, default=0, metavar="N", help="leave out the first N, of which an earlier run may have told")
@@ -33,6 +33,7 @@ def _parser() -> argparse.ArgumentParser:
         "only cases that hide this effect, or 'nothing', or of this run set, noise or engine, or '3x', or 'seed-1'; all words have to fit"
     )
     made.add_argument("--only", metavar="WORD", action="append", default=[], help=only)
+    made.add_argument("--answered", action="store_true", help="only cases that the same sources have answered")
     made.add_argument("--method", action="append", choices=tuple(METHODS), help=f"repeatable; default {OURS}")
     made.add_argument("--processes", type=int, default=2)
     made.add_argument("--patience", type=float, default=900.0, metavar="S", help="after which a case counts as failed")
@@ -42,9 +43,11 @@ def _parser() -> argparse.ArgumentParser:
 
 
 def _subset(text: str) -> str:
-    if text in ("fast", "standard", "full") or (text.startswith("seed-") and text.removeprefix("seed-").isdecimal()):
+    if text in ("fast", "standard", "full") or (
+        text.startswith("seed-") and all(number.isdecimal() for number in text.removeprefix("seed-").split(","))
+    ):
         return text
-    raise argparse.ArgumentTypeError(f"{text!r} is none of fast, standard, full and seed-N")
+    raise argparse.ArgumentTypeError(f"{text!r} is none of fast, standard, full, seed-N and seed-N,M")
 
 
 def _say(text: str) -> None:
@@ -54,11 +57,14 @@ def _say(text: str) -> None:
 def main(arguments: list[str] | None = None) -> int:
     made = _parser()
     given = made.parse_args(arguments)
+    methods = given.method or [OURS]
     specs = chosen(board(given.subset), given.only, given.cases, given.skip)
+    if given.answered:
+        specs = [spec for spec in specs if all(spec.token in tokens_answered(method, given.output) for method in methods)]
     if not specs:
         made.error(f"no case of the {given.subset} board fits {' and '.join(given.only) or 'what is left'}")
     found: dict[str, Any] = {}
-    for method in given.method or [OURS]:
+    for method in methods:
         how = {"processes": given.processes, "patience_s": given.patience, "say": _say}
         answers = run(specs, method, given.output, **how)
         rows = scored(specs, answers, given.output)

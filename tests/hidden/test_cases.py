@@ -188,3 +188,4 @@ def test_another_seed_gives_as_many_cases_on_rigs_of_its_own():
     assert len(fresh) == len(board("standard")) == len(board("seed-0"))
     assert not {spec.token for spec in fresh} & {spec.token for spec in known}
     assert set(board("seed-0")) == set(board("standard"))
+    assert set(board("seed-7,8")) == {*fresh, *board("seed-8")}

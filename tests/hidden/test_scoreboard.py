@@ -10,7 +10,7 @@ import pytest
 from board.further import with_further_run
 from board.making import made, sealed_file
 from board.page import markdown, printed
-from board.running import OURS, asked, read_answers, run, version
+from board.running import OURS, asked, read_answers, run, tokens_answered, version
 from board.scoring import Scored, scored
 from board.specs import Spec, board
 from board.tally import tally
@@ -69,6 +69,9 @@ def test_an_interrupted_run_goes_on_and_asks_nothing_twice(tmp_path: Path):
     assert again == first
     assert not said
     assert [answer.version for answer in read_answers(file)] == [version()]
+    assert tokens_answered(OURS, tmp_path) == {IN_LOOPS.token}
+    file.write_text(file.read_text().replace(version(), "older"))
+    assert tokens_answered(OURS, tmp_path) == set()
 
 
 def test_the_recommended_test_is_done_as_it_is_described(tmp_path: Path):

@@ -98,6 +98,11 @@ def read_answers(file: Path) -> list[Answer]:
     return [Answer(**json.loads(line)) for line in lines if line.endswith("}")]
 
 
+def tokens_answered(method: str, folder: Path) -> set[str]:
+    """Of the cases that the present sources have answered."""
+    return {answer.token for answer in read_answers(folder / f"{method}.jsonl") if answer.version == version(method)}
+
+
 def run(specs: Sequence[Spec], method: str, folder: Path, **how: Any) -> list[Answer]:
     """The answers of a method to these cases, made where they are not there yet. how : as for `ask_all`."""
     makers = {spec.token: partial(made, spec, folder) for spec in specs}

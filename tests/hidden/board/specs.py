@@ -77,10 +77,10 @@ class Spec:
 
 
 def board(subset: str) -> list[Spec]:
-    """All cases of a board, in an order of their own: fast, standard, full, or a seed with rigs of its own (`seed-7`)."""
+    """All cases of a board, in an order of their own: fast, standard, full, or seeds with rigs of their own (`seed-7`, `seed-7,8`)."""
     if subset == "fast":
         return [replace(spec, engine=_engine(spec)) for spec in FAST]
-    seeds = {"standard": range(1), "full": range(4)}.get(subset) or [int(subset.removeprefix("seed-"))]
+    seeds = {"standard": range(1), "full": range(4)}.get(subset) or [int(number) for number in subset.removeprefix("seed-").split(",")]
     specs = list(dict.fromkeys(replace(spec, engine=_engine(spec)) for seed in seeds for spec in _with_seed(seed)))
     order = np.random.default_rng(MASTER_SEED).permutation(len(specs))
     return [specs[i] for i in order]
