@@ -183,7 +183,7 @@ def _explained(problem: Problem, runs: Sequence[Run], catalogue: Mapping[str, ty
         missing = estimate(before)
     verdict = "unknown" if pushed else verdict_of(before, current, steps, missing, left=left)
     explained = verdict in ("named", "class", "several")
-    after = _settled(current, say) if explained else before
+    after = _calm(_settled(current, say)) if explained else before
     say("looking at the runs held out")
     held = tuple(_held(run, before, after) for run in runs if run.hold_out)
     findings = _findings(after, before, steps) if explained else ()
@@ -206,6 +206,14 @@ def _settled(fit: Fit, say: Say) -> Fit:
         return fit
     say("looking for every release anew")
     return searched_everywhere(fit)
+
+
+def _calm(fit: Fit) -> Fit:
+    """The same fit, parameters that do nothing to these measurements left where the effect has them; a search moves them at random."""
+    still = [i for i in range(fit.problem.first_effect, len(fit.q)) if not fit.moves(i)]
+    q = fit.q.copy()
+    q[still] = 0.0
+    return replace(fit, q=q)
 
 
 def _as_given(before: Fit) -> Fit:

@@ -57,11 +57,15 @@ class Fit:
         """What the knobs from `first` on do to the gaps, (m, k), freed of what those before them can do themselves."""
         return replace(self, jacobian=self.jacobian[:, :first]).free_of_knobs(self.jacobian[:, first:])
 
+    def moves(self, knob: int) -> bool:
+        """Whether moving a knob does anything to the gaps."""
+        return float(np.linalg.norm(self.jacobian[:, knob])) > _NOTHING
+
     def shows(self, knob: int) -> bool:
         """Whether moving a knob does anything to the gaps that all others together cannot undo."""
         column = self.jacobian[:, knob]
         free = replace(self, jacobian=np.delete(self.jacobian, knob, axis=1)).free_of_knobs(column)
-        return float(np.linalg.norm(free)) > max(_NOTHING, _UNDONE * float(np.linalg.norm(column)))
+        return self.moves(knob) and float(np.linalg.norm(free)) > _UNDONE * float(np.linalg.norm(column))
 
     @property
     def measured_gaps(self) -> Array:
