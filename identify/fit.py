@@ -19,6 +19,7 @@ from .problem import Block, Problem
 ENOUGH, ROUGHLY = 0.05, 1.0  # fall of the sum of squares at which a fit stops, in units of the noise squared
 NEAR = 50.0  # in units of the noise squared: two fits so close that either may turn out the deeper one
 _SAME_COURSE, _SAME_PLACE = 1e-3, 0.2  # relative change of the sum of squares, and way in scales, within which a Jacobian is still good
+_AT_BOUND, _OFF_BOUND = 1e-6, 1e-3  # in scales: nearer than this a knob is at its bound, and starts so far off it
 _EARLY_SPREAD = 30.0  # typical sizes
 _FIRST_LEG, _NEXT_LEG, _LAST_LEG = 12, 6, 60
 _NOTHING, _UNDONE = 1e-3, 1e-6  # of the noise, by a typical size of a knob; of what the knob does
@@ -85,6 +86,11 @@ class Fit:
         return max(1.0, self.problem.measured / max(independent, 1.0))
 
     @property
+    def unit(self) -> float:
+        """Of a sum of squares, one independent sample's worth of the noise that is left."""
+        return self.dilution * max(1.0, self.rms**2)
+
+    @property
     def effective_samples(self) -> float:
         """Number of independent samples."""
         return self.problem.measured / self.dilution
@@ -149,7 +155,9 @@ def solve(
     q = np.zeros(len(knobs)) if start is None else np.array(start, dtype=float)
     if not len(moving):
         return Fit(problem, q, problem.gaps(q), np.empty((len(problem.gaps(q)), 0)), True)
-    inside = np.minimum(1e-3, 0.25 * (high - low))
+    inside = np.minimum(_OFF_BOUND, 0.25 * (high - low))
+    begun = q[moving]
+    begun = np.where(begun < low + _AT_BOUND, low + inside, np.where(begun > high - _AT_BOUND, high - inside, begun))
 
     def whole(part: Array) -> Array:
         filled = q.copy()
@@ -159,7 +167,7 @@ def solve(
     course = _Course(problem, whole, moving)
     found = least_squares(
         course.gaps,
-        np.clip(q[moving], low + inside, high - inside),
+        begun,
         jac=course.jacobian,  # type: ignore[arg-type]
         bounds=(low, high),
         x_scale=1.0,

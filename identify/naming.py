@@ -239,7 +239,7 @@ def best_first(before: Fit, tried: Sequence[Candidate]) -> list[Candidate]:
 
 def _delta_bic(candidate: Candidate, before: Fit, best: Fit) -> float:
     """Against the fit before, in the noise that the best one leaves, so that rows can be compared."""
-    return (before.cost - candidate.fit.cost) / _unit(best) - price_of_words(before, candidate.fit, best)
+    return (before.cost - candidate.fit.cost) / best.unit - price_of_words(before, candidate.fit, best)
 
 
 def price_of_words(before: Fit, fit: Fit, best: Fit) -> float:
@@ -248,11 +248,6 @@ def price_of_words(before: Fit, fit: Fit, best: Fit) -> float:
     1 + ln(gain per word) is the price under a prior as wide as what was found (Hansen and Yu 2001). Else a faint effect with many
     numbers came behind each plainer one that imitates it.
     """
-    gained, words = (before.cost - fit.cost) / _unit(best), fit.words - before.words
+    gained, words = (before.cost - fit.cost) / best.unit, fit.words - before.words
     found = 1.0 + float(np.log(max(gained / words, 1.0))) if words > 0.0 else 0.0
     return words * min(float(np.log(max(best.effective_samples, 2.0))), found)
-
-
-def _unit(best: Fit) -> float:
-    """Of a sum of squares, one independent sample's worth of the noise that is left."""
-    return best.dilution * max(1.0, best.rms**2)
