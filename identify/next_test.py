@@ -3,16 +3,18 @@
 One of two rivals makes the measurement, the other is fitted to it along straight lines, with base, effects and the new run's
 release free as far as everything measured before lets them. What is left, in units of the noise, is what the test would show:
 
-    delta^2 = min |g + J x|^2 + |R x|^2 + |release|^2
+    delta^2 = min |g + J x|^2 + |R x|^2 + |release - as drawn|^2
 
 g the gap of the one's model to what the other made, J its Jacobian and R the root of the information so far. The test moves
 the lead by delta^2 +- 2 delta towards the one that is true. A lead excludes where it is above ten and above what the
 other's truth would let it be once in a hundred times; either of the two may be the true one, as their leads so far and
 their parameters say.
 
-Nobody knows the true one's parameters better than its fit does, and with others the test may show less; so each makes the
-measurement with several, drawn from its covariance, and the chance is the mean. The most telling tests are foreseen once more
-by full simulation: an effect can often bend farther than a straight line.
+Nobody knows the true one's parameters better than its fit does, nor how a platform will be let go that has not been let go yet;
+with others the test may show less. So each makes the measurement with several sets, drawn from its covariance (as far as what
+was measured bears them out) and from what `[nuisance]` says of releases, and the chance is the mean: a release just as it
+should be lands on all its stops at once, which none does, and shows a multiple of what others do. The most telling tests are
+foreseen once more with more releases and by full simulation: an effect can often bend farther than a straight line.
 """
 
 from __future__ import annotations
@@ -32,7 +34,8 @@ from .naming import RIVAL_P, STRONG_BIC, price_of_words
 from .problem import Problem
 
 _DRAWS, _SEED = 12, 2009
-_CHECKED, _STEPS = 2, 8  # tests, the most telling ones, that are foreseen by full simulation
+_RELEASES, _AT_FIRST = 6, 2  # ways in which a further run may be let go; fewer until a test is among the most telling ones
+_CHECKED, _STEPS = 3, 8  # tests, the most telling ones, that are foreseen by full simulation
 LIKELY = 0.5  # a test that splits off a rival less often than this is not worth being recommended
 
 
@@ -65,12 +68,13 @@ def _most_telling(test: NextTest) -> tuple[float, str]:
 
 
 def _foreseen(best: _Side, rivals: Mapping[str, _Side], condition: Condition, *, bent: bool = False) -> NextTest:
-    by_best = _made(best, condition)
-    line = _Line.of(best, by_best[0])
+    releases = likely_releases(best.fit.problem, condition, _RELEASES if bent else _AT_FIRST)
+    by_best = _made(best, condition, releases)
+    lines = _lines(best, by_best, releases)
     chances = {}
     for name, rival in rivals.items():
-        by_rival = _made(rival, condition)
-        shown = _Line.of(rival, by_best[0]).shown(by_best, bent=bent), line.shown(by_rival, bent=bent)
+        by_rival = _made(rival, condition, releases)
+        shown = _shown(_lines(rival, by_best, releases), by_best, bent=bent), _shown(lines, by_rival, bent=bent)
         chances[name] = _chance(best.fit, rival, shown)
     return NextTest(condition, chances)
 
@@ -117,30 +121,43 @@ class _Side:
 
     @classmethod
     def of(cls, fit: Fit, dearer: float = 0.0) -> _Side:
-        """With knobs drawn from the fit's covariance, within their bounds; always the same draws."""
-        power, turn = np.linalg.eigh(fit.covariance)
-        spread = turn * np.sqrt(np.maximum(power, 0.0))
-        bounds = np.array([(knob.low, knob.high) for knob in fit.problem.knobs]).T
-        chance = np.random.default_rng(_SEED)
-        drawn = [np.clip(fit.q + spread @ chance.normal(size=len(fit.q)), *bounds) for _ in range(_DRAWS)]
-        return cls(fit, [fit.q, *drawn], np.asarray(np.linalg.qr(fit.jacobian, mode="r")), dearer)
+        """With its own knobs first."""
+        root = np.asarray(np.linalg.qr(fit.jacobian, mode="r"))
+        return cls(fit, [fit.q, *likely_knobs(fit)], root, dearer)
+
+
+def likely_knobs(fit: Fit) -> list[Array]:
+    """Knobs (k,) from a fit's covariance, within their bounds, a dozen at most; always the same draws.
+
+    Where an effect bends, a straight line leads to knobs that the measurements do not bear out: one is kept as rarely as the sum of
+    squares is there above the parabola.
+    """
+    power, turn = np.linalg.eigh(fit.covariance)
+    spread = turn * np.sqrt(np.maximum(power, 0.0))
+    bounds = np.array([(knob.low, knob.high) for knob in fit.problem.knobs]).T
+    chance = np.random.default_rng(_SEED)
+    drawn = [np.clip(fit.q + spread @ chance.normal(size=len(fit.q)), *bounds) for _ in range(_DRAWS)]
+    costs = [float(np.sum(gaps**2)) for gaps in fit.problem.gaps_beside([fit.q, *drawn])[1:]]
+    above = [cost - float(np.sum((fit.gaps + fit.jacobian @ (q - fit.q)) ** 2)) for q, cost in zip(drawn, costs, strict=True)]
+    return [q for q, more in zip(drawn, above, strict=True) if chance.random() < np.exp(-0.5 * max(more / fit.unit, 0.0))]
 
 
 @dataclass(frozen=True)
 class _Line:
-    """A rival before a further run, in straight lines.
+    """A rival before a further run, in straight lines from where it would be if it knew the release, (r,).
 
     rows : (m, k), what its knobs do to that run, to what it knew, and to the release.
     """
 
     side: _Side
+    release: Array
     rows: Array
 
     @classmethod
-    def of(cls, side: _Side, made: Problem) -> _Line:
+    def of(cls, side: _Side, made: Problem, release: Array) -> _Line:
         """From the further run, whoever made it; only what was measured differs."""
         problem, fit = _meeting(side, made), side.fit
-        jacobian = problem.jacobian(laid_out(fit, problem))[1][: problem.measured]
+        jacobian = problem.jacobian(_placed(fit, problem, release))[1][: problem.measured]
         own = np.arange(problem.first_nuisance, problem.first_effect)
         shared = np.setdiff1d(np.arange(jacobian.shape[1]), own)
         kept = np.setdiff1d(np.arange(len(fit.q)), np.arange(fit.problem.first_nuisance, fit.problem.first_effect))
@@ -150,27 +167,63 @@ class _Line:
         rows[:n, old:] = jacobian[:, own]
         rows[n : n + len(side.root), :old] = side.root
         rows[n + len(side.root) :, old:] = np.eye(len(own))
-        return cls(side, rows)
+        return cls(side, release, rows)
 
-    def shown(self, made: Sequence[Problem], *, bent: bool) -> Array:
-        """delta^2 of the further run that another made with each of its sets of parameters, (n,).
-
-        bent : whether the rival is once fitted to everything there is; by how much less is left then holds for all.
-        """
+    def shown(self, made: Sequence[Problem]) -> Array:
+        """delta^2 of the further run that another made with each of its sets of parameters, (n,)."""
         problems = [_meeting(self.side, one) for one in made]
-        q = laid_out(self.side.fit, problems[0])
+        q = _placed(self.side.fit, problems[0], self.release)
         gaps = np.zeros((len(self.rows), len(made)))
         gaps[: problems[0].measured] = np.stack([one.gaps(q)[: one.measured] for one in problems], axis=1)
         step = np.linalg.lstsq(self.rows, -gaps, rcond=1e-12)[0]
-        shown = np.sum((gaps + self.rows @ step) ** 2, axis=0)
-        return shown * self._bent(made[0]) / shown[0] if bent and shown[0] > 0.0 else shown
+        return np.sum((gaps + self.rows @ step) ** 2, axis=0)
 
-    def _bent(self, made: Problem) -> float:
+    def bent(self, made: Problem) -> float:
         """delta^2 by fitting everything there is and the further run."""
         of = self.side.fit.problem.until(np.inf)
         problem = replace(of, films=(*of.films, *made.films), loops=(*of.loops, *made.loops))
-        found = solve(problem, laid_out(self.side.fit, problem), most_steps=_STEPS, enough=ROUGHLY)
-        return max(0.0, found.cost - self.side.fit.cost)
+        alone = _meeting(self.side, made)
+        own = dict(zip((knob.name for knob in alone.knobs[alone.first_nuisance : alone.first_effect]), self.release, strict=True))
+        start = laid_out(self.side.fit, problem) + np.array([own.get(knob.name, 0.0) for knob in problem.knobs])
+        found = solve(problem, start, most_steps=_STEPS, enough=ROUGHLY)
+        return max(0.0, found.cost - self.side.fit.cost - float(self.release @ self.release))
+
+
+def _lines(side: _Side, made: Sequence[Sequence[Problem]], releases: Array) -> list[_Line]:
+    return [_Line.of(side, problems[0], release) for problems, release in zip(made, releases, strict=True)]
+
+
+def _shown(lines: Sequence[_Line], made: Sequence[Sequence[Problem]], *, bent: bool) -> Array:
+    """delta^2 for all releases and sets of parameters, (n,).
+
+    bent : whether the rival is once fitted to everything there is; by how much less is left then holds for all.
+    """
+    shown = np.concatenate([line.shown(problems) for line, problems in zip(lines, made, strict=True)])
+    return shown * lines[0].bent(made[0][0]) / shown[0] if bent and shown[0] > 0.0 else shown
+
+
+def _placed(fit: Fit, problem: Problem, release: Array) -> Array:
+    """The knobs of a fit for a problem with a single run of which only the release is given."""
+    q = laid_out(fit, problem)
+    q[problem.first_nuisance : problem.first_effect] = release
+    return q
+
+
+def _blank(problem: Problem, condition: Condition) -> Problem:
+    """A problem with nothing but a further run that has seen nothing yet."""
+    if condition.frequency_Hz:
+        return replace(problem.until(np.inf), films=(), loops=(blank_loop(problem, condition),))
+    return replace(problem.until(np.inf), films=(blank_film(problem, condition),), loops=())
+
+
+def likely_releases(problem: Problem, condition: Condition, many: int) -> Array:
+    """How a further run may be let go, (many, r) in knobs; a single row of zeros for a loop."""
+    blank = _blank(problem, condition)
+    count = blank.first_effect - blank.first_nuisance
+    if condition.frequency_Hz:
+        return np.zeros((1, count))
+    spreads = np.array([knob.spread for knob in blank.knobs[blank.first_nuisance : blank.first_effect]])
+    return spreads * np.random.default_rng(_SEED).normal(size=(many, count))
 
 
 def _meeting(side: _Side, made: Problem) -> Problem:
@@ -178,29 +231,31 @@ def _meeting(side: _Side, made: Problem) -> Problem:
     return replace(side.fit.problem.until(np.inf), films=made.films, loops=made.loops)
 
 
-def _made(side: _Side, condition: Condition) -> list[Problem]:
-    """The further run as an effect would make it with each of its sets of knobs, without noise."""
+def _made(side: _Side, condition: Condition, releases: Array) -> list[list[Problem]]:
+    """The further run as an effect would make it, without noise: for each release, with some of the effect's sets of knobs."""
+    blank = _blank(side.fit.problem, condition)
     make = _loop_made if condition.frequency_Hz else _film_made
-    return make(side.fit, condition, side.knobs)
-
-
-def _loop_made(fit: Fit, condition: Condition, knobs: Sequence[Array]) -> list[Problem]:
-    loop = blank_loop(fit.problem, condition)
-    problem = replace(fit.problem.until(np.inf), films=(), loops=(loop,))
-    exact = problem.with_exact_motion()
     made = []
-    for q in knobs:
-        force = loop.data.force_N.copy()
-        force[loop.data.used] -= exact.gaps(laid_out(replace(fit, q=q), problem))[: problem.measured] * loop.data.force_sigma_N
-        made.append(replace(problem, loops=(replace(loop, data=replace(loop.data, force_N=force)),)))
+    for i, release in enumerate(releases):
+        some = side.knobs[i :: len(releases)] or side.knobs[:1]
+        made.append(make(blank, [_placed(replace(side.fit, q=q), blank, release) for q in some]))
     return made
 
 
-def _film_made(fit: Fit, condition: Condition, knobs: Sequence[Array]) -> list[Problem]:
-    film = blank_film(fit.problem, condition)
-    problem = replace(fit.problem.until(np.inf), films=(film,), loops=())
+def _loop_made(blank: Problem, points: Sequence[Array]) -> list[Problem]:
+    (loop,), exact = blank.loops, blank.with_exact_motion()
     made = []
-    for gaps in problem.gaps_beside([laid_out(replace(fit, q=q), problem) for q in knobs]):
-        values = np.stack([film.values[i] - gaps[block.rows] * film.sigma[i] for i, block in enumerate(problem.blocks)])
-        made.append(replace(problem, films=(replace(film, values=values),)))
+    for q in points:
+        force = loop.data.force_N.copy()
+        force[loop.data.used] -= exact.gaps(q)[: blank.measured] * loop.data.force_sigma_N
+        made.append(replace(blank, loops=(replace(loop, data=replace(loop.data, force_N=force)),)))
+    return made
+
+
+def _film_made(blank: Problem, points: Sequence[Array]) -> list[Problem]:
+    (film,) = blank.films
+    made = []
+    for gaps in blank.gaps_beside(points):
+        values = np.stack([film.values[i] - gaps[block.rows] * film.sigma[i] for i, block in enumerate(blank.blocks)])
+        made.append(replace(blank, films=(replace(film, values=values),)))
     return made

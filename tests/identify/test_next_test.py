@@ -8,10 +8,14 @@ import numpy as np
 import pytest
 
 from identify.campaign import read_campaign
+from identify.conditions import Condition
 from identify.explain import explain
+from identify.fit import refitted, solve_from_afar
 from identify.naming import RIVAL_P, STRONG_BIC
-from identify.next_test import LIKELY, chance_of_split
+from identify.next_test import LIKELY, chance_of_split, likely_knobs, likely_releases
+from identify.problem import problem_of
 from identify.result import next_experiment
+from simulate.effects import HubInertia, PowerLawFriction, ViscousFriction
 from simulate.model_file import read_model
 
 DEMO = Path(__file__).resolve().parents[2] / "datasets" / "demo"
@@ -52,6 +56,34 @@ def test_a_test_that_shows_only_if_one_of_the_two_is_true_is_half_as_likely_to_s
 def test_a_test_that_shows_only_with_some_of_the_parameters_that_may_be_true_splits_as_seldom():
     shown = np.array([1e4, 1e4, 1e4, 0.0])
     assert chance_of_split(0.0, 0.0, 0.0, (shown, shown)) == pytest.approx(0.75, abs=1e-3)
+
+
+@pytest.fixture(scope="module")
+def on_the_shaker():
+    """The demonstration's loops and the inertia that is hidden in them, fitted with one effect more."""
+    base = solve_from_afar(problem_of(read_model(DEMO / "rig.toml"), read_campaign(sorted((DEMO / "loops").glob("*.csv")))))
+    hub = refitted(base, [HubInertia()])
+    return lambda effect: refitted(hub, [HubInertia(), effect])
+
+
+def test_knobs_are_likely_as_far_as_the_measurements_bear_them_out(on_the_shaker):
+    straight, bends = on_the_shaker(ViscousFriction()), on_the_shaker(PowerLawFriction(0.0, 1.5))
+    assert straight.rms == pytest.approx(1.0, abs=0.02)
+    assert len(likely_knobs(straight)) == 12
+    kept = likely_knobs(bends)
+    assert 0 < len(kept) < 12
+    for q in kept:
+        parabola = float(np.sum((bends.gaps + bends.jacobian @ (q - bends.q)) ** 2))
+        assert float(np.sum(bends.problem.gaps(q) ** 2)) < parabola + 12.0  # kept once in 400 times there
+
+
+def test_a_platform_is_not_foreseen_to_be_let_go_just_as_it_should_be(prototype):
+    problem = problem_of(prototype, [])
+    assert not likely_releases(problem, Condition("a loop", frequency_Hz=1.0, amplitude_m=0.01), 6).any()
+    turned = Condition("turned", {"release": {"theta_rad": [0.0, 0.0, 0.15]}})
+    drawn = likely_releases(problem, turned, 400)
+    assert drawn.shape[0] == 400
+    assert np.std(drawn, axis=0) == pytest.approx(np.ones(drawn.shape[1]), abs=0.15)
 
 
 def test_no_loop_is_recommended_where_none_tells_the_rivals_apart():
