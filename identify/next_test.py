@@ -34,7 +34,7 @@ from .naming import RIVAL_P, STRONG_BIC, price_of_words
 from .problem import Problem
 
 _DRAWS, _SEED = 12, 2009
-_RELEASES, _AT_FIRST = 6, 2  # ways in which a further run may be let go; fewer until a test is among the most telling ones
+_RELEASES, _AT_FIRST = 10, 2  # ways in which a further run may be let go; fewer until a test is among the most telling ones
 _CHECKED, _STEPS = 3, 8  # tests, the most telling ones, that are foreseen by full simulation
 LIKELY = 0.5  # a test that splits off a rival less often than this is not worth being recommended
 
@@ -48,19 +48,19 @@ class NextTest:
 
 
 def next_tests(before: Fit, best: Fit, rivals: Sequence[Candidate]) -> tuple[NextTest, ...]:
-    """Every test that can be foreseen with these runs, the most telling first; `before` is the fit without any of the rivals."""
+    """Every test that can be foreseen with these runs, the most telling first; `before` is the fit without any of the rivals.
+
+    Those that were foreseen with more releases and by full simulation come before the others, whose chances are a first guess.
+    """
     price = price_of_words(before, best, best)
     foremost = _Side.of(best)
     others = {rival.name: _Side.of(rival.fit, price_of_words(before, rival.fit, best) - price) for rival in rivals}
-    found = [_foreseen(foremost, others, condition) for condition in (*deployments(best.problem), *loops(best.problem))]
-    checked: set[str] = set()
-    while len(checked) < min(_CHECKED, len(found)):
-        found.sort(key=_most_telling)
-        if found[0].condition.words in checked:
-            break
-        checked.add(found[0].condition.words)
-        found[0] = _foreseen(foremost, others, found[0].condition, bent=True)
-    return tuple(sorted(found, key=_most_telling))
+    conditions = (*deployments(best.problem), *loops(best.problem))
+    found = sorted((_foreseen(foremost, others, condition) for condition in conditions), key=_most_telling)
+    checked: list[NextTest] = []
+    while found and len(checked) < _CHECKED and (not checked or _most_telling(found[0]) < min(map(_most_telling, checked))):
+        checked.append(_foreseen(foremost, others, found.pop(0).condition, bent=True))
+    return (*sorted(checked, key=_most_telling), *found)
 
 
 def _most_telling(test: NextTest) -> tuple[float, str]:
