@@ -14,7 +14,8 @@ Nobody knows the true one's parameters better than its fit does, nor how a platf
 with others the test may show less. So each makes the measurement with several sets, drawn from its covariance (as far as what
 was measured bears them out) and from what `[nuisance]` says of releases, and the chance is the mean: a release just as it
 should be lands on all its stops at once, which none does, and shows a multiple of what others do. The most telling tests are
-foreseen once more with more releases and by full simulation: an effect can often bend farther than a straight line.
+foreseen once more with more releases and by full simulation: an effect can often bend farther than a straight line. Where a
+single run is not sure enough to tell, several of the same kind are foreseen together, as few as will do.
 """
 
 from __future__ import annotations
@@ -23,6 +24,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy import stats
 
 from measure.tables import Array
@@ -36,15 +38,22 @@ from .problem import Problem
 _DRAWS, _SEED = 12, 2009
 _RELEASES, _AT_FIRST = 10, 2  # ways in which a further run may be let go; fewer until a test is among the most telling ones
 _CHECKED, _STEPS = 3, 8  # tests, the most telling ones, that are foreseen by full simulation
-LIKELY = 0.5  # a test that splits off a rival less often than this is not worth being recommended
+_SURE, _MOST_RUNS = 0.9, 4  # a test is as many runs as split off a rival this often, but no more
+LIKELY = 0.8  # a test that splits off a rival less often than this is not worth being recommended
 
 
 @dataclass(frozen=True)
 class NextTest:
-    """A test and how likely it would split the foremost effect from each of its rivals, by name."""
+    """A test, of how many runs, and how likely it would split the foremost effect from each of its rivals, by name."""
 
     condition: Condition
     chances: Mapping[str, float]
+    runs: int = 1
+
+    @property
+    def surest(self) -> float:
+        """The best of its chances."""
+        return max(self.chances.values())
 
 
 def next_tests(before: Fit, best: Fit, rivals: Sequence[Candidate]) -> tuple[NextTest, ...]:
@@ -59,30 +68,41 @@ def next_tests(before: Fit, best: Fit, rivals: Sequence[Candidate]) -> tuple[Nex
     found = sorted((_foreseen(foremost, others, condition) for condition in conditions), key=_most_telling)
     checked: list[NextTest] = []
     while found and len(checked) < _CHECKED and (not checked or _most_telling(found[0]) < min(map(_most_telling, checked))):
-        checked.append(_foreseen(foremost, others, found.pop(0).condition, bent=True))
+        checked.append(_foreseen(foremost, others, found.pop(0).condition, closely=True))
     return (*sorted(checked, key=_most_telling), *found)
 
 
-def _most_telling(test: NextTest) -> tuple[float, str]:
-    return -sum(test.chances.values()), test.condition.words
+def _most_telling(test: NextTest) -> tuple[bool, float, str]:
+    """Likely ones first, those that tell most for each of their runs before others."""
+    return test.surest < LIKELY, -sum(test.chances.values()) / test.runs, test.condition.words
 
 
-def _foreseen(best: _Side, rivals: Mapping[str, _Side], condition: Condition, *, bent: bool = False) -> NextTest:
-    releases = likely_releases(best.fit.problem, condition, _RELEASES if bent else _AT_FIRST)
+def _foreseen(best: _Side, rivals: Mapping[str, _Side], condition: Condition, *, closely: bool = False) -> NextTest:
+    """One run as a first guess; `closely`, with more releases and by full simulation, as many runs as it takes."""
+    releases = likely_releases(best.fit.problem, condition, _RELEASES if closely else _AT_FIRST)
     by_best = _made(best, condition, releases)
     lines = _lines(best, by_best, releases)
-    chances = {}
+    shows = {}
     for name, rival in rivals.items():
         by_rival = _made(rival, condition, releases)
-        shown = _shown(_lines(rival, by_best, releases), by_best, bent=bent), _shown(lines, by_rival, bent=bent)
-        chances[name] = _chance(best.fit, rival, shown)
-    return NextTest(condition, chances)
+        meetings = (_lines(rival, by_best, releases), by_best), (lines, by_rival)
+        shows[name] = [_Shows.of(met, made, bent=closely) for met, made in meetings]
+
+    def of(runs: int) -> NextTest:
+        found = {name: _chance(best.fit, rival, [one.by(runs) for one in shows[name]]) for name, rival in rivals.items()}
+        return NextTest(condition, found, runs)
+
+    test = of(1)
+    while closely and test.surest < _SURE and test.runs < _MOST_RUNS:
+        test = of(test.runs + 1)
+    return test
 
 
-def _chance(best: Fit, rival: _Side, shown: tuple[Array, Array]) -> float:
+def _chance(best: Fit, rival: _Side, shown: Sequence[Array]) -> float:
     """How likely a test that shows so much tells the two apart, whichever is true."""
     before = float(np.sum(rival.fit.free_of_knobs((best.gaps - rival.fit.gaps)[:, None]) ** 2))
-    return chance_of_split(rival.fit.cost - best.cost, rival.dearer, before, shown)
+    if_best, if_rival = shown
+    return chance_of_split(rival.fit.cost - best.cost, rival.dearer, before, (if_best, if_rival))
 
 
 def chance_of_split(lead: float, dearer: float, before: float, shown: tuple[Array, Array]) -> float:
@@ -147,11 +167,13 @@ class _Line:
     """A rival before a further run, in straight lines from where it would be if it knew the release, (r,).
 
     rows : (m, k), what its knobs do to that run, to what it knew, and to the release.
+    further : (m,), which of them come anew with each run.
     """
 
     side: _Side
     release: Array
     rows: Array
+    further: NDArray[np.bool_]
 
     @classmethod
     def of(cls, side: _Side, made: Problem, release: Array) -> _Line:
@@ -167,16 +189,20 @@ class _Line:
         rows[:n, old:] = jacobian[:, own]
         rows[n : n + len(side.root), :old] = side.root
         rows[n + len(side.root) :, old:] = np.eye(len(own))
-        return cls(side, release, rows)
+        at = np.arange(len(rows))
+        return cls(side, release, rows, (at < n) | (at >= n + len(side.root)))
 
-    def shown(self, made: Sequence[Problem]) -> Array:
-        """delta^2 of the further run that another made with each of its sets of parameters, (n,)."""
+    def gaps(self, made: Sequence[Problem]) -> Array:
+        """To the further run that another made with each of its sets of parameters, (m, n)."""
         problems = [_meeting(self.side, one) for one in made]
         q = _placed(self.side.fit, problems[0], self.release)
         gaps = np.zeros((len(self.rows), len(made)))
         gaps[: problems[0].measured] = np.stack([one.gaps(q)[: one.measured] for one in problems], axis=1)
-        step = np.linalg.lstsq(self.rows, -gaps, rcond=1e-12)[0]
-        return np.sum((gaps + self.rows @ step) ** 2, axis=0)
+        return gaps
+
+    def shown(self, gaps: Array, runs: int = 1) -> Array:
+        """delta^2 of so many runs alike, from the gaps (m, n) to one of them; (n,)."""
+        return left_over(self.rows, gaps, self.further, runs)
 
     def bent(self, made: Problem) -> float:
         """delta^2 by fitting everything there is and the further run."""
@@ -189,17 +215,38 @@ class _Line:
         return max(0.0, found.cost - self.side.fit.cost - float(self.release @ self.release))
 
 
+def left_over(rows: Array, gaps: Array, further: NDArray[np.bool_], runs: int) -> Array:
+    """Sum of squares (n,) that no step along rows (m, k) takes from gaps (m, n).
+
+    further : (m,), the rows that come anew with each of the runs, whose own columns then do so too.
+    """
+    weight = np.where(further, np.sqrt(runs), 1.0)[:, None]
+    step = np.linalg.lstsq(weight * rows, -weight * gaps, rcond=1e-12)[0]
+    return np.sum((weight * (gaps + rows @ step)) ** 2, axis=0)
+
+
 def _lines(side: _Side, made: Sequence[Sequence[Problem]], releases: Array) -> list[_Line]:
     return [_Line.of(side, problems[0], release) for problems, release in zip(made, releases, strict=True)]
 
 
-def _shown(lines: Sequence[_Line], made: Sequence[Sequence[Problem]], *, bent: bool) -> Array:
-    """delta^2 for all releases and sets of parameters, (n,).
+@dataclass(frozen=True)
+class _Shows:
+    """What a further run shows one rival that another made it: for each release its line and gaps (m, n), and how much less by bending."""
 
-    bent : whether the rival is once fitted to everything there is; by how much less is left then holds for all.
-    """
-    shown = np.concatenate([line.shown(problems) for line, problems in zip(lines, made, strict=True)])
-    return shown * lines[0].bent(made[0][0]) / shown[0] if bent and shown[0] > 0.0 else shown
+    lines: Sequence[_Line]
+    gaps: Sequence[Array]
+    less: float
+
+    @classmethod
+    def of(cls, lines: Sequence[_Line], made: Sequence[Sequence[Problem]], *, bent: bool) -> _Shows:
+        """bent : whether the rival is once fitted to everything there is; by how much less is left then holds for all."""
+        gaps = [line.gaps(problems) for line, problems in zip(lines, made, strict=True)]
+        straight = float(lines[0].shown(gaps[0])[0])
+        return cls(lines, gaps, lines[0].bent(made[0][0]) / straight if bent and straight > 0.0 else 1.0)
+
+    def by(self, runs: int) -> Array:
+        """delta^2 of so many runs for all releases and sets of parameters, (n,)."""
+        return self.less * np.concatenate([line.shown(gaps, runs) for line, gaps in zip(self.lines, self.gaps, strict=True)])
 
 
 def _placed(fit: Fit, problem: Problem, release: Array) -> Array:

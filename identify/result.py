@@ -196,11 +196,10 @@ def next_experiment(found: Explanation) -> str | None:
     if found.next_tests:
         best, name = found.next_tests[0], found.findings[0].name
         split = ", ".join(f"{rival} in {100 * chance:.0f} %" for rival, chance in best.chances.items())
-        if max(best.chances.values()) < LIKELY:
-            return (
-                f"No single further test is likely to tell {name} from its rivals; {best.condition.words} would split off {split} of cases."
-            )
-        return f"To tell {name} from its rivals, add {best.condition.words}; foreseen to split off {split} of cases."
+        words = best.condition.words + (f", {best.runs} times" if best.runs > 1 else "")
+        if best.surest < LIKELY:
+            return f"No single further test is likely to tell {name} from its rivals; {words} would split off {split} of cases."
+        return f"To tell {name} from its rivals, add {words}; foreseen to split off {split} of cases."
     if found.verdict == "unknown":
         return f"Repeat the run with {_other_condition(found)}: a force that follows time, place or speed moves differently then."
     return None
@@ -209,7 +208,7 @@ def next_experiment(found: Explanation) -> str | None:
 def _foreseen(test: NextTest) -> dict[str, Any]:
     """A further test for programs: what to change, and how likely it splits off each rival."""
     of = test.condition
-    row: dict[str, Any] = {"condition": of.words, "model": dict(of.changes), "splits": dict(test.chances)}
+    row: dict[str, Any] = {"condition": of.words, "runs": test.runs, "model": dict(of.changes), "splits": dict(test.chances)}
     if of.frequency_Hz:
         return {**row, "kind": "loop", "frequency_Hz": of.frequency_Hz, "amplitude_m": of.amplitude_m}
     return {**row, "kind": "deployment", "times_as_long": of.longer, "channels": list(of.channels) or None}

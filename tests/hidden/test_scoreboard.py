@@ -90,9 +90,11 @@ def test_a_recommended_deployment_is_let_go_under_its_own_condition(tmp_path: Pa
     spec = Spec(("gravity-imbalance",), 3.0, "single")
     made(spec, tmp_path)
     test = {"kind": "deployment", "model": {"platform": {"mass_kg": 1.5}}, "times_as_long": 2.0, "channels": ["y_m", "z_m"], "splits": {}}
-    run = read_campaign([with_further_run(spec, test, tmp_path) / "campaign.toml"])[-1]
+    before, run = read_campaign([with_further_run(spec, test | {"runs": 2}, tmp_path) / "campaign.toml"])[-2:]
     assert run.model(read_model(tmp_path / "further" / spec.token / "model.toml")).platform.mass_kg == 1.5
     assert isinstance(run.table, Trajectory)
+    assert isinstance(before.table, Trajectory)
+    assert not np.array_equal(before.table.channels["z_m"], run.table.channels["z_m"])
     assert set(run.table.channels) == {"y_m", "z_m"}
     assert len(run.table.time_s) == 300
     assert np.ptp(run.table.channels["z_m"]) > 0.05

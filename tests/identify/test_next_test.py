@@ -12,7 +12,7 @@ from identify.conditions import Condition
 from identify.explain import explain
 from identify.fit import refitted, solve_from_afar
 from identify.naming import RIVAL_P, STRONG_BIC
-from identify.next_test import LIKELY, chance_of_split, likely_knobs, likely_releases
+from identify.next_test import LIKELY, chance_of_split, left_over, likely_knobs, likely_releases
 from identify.problem import problem_of
 from identify.result import next_experiment
 from simulate.effects import HubInertia, PowerLawFriction, ViscousFriction
@@ -86,6 +86,25 @@ def test_a_platform_is_not_foreseen_to_be_let_go_just_as_it_should_be(prototype)
     assert np.std(drawn, axis=0) == pytest.approx(np.ones(drawn.shape[1]), abs=0.15)
 
 
+@pytest.mark.parametrize("runs", [1, 2, 4])
+def test_several_runs_alike_show_as_much_as_if_each_were_fitted_with_a_release_of_its_own(runs):
+    chance = np.random.default_rng(4)
+    shared, own, root, gaps = (chance.normal(size=size) for size in ((30, 3), (30, 2), (3, 3), (30, 5)))
+    prior = np.hstack([np.zeros((2, 3)), np.eye(2)])
+    rows = np.vstack([np.hstack([shared, own]), np.hstack([root, np.zeros((3, 2))]), prior])
+    padded = np.vstack([gaps, np.zeros((5, 5))])
+    further = np.array([True] * 30 + [False] * 3 + [True] * 2)
+    whole = np.zeros((30 * runs + 3 + 2 * runs, 3 + 2 * runs))
+    for i in range(runs):
+        whole[30 * i : 30 * (i + 1), :3] = shared
+        whole[30 * i : 30 * (i + 1), 3 + 2 * i : 5 + 2 * i] = own
+    whole[30 * runs : 30 * runs + 3, :3] = root
+    whole[30 * runs + 3 :, 3:] = np.eye(2 * runs)
+    stacked = np.vstack([np.tile(gaps, (runs, 1)), np.zeros((3 + 2 * runs, 5))])
+    left = np.sum((stacked - whole @ np.linalg.lstsq(whole, stacked)[0]) ** 2, axis=0)
+    assert left_over(rows, padded, further, runs) == pytest.approx(left, rel=1e-9)
+
+
 def test_no_loop_is_recommended_where_none_tells_the_rivals_apart():
     """On a shaker the inertia of the hub and that of the leg are one and the same, whatever the stroke and the frequency."""
     found = explain(read_model(DEMO / "rig.toml"), read_campaign(sorted((DEMO / "loops").glob("*.csv"))))
@@ -97,4 +116,4 @@ def test_no_loop_is_recommended_where_none_tells_the_rivals_apart():
     assert deployments
     told = next_experiment(found)
     assert told is not None
-    assert ("No single further test" in told) == (max(found.next_tests[0].chances.values()) < LIKELY)
+    assert ("No single further test" in told) == (found.next_tests[0].surest < LIKELY)

@@ -79,17 +79,18 @@ def _maker(spec: Spec, test: Mapping[str, Any], folder: Path) -> Any:
 
 
 def with_further_run(spec: Spec, test: Mapping[str, Any], folder: Path) -> Path:
-    """A copy of the case with the recommended run behind the others."""
+    """A copy of the case with the recommended runs behind the others, each let go for itself."""
     place = folder / "further" / spec.token
     shutil.rmtree(place, ignore_errors=True)
     shutil.copytree(case_folder(folder, spec), place)
     case = drawn_case(spec)
     chance = np.random.default_rng([int(spec.token, 16), 1])
-    run = further_run(spec, case, test, chance)
-    campaign = Campaign((run,)) if isinstance(run, Deployment) else Campaign((), (run,))
-    (table,) = tables_of(case.model, campaign, spec, chance)
     rows = tomllib.loads((place / "campaign.toml").read_text(encoding="utf-8"))["run"]
-    rows.append(listed(place, len(rows) + 1, run, table))
+    for _ in range(test.get("runs", 1)):
+        run = further_run(spec, case, test, chance)
+        campaign = Campaign((run,)) if isinstance(run, Deployment) else Campaign((), (run,))
+        (table,) = tables_of(case.model, campaign, spec, chance)
+        rows.append(listed(place, len(rows) + 1, run, table))
     write_text(place / "campaign.toml", tomli_w.dumps({"run": rows}))
     return place
 
