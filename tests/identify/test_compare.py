@@ -111,6 +111,7 @@ def test_a_clock_that_the_onset_sets_is_right_there_whatever_it_shows(model):
     assert rig_time((CLOCK,), shown, 0.1) == pytest.approx(0.1 + (shown - 0.1) / 1.003)
 
 
+@pytest.mark.slow
 def test_of_tables_that_count_from_their_first_frame_a_clock_shows_its_rate_and_not_its_offset(model):
     """The camera runs before the release; where its clock began, nobody can tell."""
     runs = []

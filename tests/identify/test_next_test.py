@@ -105,6 +105,7 @@ def test_several_runs_alike_show_as_much_as_if_each_were_fitted_with_a_release_o
     assert left_over(rows, padded, further, runs) == pytest.approx(left, rel=1e-9)
 
 
+@pytest.mark.slow
 def test_no_loop_is_recommended_where_none_tells_the_rivals_apart():
     """On a shaker the inertia of the hub and that of the leg are one and the same, whatever the stroke and the frequency."""
     found = explain(read_model(DEMO / "rig.toml"), read_campaign(sorted((DEMO / "loops").glob("*.csv"))))

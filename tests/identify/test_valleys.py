@@ -38,6 +38,7 @@ def second_deployment(made_by):
     return problem_of(model, [Run(read_measurement(DEMO / "deployment-2.csv"), start)])
 
 
+@pytest.mark.slow
 def test_a_release_in_a_wrong_valley_is_brought_into_the_right_one(made_by):
     problem = second_deployment(made_by)
     own = list(range(problem.first_nuisance, problem.first_effect))
@@ -81,7 +82,7 @@ def shown_by(problem, q, chance):
     return replace(problem, films=(replace(film, values=values),))
 
 
-@pytest.mark.parametrize("wrong", [(-1.7, 2.9, 0.4), (0.7, 1.5, -2.9)])
+@pytest.mark.parametrize("wrong", [(-1.7, 2.9, 0.4), pytest.param((0.7, 1.5, -2.9), marks=pytest.mark.slow)])
 def test_a_release_across_the_camera_is_found_from_where_it_is_as_far_off_another_way(campaign, wrong):
     """Though what the motion before the stops says of it leads nowhere else."""
     folder = campaign(None, 641, loops=(), deployments=({"geometry.stowed_height_m": 0.30},), hold_out=False)
