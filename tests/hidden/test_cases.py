@@ -133,6 +133,7 @@ def test_the_path_of_the_shaker_holds_its_turning_points():
     assert np.all(np.minimum(np.abs(stroke.v[turns]), np.abs(stroke.v[turns + 1])) < 1e-9)
 
 
+@pytest.mark.slow
 def test_a_case_made_again_is_the_same_to_the_byte_and_its_folder_tells_nothing(tmp_path: Path):
     spec = Spec(("gravity-imbalance",), 10.0, run_set="single")
     first, again = made(spec, tmp_path / "a"), made(spec, tmp_path / "b")

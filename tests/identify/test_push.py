@@ -86,6 +86,7 @@ def test_a_moment_shows_as_one(campaign, fitted):
     assert arm_m == pytest.approx(0.05, rel=0.5)
 
 
+@pytest.mark.slow
 def test_six_legs_that_leave_a_force_behind_are_not_named(campaign):
     """Six legs can push the platform any way there is: a draught too faint for pushes is theirs but for a swell."""
     folder = campaign(SideWind(0.003), 618)
