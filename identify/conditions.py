@@ -39,7 +39,7 @@ class Condition:
 
 
 def deployments(problem: Problem) -> list[Condition]:
-    """Deployments that differ from those there are."""
+    """Deployments that differ from those there are; where there are none, a plain one too."""
     g = problem.model.geometry
     if g is None:
         return []
@@ -49,6 +49,7 @@ def deployments(problem: Problem) -> list[Condition]:
     height = max(heights) + _FURTHER * (g.deployed_height_m - max(heights))
     ballasts = [max(masses) * factor for factor in _HEAVIER]
     return [
+        *_as_it_is(problem),
         Condition(f"a deployment from a start height of {height:.3f} m", _at_height(height)),
         *(Condition(f"a deployment with a platform of {kg:.2f} kg", _weighing(kg)) for kg in ballasts),
         *(
@@ -58,9 +59,17 @@ def deployments(problem: Problem) -> list[Condition]:
         *(Condition(f"a deployment released {1e3 * x:.0f} mm off the centre", _released(position_m=[x, 0.0, 0.0])) for x in _OFF_CENTRE_M),
         *(Condition(f"a deployment released with a tilt of {tilt:g} rad", _released(theta_rad=[0.0, tilt, 0.0])) for tilt in _TILT_RAD),
         *(Condition(f"a deployment released turned by {turn:g} rad", _released(theta_rad=[0.0, 0.0, turn])) for turn in _TURN_RAD),
+        Condition("a deployment with the legs moved on by a third of a turn", {"geometry": _third_of_a_turn(g)}),
+    ]
+
+
+def _as_it_is(problem: Problem) -> list[Condition]:
+    """A first deployment, or other films of the one there is."""
+    if not problem.films:
+        return [Condition("a deployment as the model describes it")]
+    return [
         Condition("a film twice as long, with the free bounce on the stops", longer=2.0),
         Condition("a film of the same deployment from the side", channels=("y_m", "z_m", "theta_x_rad")),
-        Condition("a deployment with the legs moved on by a third of a turn", {"geometry": _third_of_a_turn(g)}),
     ]
 
 

@@ -16,6 +16,7 @@ GAP_P = 1e-3  # less likely than this as noise: a gap
 EFFECT_P = 1e-3  # less likely than this to be found in noise: an effect
 _LOW_SHARE = 0.25
 _LEAST_SAMPLES = 16
+_LEAST_FLOAT = 1e-300
 
 
 @dataclass(frozen=True)
@@ -35,6 +36,11 @@ class GapTest:
     def p_value(self) -> float:
         """The smaller one, both having been looked at."""
         return float(min(1.0, 2.0 * min(self.slow_p, self.release_p)))
+
+
+def p_words(value: float) -> str:
+    """A probability as people read it; one too small for a float is not called nought."""
+    return f"p = {value:.2g}" if value >= _LEAST_FLOAT else f"p < {_LEAST_FLOAT:.0e}"
 
 
 def gap_test(fit: Fit) -> GapTest:

@@ -31,8 +31,13 @@ def draw_curves(axes: Any, before: Curve, after: Curve | None) -> Any:
     if after is not None:
         axes.plot(after.time_s, factor * after.modelled, "-", color=AFTER, lw=1.0, label="with the effect")
     axes.set_ylabel(f"{'elevation' if name == 'z' else name}, {unit}")
-    axes.legend(frameon=False, fontsize="small")
+    _legend_above(axes)
     return axes
+
+
+def _legend_above(axes: Any) -> None:
+    """On the right above the curves, where it hides nothing."""
+    axes.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), borderaxespad=0.1, frameon=False, fontsize="small", ncols=3)
 
 
 def draw_residual(axes: Any, curve: Curve, colour: str, label: str) -> Any:
@@ -42,7 +47,7 @@ def draw_residual(axes: Any, curve: Curve, colour: str, label: str) -> Any:
     axes.fill_between(curve.time_s, -band, band, color="0.85", lw=0, label="2 sigma of the noise")
     axes.plot(curve.time_s, factor * curve.gap, color=colour, lw=1.0, label=label)
     axes.set_ylabel(f"gap, {unit}")
-    axes.legend(loc="lower left", edgecolor="none", framealpha=0.8, fontsize="small", ncols=2)
+    _legend_above(axes)
     return axes
 
 
@@ -77,7 +82,7 @@ def pair_figure(before: Curve, after: Curve | None) -> Any:
 
 def gaps_figure(found: Explanation) -> Any:
     """The gap of every run and channel over its noise, before and after; what was held out stands last."""
-    pairs = list(zip(curves_of(found.before), curves_of(found.after), [""] * 99, strict=False))
+    pairs = [(before, after, "") for before, after in zip(curves_of(found.before), curves_of(found.after), strict=True)]
     for held in found.held:
         pairs += [(b, a, ", held out") for b, a in zip(curves_of(held.before), curves_of(held.after), strict=True)]
     return _grid_of_gaps([(b, a if found.findings else None, note) for b, a, note in pairs])

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from . import gap_plots
+from .evidence import p_words
 from .explain import Explanation
 from .result import result_of
 
@@ -26,9 +27,9 @@ def report_html(found: Explanation, title: str, notes: Mapping[str, str], missin
 
     environment = Environment(autoescape=True)
     page = environment.from_string(_PAGE.read_text(encoding="utf-8"))
-    return page.render(
-        title=title, r=_defaulted(result_of(found, missing_force_file)), figures=_figures(found), notes=dict(notes), num=number
-    )
+    result = _defaulted(result_of(found, missing_force_file))
+    words = {"num": number, "p_words": p_words}
+    return page.render(title=title, r=result, figures=_figures(found), notes=dict(notes), **words)
 
 
 def _defaulted(result: dict[str, Any]) -> dict[str, Any]:

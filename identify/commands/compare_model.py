@@ -66,6 +66,8 @@ def result_of(found: Comparison) -> dict[str, Any]:
 
 def summary(found: Comparison) -> list[str]:
     """What is printed for people."""
+    from identify.evidence import p_words
+
     lines = [f"{'run':<24}{'channel':<14}{'rmse':>11}{'largest':>11}{'nrmse %':>10}{'fit %':>9}{'noise':>11}"]
     for curve in found.curves:
         n = curve.numbers
@@ -74,7 +76,7 @@ def summary(found: Comparison) -> list[str]:
             f"{n['nrmse_percent']:>10.3g}{n['fit_percent']:>9.4g}{n['noise_sigma']:>11.3g}"
         )
     word = "noise" if found.gap_is_noise else "more than noise"
-    return [*lines, f"the gap is {found.fit.rms:.3g} times the noise: {word} (p = {found.test.p_value:.2g})"]
+    return [*lines, f"the gap is {found.fit.rms:.3g} times the noise: {word} ({p_words(found.test.p_value)})"]
 
 
 def _write(given: Namespace, found: Comparison, inputs: list[Path]) -> None:
