@@ -37,8 +37,9 @@ from .problem import Problem
 
 _DRAWS, _SEED = 12, 2009
 _RELEASES, _AT_FIRST = 10, 2  # ways in which a further run may be let go; fewer until a test is among the most telling ones
-_CHECKED, _STEPS = 3, 8  # tests, the most telling ones, that are foreseen by full simulation
-_SURE, _MOST_RUNS = 0.9, 4  # a test is as many runs as split off a rival this often, but no more
+_CHECKED, _MOST_CHECKED = 3, 6  # tests, the most telling ones, that are foreseen by full simulation; more while none is likely
+_STEPS = 8
+_SURE, _MOST_RUNS = 0.9, 6  # a test is as many runs as split off a rival this often, but no more
 LIKELY = 0.8  # a test that splits off a rival less often than this is not worth being recommended
 
 
@@ -67,9 +68,17 @@ def next_tests(before: Fit, best: Fit, rivals: Sequence[Candidate]) -> tuple[Nex
     conditions = (*deployments(best.problem), *loops(best.problem))
     found = sorted((_foreseen(foremost, others, condition) for condition in conditions), key=_most_telling)
     checked: list[NextTest] = []
-    while found and len(checked) < _CHECKED and (not checked or _most_telling(found[0]) < min(map(_most_telling, checked))):
+    while found and worth_a_closer_look(found[0], checked):
         checked.append(_foreseen(foremost, others, found.pop(0).condition, closely=True))
     return (*sorted(checked, key=_most_telling), *found)
+
+
+def worth_a_closer_look(guessed: NextTest, checked: Sequence[NextTest]) -> bool:
+    """Whether a test is foreseen by full simulation too, after those that were."""
+    if not checked:
+        return True
+    enough = _CHECKED if any(test.surest >= LIKELY for test in checked) else _MOST_CHECKED
+    return len(checked) < enough and _most_telling(guessed) < min(map(_most_telling, checked))
 
 
 def _most_telling(test: NextTest) -> tuple[bool, float, str]:

@@ -14,6 +14,7 @@ import numpy as np
 import pytest
 
 from identify.campaign import read_campaign
+from identify.explain import Explanation, explain
 from identify.fit import Fit, solve_from_afar
 from identify.observe import RunRelease, View, observe
 from identify.problem import problem_of
@@ -43,6 +44,13 @@ def made_by() -> ModuleType:
     module = importlib.util.module_from_spec(specification)
     specification.loader.exec_module(module)
     return module
+
+
+@pytest.fixture(scope="session")
+def shaken() -> Explanation:
+    """The demonstration's loops alone, explained: a shaker cannot tell a heavy hub from heavy legs."""
+    demo = Path(__file__).resolve().parents[2] / "datasets" / "demo"
+    return explain(read_model(demo / "rig.toml"), read_campaign(sorted((demo / "loops").glob("*.csv"))))
 
 
 @pytest.fixture

@@ -9,10 +9,9 @@ import pytest
 
 from identify.campaign import read_campaign
 from identify.conditions import Condition
-from identify.explain import explain
 from identify.fit import refitted, solve_from_afar
 from identify.naming import RIVAL_P, STRONG_BIC
-from identify.next_test import LIKELY, chance_of_split, left_over, likely_knobs, likely_releases
+from identify.next_test import LIKELY, NextTest, chance_of_split, left_over, likely_knobs, likely_releases, worth_a_closer_look
 from identify.problem import problem_of
 from identify.result import next_experiment
 from simulate.effects import HubInertia, PowerLawFriction, ViscousFriction
@@ -105,16 +104,28 @@ def test_several_runs_alike_show_as_much_as_if_each_were_fitted_with_a_release_o
     assert left_over(rows, padded, further, runs) == pytest.approx(left, rel=1e-9)
 
 
-@pytest.mark.slow
-def test_no_loop_is_recommended_where_none_tells_the_rivals_apart():
+def test_no_loop_is_recommended_where_none_tells_the_rivals_apart(shaken):
     """On a shaker the inertia of the hub and that of the leg are one and the same, whatever the stroke and the frequency."""
-    found = explain(read_model(DEMO / "rig.toml"), read_campaign(sorted((DEMO / "loops").glob("*.csv"))))
-    assert found.verdict == "class"
-    on_shaker = [test for test in found.next_tests if test.condition.frequency_Hz]
+    assert shaken.verdict == "class"
+    on_shaker = [test for test in shaken.next_tests if test.condition.frequency_Hz]
     assert on_shaker
     assert all(chance < 0.05 for test in on_shaker for chance in test.chances.values())
-    deployments = [test for test in found.next_tests if not test.condition.frequency_Hz]
-    assert deployments
-    told = next_experiment(found)
+    deployments = [test for test in shaken.next_tests if not test.condition.frequency_Hz]
+    assert not any("film" in test.condition.words for test in deployments)
+    assert shaken.next_tests[0].condition.words == "a deployment as the model describes it"
+    told = next_experiment(shaken)
     assert told is not None
-    assert ("No single further test" in told) == (found.next_tests[0].surest < LIKELY)
+    assert shaken.next_tests[0].surest >= LIKELY
+    assert told.startswith("To tell hub-inertia from its rivals, add a deployment as the model describes it")
+
+
+def test_a_guess_is_looked_at_closely_if_it_promises_more_and_longer_where_nothing_is_likely():
+    def guess(chance):
+        return NextTest(Condition("a loop"), {"hub-inertia": chance})
+
+    assert worth_a_closer_look(guess(0.1), [])
+    assert not worth_a_closer_look(guess(0.1), [guess(0.5)])
+    assert worth_a_closer_look(guess(0.6), [guess(0.5)] * 5)
+    assert not worth_a_closer_look(guess(0.6), [guess(0.5)] * 6)
+    assert worth_a_closer_look(guess(0.95), [guess(0.85)] * 2)
+    assert not worth_a_closer_look(guess(0.95), [guess(0.85)] * 3)
