@@ -14,6 +14,10 @@ from .where import force_in_loops
 
 BEFORE, AFTER, MEASURED = "#c2571a", "#1b5e8a", "black"
 _SHOWN = {"_m": (1e3, "mm"), "_rad": (1e3, "mrad"), "_N": (1.0, "N")}
+_FORCE_PANELS = (
+    ("missing force, N", ((0, "vertical, up", AFTER), (1, "lateral, x", BEFORE))),
+    ("missing moment, N m", ((2, "about y", AFTER),)),
+)
 
 
 def _unit(channel: str) -> tuple[float, str, str]:
@@ -137,20 +141,27 @@ def missing_force_figure(missing: MissingForce) -> Any:
     """The estimated missing force along what it goes with, with a band of two standard deviations."""
     from matplotlib.figure import Figure
 
-    figure = Figure(figsize=(8.0, 4.8), layout="constrained")
-    forces, moment = figure.subplots(2, 1, sharex=True)
-    rows = ((forces, "vertical, up", AFTER), (forces, "lateral, x", BEFORE), (moment, "about y", AFTER))
-    for column, (axes, name, colour) in enumerate(rows):
-        known = np.isfinite(missing.sigma_N[:, column])
-        places, force, sigma = missing.places[known], missing.force_N[known, column], missing.sigma_N[known, column]
-        axes.fill_between(places, force - 2 * sigma, force + 2 * sigma, color=colour, alpha=0.2, lw=0)
-        axes.errorbar(places, force, 2 * sigma, fmt="o-", ms=3, elinewidth=0.7, color=colour, label=name)
-    for axes, label in ((forces, "missing force, N"), (moment, "missing moment, N m")):
+    told = [bool(np.isfinite(column).any()) for column in missing.sigma_N.T]
+    panels = [panel for panel in _FORCE_PANELS if any(told[column] for column, _, _ in panel[1])] or list(_FORCE_PANELS)
+    figure = Figure(figsize=(8.0, 2.4 * len(panels)), layout="constrained")
+    for axes, (label, columns) in zip(figure.subplots(len(panels), 1, sharex=True, squeeze=False).flat, panels, strict=True):
+        for column, name, colour in columns:
+            if told[column]:
+                _draw_force(axes, missing, column, name, colour)
         axes.axhline(0.0, color="0.5", lw=0.7)
         axes.set_ylabel(label)
-        axes.legend(frameon=False, fontsize="small")
-    moment.set_xlabel(missing.label)
+        _legend_above(axes)
+    figure.axes[-1].set_xlabel(missing.label)
+    if len(missing.places) == 1:
+        figure.axes[-1].set_xlim(missing.places[0] - missing.spacing, missing.places[0] + missing.spacing)
     return figure
+
+
+def _draw_force(axes: Any, missing: MissingForce, column: int, name: str, colour: str) -> None:
+    known = np.isfinite(missing.sigma_N[:, column])
+    places, force, sigma = missing.places[known], missing.force_N[known, column], missing.sigma_N[known, column]
+    axes.fill_between(places, force - 2 * sigma, force + 2 * sigma, color=colour, alpha=0.2, lw=0)
+    axes.errorbar(places, force, 2 * sigma, fmt="o-", ms=3, elinewidth=0.7, color=colour, label=name)
 
 
 def loop_force_figure(found: Explanation) -> Any:

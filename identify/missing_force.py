@@ -171,6 +171,11 @@ class MissingForce:
         """The abscissa with its unit, for a figure."""
         return {"time": "time after the release, s", "height": "height, m", "speed": "upward speed, m/s"}[_WORDS[self.along][2]]
 
+    @property
+    def spacing(self) -> float:
+        """From one place of the table to the next: beyond its neighbours a force at a single place has no part."""
+        return self.along().constants_of(self.fit.problem.model)[2]
+
     def _axis(self, axis: int, positive: str, negative: str, force_unit: str) -> str:
         force, sigma = self.force_N[:, axis], self.sigma_N[:, axis]
         strong = np.abs(force) > _BAND * sigma

@@ -161,8 +161,8 @@ def missing_table(found: Explanation) -> dict[str, Any] | None:
 def sentence(found: Explanation) -> str:
     """The finding in a sentence."""
     words = {
-        "no-gap": "no gap: what is left between model and measurement is noise",
-        "unknown": "unknown: there is a gap, and no effect of the catalogue closes it",
+        "no-gap": "what is left between model and measurement is noise",
+        "unknown": "there is a gap, and no effect of the catalogue closes it",
     }
     if found.verdict in words:
         return words[found.verdict] + _nearest(found)
@@ -201,7 +201,7 @@ def next_experiment(found: Explanation) -> str | None:
             return f"No single further test is likely to tell {name} from its rivals; {words} would split off {split} of cases."
         return f"To tell {name} from its rivals, add {words}; foreseen to split off {split} of cases."
     if found.verdict == "unknown":
-        return f"Repeat the run with {_other_condition(found)}: a force that follows time, place or speed moves differently then."
+        return f"Add {_other_condition(found)}: a force that follows time, place or speed moves differently then."
     return None
 
 
