@@ -15,6 +15,7 @@ from .chance import Family, gained_by
 from .evidence import EFFECT_P
 from .fit import Fit
 from .problem import Problem
+from .screening import columns_of_shapes
 
 POWER = 0.9
 _OCTAVES = np.arange(-6.0, 7.0)
@@ -24,12 +25,14 @@ _OCTAVES = np.arange(-6.0, 7.0)
 class Sight:
     """What could have been seen of one effect.
 
-    sizes : for each parameter, alone, the smallest size that would be found nine times out of ten, in its unit; NaN where
-    the measurements do not show it, or base and releases can do the same.
+    sizes : for each parameter, alone, the smallest size that would be found nine times out of ten, in its unit, whatever the
+    effect's shape (a frequency, a time constant) of those from which a search starts. easiest : the same for the shape that shows
+    most. NaN where the measurements do not show it within its bounds, or base and releases can do the same.
     """
 
     effect: Effect
     sizes: Mapping[str, float]
+    easiest: Mapping[str, float]
 
 
 def sight(fit: Fit, effects: Sequence[Effect], noise: Array, tests: Family) -> tuple[Sight, ...]:
@@ -40,40 +43,44 @@ def sight(fit: Fit, effects: Sequence[Effect], noise: Array, tests: Family) -> t
     chi^2_needed is what a name asks for, all effects that are looked at counted; the inflation is that of slow noise.
     """
     single = -np.expm1(np.log1p(-EFFECT_P) / tests.tests)
-    wanted = float(np.sqrt(stats.chi2.isf(single, 1)) + stats.norm.ppf(POWER))
-    return tuple(_sight(fit, effect, noise, wanted * float(np.sqrt(fit.dilution))) for effect in effects)
+    wanted = float(np.sqrt(stats.chi2.isf(single, 1)) + stats.norm.ppf(POWER)) * float(np.sqrt(fit.dilution))
+    return tuple(_sight(fit, effect, noise, wanted) for effect in effects)
 
 
 def _sight(fit: Fit, effect: Effect, noise: Array, wanted: float) -> Sight:
     problem = fit.problem.with_another(effect)
-    here = np.concatenate([fit.q, np.zeros(len(effect.flat()))])
-    new = range(len(fit.q), len(here))
     if effect.is_straight():
-        free = fit.free_of_knobs(problem.jacobian(here, new, fit.gaps)[1])
-        sizes = [_straight(free[:, [i]], noise, wanted) for i in range(free.shape[1])]
+        looks = [_straight(fit.free_of_knobs(columns), noise, wanted) for _, _, columns in columns_of_shapes(fit, effect)]
     else:
-        steps = 2.0 ** _OCTAVES[:, None] * np.ones(len(new))
-        sizes = [_bent(fit, [np.concatenate([fit.q, step]) for step in steps], problem, noise, wanted)] * len(new)
-    return Sight(effect, dict(zip(effect.flat_names(), np.array(sizes) * problem.scales[len(fit.q) :], strict=True)))
+        looks = [_bent(fit, problem, noise, wanted)]
+    new = slice(len(fit.q), None)
+    farthest = np.array([max(abs(knob.low), abs(knob.high)) for knob in problem.knobs[new]])
+    sizes = np.array(looks or [np.full(len(farthest), np.inf)])
+    sizes[sizes > farthest] = np.inf
+    ends = [np.where(np.isfinite(end), end * problem.scales[new], np.nan) for end in (sizes.max(axis=0), sizes.min(axis=0))]
+    return Sight(effect, *(dict(zip(effect.flat_names(), end.tolist(), strict=True)) for end in ends))
 
 
-def _straight(free: Array, noise: Array, wanted: float) -> float:
-    """Typical sizes of a parameter whose signature grows with it; infinitely many are none."""
-    shown = float(np.linalg.norm(free))
-    return wanted * _inflation(free, noise) / shown if shown > 1e-6 else float("nan")
+def _straight(free: Array, noise: Array, wanted: float) -> Array:
+    """Typical sizes of parameters whose signatures, (m, k) for one typical size, grow with them; infinitely many where nothing shows."""
+    shown = np.linalg.norm(free, axis=0)
+    inflations = np.array([_inflation(free[:, [i]], noise) for i in range(free.shape[1])])
+    return np.divide(wanted * inflations, shown, out=np.full(len(shown), np.inf), where=shown > 1e-6)
 
 
 def _inflation(free: Array, noise: Array) -> float:
     return float(np.sqrt(max(1.0, float(np.mean(gained_by(free, noise))))))
 
 
-def _bent(fit: Fit, points: Sequence[Array], problem: Problem, noise: Array, wanted: float) -> float:
+def _bent(fit: Fit, problem: Problem, noise: Array, wanted: float) -> Array:
     """Typical sizes of an effect that has no straight beginning (a gap that opens), all its parameters grown together."""
-    low, high = np.array([k.low for k in problem.knobs]), np.array([k.high for k in problem.knobs])
-    inside = [np.clip(point, low, high) for point in points]
+    new = slice(len(fit.q), None)
+    steps = 2.0 ** _OCTAVES[:, None] * np.ones(len(problem.knobs[new]))
+    low, high = (np.array([getattr(knob, side) for knob in problem.knobs[new]]) for side in ("low", "high"))
+    inside = np.clip(steps, low, high)
     shown = []
-    for gaps in problem.gaps_many(inside):
+    for gaps in problem.gaps_many([np.concatenate([fit.q, step]) for step in inside]):
         free = fit.free_of_knobs((gaps - fit.gaps)[:, None])
         shown.append(float(np.linalg.norm(free)) / _inflation(free, noise))
     seen = np.flatnonzero(np.array(shown) > wanted)
-    return float(2.0 ** _OCTAVES[seen[0]]) if len(seen) else float("nan")
+    return inside[seen[0]] if len(seen) else np.full(inside.shape[1], np.inf)

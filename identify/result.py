@@ -42,7 +42,9 @@ def result_of(found: Explanation, missing_force_file: str | None = None) -> dict
         "missing_force": _missing_force(found, missing_force_file),
         "next_experiment": next_experiment(found),
         "next_experiments": [_foreseen(test) for test in found.next_tests],
-        "detectable": [{"name": one.effect.name, "parameters": dict(one.sizes)} for one in found.sights],
+        "detectable": [
+            {"name": one.effect.name, "parameters": dict(one.sizes), "easiest_shape": dict(one.easiest)} for one in found.sights
+        ],
         "base": base_moves(found),
         "loop_zeros_N": zeros_of(found.after),
         "unforeseen_runs": list(found.unforeseen),

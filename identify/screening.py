@@ -58,13 +58,10 @@ def screen(fit: Fit, effects: Iterable[Effect]) -> list[Screened]:
 
 
 def _screened(fit: Fit, effect: Effect) -> Screened | None:
-    shapes = effect.starts() if _is_off(effect) else (effect,)
     if not effect.is_straight():
-        return _tried_at_sizes(fit, fit.problem.with_another(shapes[0]), shapes[0])
-    branches: dict[Branch, list[Effect]] = {}
-    for shape in shapes:
-        branches.setdefault(tuple(shape.own_bounds(fit.problem.model).values()), []).append(shape)
-    looks = [look for branch, alike in branches.items() for look in _looks(fit, branch, alike)]
+        shape = _shapes(effect)[0]
+        return _tried_at_sizes(fit, fit.problem.with_another(shape), shape)
+    looks = [_look(fit, *one) for one in columns_of_shapes(fit, effect)]
     if not looks:
         return None
     foremost, *others = _far_apart(looks)
@@ -85,19 +82,32 @@ class _Look:
     gained: float
 
 
-def _looks(fit: Fit, branch: Branch, shapes: Sequence[Effect]) -> list[_Look]:
-    """Shapes within the same bounds looked at side by side; none where nothing shows."""
+def columns_of_shapes(fit: Fit, effect: Effect) -> list[tuple[Effect, Branch, Array]]:
+    """What a small amount of an effect does to the gaps in every shape from which a search starts, (m, k) per typical size.
+
+    Shapes within the same bounds are simulated side by side; those of which nothing shows are left out.
+    """
+    branches: dict[Branch, list[Effect]] = {}
+    for shape in _shapes(effect):
+        branches.setdefault(tuple(shape.own_bounds(fit.problem.model).values()), []).append(shape)
+    return [(shape, branch, columns) for branch, alike in branches.items() for shape, columns in _columns(fit, alike)]
+
+
+def _shapes(effect: Effect) -> tuple[Effect, ...]:
+    return effect.starts() if effect == type(effect)() else (effect,)
+
+
+def _columns(fit: Fit, shapes: Sequence[Effect]) -> list[tuple[Effect, Array]]:
     problem, size = fit.problem.with_another(shapes[0]), len(shapes[0].flat())
     new = range(len(fit.q), len(fit.q) + size)
-    columns = problem.jacobian(np.concatenate([fit.q, np.zeros(size)]), new, fit.gaps)[1]
-    first = signature(fit, columns)
-    if not first.knobs:
-        return []
-    all_columns = [columns, *_other_shapes(fit, problem, shapes, first.shown)]
-    return [
-        _Look(shape, branch, signature(fit, columns), *_bounded(fit, problem, columns, new))
-        for shape, columns in zip(shapes, all_columns, strict=True)
-    ]
+    first = problem.jacobian(np.concatenate([fit.q, np.zeros(size)]), new, fit.gaps)[1]
+    shown = signature(fit, first).shown
+    return list(zip(shapes, [first, *_other_shapes(fit, problem, shapes, shown)], strict=True)) if len(shown) else []
+
+
+def _look(fit: Fit, shape: Effect, branch: Branch, columns: Array) -> _Look:
+    problem = fit.problem.with_another(shape)
+    return _Look(shape, branch, signature(fit, columns), *_bounded(fit, problem, columns, range(len(fit.q), len(problem.knobs))))
 
 
 def _far_apart(looks: Sequence[_Look]) -> list[_Look]:
@@ -109,10 +119,6 @@ def _far_apart(looks: Sequence[_Look]) -> list[_Look]:
         if near and all(look.branch != one.branch or likeness(look.signature, one.signature) < _UNLIKE for one in found):
             found.append(look)
     return found
-
-
-def _is_off(effect: Effect) -> bool:
-    return effect == type(effect)()
 
 
 def _other_shapes(fit: Fit, problem: Problem, shapes: Sequence[Effect], shown: Iterable[int]) -> list[Array]:

@@ -2,17 +2,22 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass, replace
+
 import numpy as np
 import pytest
 
 from identify.campaign import read_campaign
 from identify.candidates import fit_screened
+from identify.chance import Family, noise_like
+from identify.detectable import sight
 from identify.explain import explain
 from identify.fit import before_the_stops, solve
 from identify.next_test import next_tests
 from identify.problem import problem_of
 from identify.screening import screen
-from simulate.effects import CurvedAsymptotes, HubInertia, PulleyInertia
+from simulate.effect import LegEffect, parameter
+from simulate.effects import CurvedAsymptotes, HubInertia, PulleyInertia, StribeckFriction, ViscousFriction
 from simulate.model_file import read_model
 
 LOOPS = ((1.0, 0.02), (3.0, 0.02))
@@ -37,6 +42,41 @@ def test_an_effect_of_the_smallest_size_that_could_be_seen_is_seen_about_nine_ti
     ]
     assert seen[0] >= 15
     assert seen[1] <= 2
+
+
+@pytest.mark.slow
+def test_sticking_of_the_smallest_size_that_could_be_seen_is_seen_whatever_its_speed(campaign):
+    known = smallest(explained(campaign(None, 660, loops=LOOPS, deployments=())), "stribeck-friction")["force_N"]
+    hidden = [replace(shape, force_N=known) for shape in StribeckFriction().starts()] * 2
+    seen = sum(explained(campaign(one, 661 + i, loops=LOOPS, deployments=())).verdict != "no-gap" for i, one in enumerate(hidden))
+    assert seen >= 7
+
+
+def test_what_shows_depends_on_the_shape(campaign):
+    sights = {one.effect.name: one for one in explained(campaign(None, 720, loops=LOOPS, deployments=())).sights}
+    plain, shaped = sights["viscous-friction"], sights["stribeck-friction"]
+    assert plain.easiest == plain.sizes
+    assert shaped.easiest["force_N"] < 0.8 * shaped.sizes["force_N"] < 0.8
+
+
+@dataclass(frozen=True)
+class Grease(LegEffect):
+    """Linear damping that nobody believes to be more than next to nothing."""
+
+    name = "grease"
+    damping_N_s_per_m: float = parameter(0.0, low=-1e-5, high=1e-5, typical=0.05, doc="damping")
+
+    @staticmethod
+    def leg_force(u, v, t, R, travel, p):
+        return -p[0] * v
+
+
+def test_a_size_beyond_the_bounds_is_none(campaign, fitted):
+    fit = fitted(campaign(None, 730, loops=LOOPS, deployments=()))
+    free, bound = sight(fit, [fit.problem.model.effect(ViscousFriction), Grease()], noise_like(fit), Family(10.0))
+    assert free.sizes["damping_N_s_per_m"] > 1e-5
+    assert np.isnan(bound.sizes["damping_N_s_per_m"])
+    assert np.isnan(bound.easiest["damping_N_s_per_m"])
 
 
 def test_loops_say_nothing_of_the_platform(campaign):
