@@ -15,6 +15,7 @@ from .campaign import Run
 from .evidence import GAP_P, GapTest, gap_test
 from .fit import Fit, solve
 from .measured import Film
+from .noiseless import with_noise_where_none
 from .problem import Block, problem_of
 
 
@@ -77,10 +78,15 @@ def compare(model: Model, runs: Sequence[Run], *, fit_release: bool = True) -> C
     InputError
         A run cannot be used with this model.
     """
+    fit = _fitted(model, runs, fit_release)
+    noisy, added = with_noise_where_none(runs)
+    test = gap_test(_fitted(model, noisy, fit_release) if added else fit)
+    return Comparison(fit, curves_of(fit), test, dispersion_percent(fit.problem.films))
+
+
+def _fitted(model: Model, runs: Sequence[Run], fit_release: bool) -> Fit:
     problem = problem_of(model, runs)
-    free = range(problem.first_nuisance, problem.first_effect) if fit_release else ()
-    fit = solve(problem, free=free)
-    return Comparison(fit, curves_of(fit), gap_test(fit), dispersion_percent(problem.films))
+    return solve(problem, free=range(problem.first_nuisance, problem.first_effect) if fit_release else ())
 
 
 def curves_of(fit: Fit) -> tuple[Curve, ...]:

@@ -17,6 +17,7 @@ EFFECT_P = 1e-3  # less likely than this to be found in noise: an effect
 _LOW_SHARE = 0.25
 _LEAST_SAMPLES = 16
 _LEAST_FLOAT = 1e-300
+_LEAST_NOISE = 0.1  # of the noise that a measurement is taken to have
 
 
 @dataclass(frozen=True)
@@ -48,7 +49,8 @@ def gap_test(fit: Fit) -> GapTest:
 
     Noise shakes every frequency alike, a missing effect moves the slow ones. The gap of each run and channel is taken apart
     by a cosine transform; the power of the slow quarter, for each degree of freedom that the fit has left, is compared with
-    that of the rest. A noise level is not assumed, so a sigma that is off cannot fake a gap.
+    that of the rest. A noise level is hardly assumed, so a sigma that is off cannot fake a gap; only what lies below a tenth of the
+    noise is none, whatever its course.
     """
     slow = fast = 0.0
     slow_n = fast_n = 0
@@ -61,8 +63,9 @@ def gap_test(fit: Fit) -> GapTest:
         slow, slow_n = slow + float(power[:cut].sum()), slow_n + cut
         fast, fast_n = fast + float(power[cut:].sum()), fast_n + len(part) - cut
     freedom = max(slow_n - len(fit.q), 1)
-    slow_p = float(stats.f.sf((slow / freedom) / (fast / fast_n), freedom, fast_n)) if fast_n and fast > 0 else 1.0
-    excess = max(0.0, slow - freedom * fast / fast_n) if fast_n else 0.0
+    noise = max(fast / max(fast_n, 1), _LEAST_NOISE**2)
+    slow_p = float(stats.f.sf(slow / freedom / noise, freedom, fast_n)) if fast_n else 1.0
+    excess = max(0.0, slow - freedom * noise) if fast_n else 0.0
     return GapTest(slow_p, _release_p(fit), fit.rms, excess)
 
 

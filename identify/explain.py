@@ -32,6 +32,7 @@ from .joining import joined, share_closed, without_superfluous
 from .missing_force import MissingForce, at_once, estimate
 from .naming import BUDGETS, Budget, Rival, Say, Step
 from .next_test import NextTest, next_tests
+from .noiseless import AddedNoise, with_noise_where_none
 from .problem import Problem, problem_of
 from .push import is_bent
 from .screening import kinds_to_try
@@ -77,7 +78,7 @@ class Explanation:
     missing : the force that no effect explains, where the verdict is unknown. located : the force that was missing before
     anything was named, as a first look along time; both None without deployments or without a gap. unforeseen : deployments that took
     no part because with the findings nobody could foresee them, see `foreseen.unforeseen`; the loops alone have told then. nearest :
-    of an unknown gap the effect that came nearest, and its share of the gap.
+    of an unknown gap the effect that came nearest, and its share of the gap. noise_added : what tables without noise were given.
     """
 
     verdict: str
@@ -96,6 +97,7 @@ class Explanation:
     next_tests: tuple[NextTest, ...]
     unforeseen: tuple[str, ...] = ()
     nearest: tuple[str, float] | None = None
+    noise_added: tuple[AddedNoise, ...] = ()
 
     @property
     def model(self) -> Model:
@@ -122,7 +124,7 @@ def explain(
 
     Parameters
     ----------
-    runs : loops and deployments; those held out take no part in fitting or naming.
+    runs : loops and deployments; those held out take no part in fitting or naming. Tables without noise are given some, see `noiseless`.
     catalogue : effects to try, by name.
     covariate : a further column of the loops (a pressure, a temperature) to which a part of their force is proportional.
     tare : "common", the load cell has one zero in all loops; "each", one of its own in each; "auto", the
@@ -135,6 +137,13 @@ def explain(
     InputError
         A run cannot be used with this model.
     """
+    runs, added = with_noise_where_none(runs)
+    return replace(_told(model, runs, catalogue, covariate, tare, budget, say), noise_added=added)
+
+
+def _told(
+    model: Model, runs: Sequence[Run], catalogue: Mapping[str, type[Effect]], covariate: str, tare: Tare, budget: Budget, say: Say
+) -> Explanation:
     fitted = [run for run in runs if not run.hold_out]
     problem = problem_of(model, fitted, covariate, own_zeros=tare == "each")
     found = _told_by_loops(problem, runs, catalogue, budget, say) or _explained(problem, runs, catalogue, budget, say)

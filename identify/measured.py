@@ -12,7 +12,7 @@ from simulate.model import Model
 
 from .campaign import Run
 from .loops import LoopData, prepare
-from .noise import channel_noise
+from .noise import channel_noise, lacking_in_force
 
 _ZEROED = 3.0  # standard deviations
 _UNSET, _LEAST_SPREAD_S = 10.0, 1e-3
@@ -61,7 +61,8 @@ class LoopRun:
 def loop_of(run: Run, model: Model) -> LoopRun:
     """A loop's table made ready; its time counts from its first sample, whatever the recorder's clock showed."""
     assert isinstance(run.table, Loop)
-    return LoopRun(run, model, prepare(replace(run.table, time_s=run.table.time_s - run.table.time_s[0])))
+    data = prepare(replace(run.table, time_s=run.table.time_s - run.table.time_s[0]))
+    return LoopRun(run, model, replace(data, force_sigma_N=max(data.force_sigma_N, lacking_in_force(data.time_s, data.force_N))))
 
 
 def film_of(run: Run, model: Model) -> Film:

@@ -6,10 +6,14 @@ import numpy as np
 
 from measure.tables import Array, Trajectory
 
+from .kinematics import noise_of, quantum_of
+
 _ORDER = 4
 _GAIN = float(np.sqrt(70.0))  # of the fourth difference for white noise: sqrt(sum of squared binomials)
 _PER_SIGMA = 1.4826
 _FEW = 16
+_FINE_M, _FINE_RAD, _FINE_FORCE = 1e-5, 1e-4, 1e-4  # noise of a fine camera; of a fine load cell, over the largest force
+_NONE = 0.1  # of these: no instrument of this kind is so quiet
 _SHORT = 1e-9  # of the square of a column: nothing
 
 
@@ -18,18 +22,35 @@ def channel_noise(trajectory: Trajectory, channel: str) -> Array:
 
     The fourth difference takes away whatever moves smoothly from frame to frame and leaves the noise; its median is not
     moved by a few jolts. Where the table carries a sigma, only its course over the film is taken and its size is checked
-    against the data; the larger of both counts, for a smaller one would turn a tracker's modesty into a gap.
+    against the data; the larger of both counts, for a smaller one would turn a tracker's modesty into a gap. A channel without noise
+    counts as one that was measured well.
     """
     values = trajectory.channels[channel]
     stated = trajectory.sigma.get(channel)
     shape = np.ones(len(values)) if stated is None else np.where(np.isfinite(stated), stated, np.nanmedian(stated))
-    seen = _high_frequency(values, shape)
-    if not np.isfinite(seen) or seen == 0.0:
-        seen = 1.0 if stated is not None else max(float(np.nanstd(values)) * 1e-3, 1e-9)
-    return shape * (seen if stated is None else max(seen, 1.0))
+    seen = high_frequency(values, shape)
+    if stated is not None:
+        return shape * max(seen if np.isfinite(seen) else 1.0, 1.0)
+    return shape * max(seen if np.isfinite(seen) else 1e-3 * float(np.nanstd(values)), lacking(channel, values))
 
 
-def _high_frequency(values: Array, shape: Array) -> float:
+def lacking(channel: str, values: Array) -> float:
+    """The noise that a channel (n,) of a deployment lacks to be a measurement, m or rad; zero where it has some.
+
+    A channel that often repeats its last value lacks the error of rounding to its quantum q, q / sqrt(12).
+    """
+    fine = _FINE_M if channel.endswith("_m") else _FINE_RAD
+    rounded = quantum_of(values[np.isfinite(values)]) / float(np.sqrt(12.0))
+    return 0.0 if high_frequency(values, np.ones(len(values))) > _NONE * fine else max(fine, rounded)
+
+
+def lacking_in_force(time_s: Array, force_N: Array) -> float:
+    """The noise that a loop's force (n,) lacks to be a measurement, N; zero where it has some."""
+    fine = _FINE_FORCE * float(np.max(np.abs(force_N)))
+    return 0.0 if noise_of(time_s, force_N) > _NONE * fine else fine
+
+
+def high_frequency(values: Array, shape: Array) -> float:
     """Standard deviation of the sample-to-sample noise in units of `shape`, robust; NaN where too few samples stand in a row.
 
     The differences are taken first: a sigma that changes from frame to frame must not shake a large value.

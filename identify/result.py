@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import asdict
 from typing import Any
 
 import numpy as np
@@ -48,6 +49,7 @@ def result_of(found: Explanation, missing_force_file: str | None = None) -> dict
         "base": base_moves(found),
         "loop_zeros_N": zeros_of(found.after),
         "unforeseen_runs": list(found.unforeseen),
+        "noise_added": [asdict(one) for one in found.noise_added],
         "sentence": sentence(found),
     }
 

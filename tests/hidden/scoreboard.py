@@ -30,7 +30,8 @@ def _parser() -> argparse.ArgumentParser:
     made.add_argument("--cases", type=int, metavar="N", help="only the first N of the board, which is in a random order")
     made.add_argument("--skip", type=int, default=0, metavar="N", help="leave out the first N, of which an earlier run may have told")
     only = (
-        "only cases that hide this effect, or 'nothing', or of this run set, noise or engine, or '3x', or 'seed-1'; all words have to fit"
+        "only cases that hide this effect, or 'nothing', 'outside' or 'several', or of this run set, noise or engine, "
+        "or '3x', 'own-tare' or 'seed-1'; all words have to fit"
     )
     made.add_argument("--only", metavar="WORD", action="append", default=[], help=only)
     made.add_argument("--answered", action="store_true", help="only cases that the same sources have answered")

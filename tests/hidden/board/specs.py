@@ -69,7 +69,9 @@ class Spec:
     @property
     def words(self) -> set[str]:
         """What a case is called when some are chosen."""
-        return {*(self.hidden or ("nothing",)), f"{self.size:g}x", self.run_set, self.noise, self.engine, f"seed-{self.seed}"}
+        kind = {0: "no-effect", 1: "outside" if set(self.hidden) & set(OUTSIDE) else "one-effect"}.get(len(self.hidden), "several")
+        tare = "own-tare" if self.own_tare else "one-tare"
+        return {*(self.hidden or ("nothing",)), kind, f"{self.size:g}x", self.run_set, self.noise, self.engine, tare, f"seed-{self.seed}"}
 
     def as_dict(self) -> dict[str, Any]:
         """For JSON."""

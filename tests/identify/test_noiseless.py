@@ -1,0 +1,83 @@
+"""Tables that a simulation wrote, without noise: what two integrators or a rounded number differ by is no gap."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from identify.campaign import Run
+from identify.compare import compare
+from identify.explain import explain
+from identify.noiseless import with_noise_where_none
+from identify.result import result_of
+from measure.tables import Loop, Trajectory
+from simulate.deployment import deploy
+from simulate.effects import HubInertia
+from simulate.law import loop_force
+from simulate.model import Simulation
+from simulate.model_file import read_model
+
+
+@pytest.fixture
+def model():
+    return read_model(Path(__file__).with_name("rig.toml"))
+
+
+def computed(model, step_s=2.5e-4, places=12):
+    """A deployment as `simulate-deployment` writes it: every channel, no noise, a step of its own."""
+    run = deploy(replace(model, simulation=Simulation(0.5, 500.0, step_s)))
+    return Run(Trajectory(run.time_s, {name: np.round(values, places) for name, values in run.channels.items()}), name="computed")
+
+
+def shaken(model, frequency_Hz):
+    time, omega = np.linspace(0.0, 3 / frequency_Hz, 601), 2 * np.pi * frequency_Hz
+    u, v = 0.02 * np.sin(omega * time), 0.02 * omega * np.cos(omega * time)
+    law = model.actuator
+    lines = np.array([law.a_l_N_per_m, law.b_l_N, law.a_u_N_per_m, law.b_u_N, law.beta_per_m])
+    return Run(Loop(time, u, loop_force(lines, time, u, v, -(omega**2) * u, 2.8, model.effects)), name=f"{frequency_Hz:g} Hz")
+
+
+@pytest.mark.parametrize("places", [12, 5, 4])
+def test_a_simulation_with_another_step_or_rounded_numbers_is_no_gap(model, places):
+    found = explain(model, [computed(model, places=places)])
+    assert found.verdict == "no-gap"
+    assert "x_m" in {one.channel for one in found.noise_added}
+
+
+def test_loops_that_were_computed_are_no_gap_and_what_acts_in_them_is_found(model):
+    assert explain(model, [shaken(model, f) for f in (0.3, 3.0)]).verdict == "no-gap"
+    found = explain(model, [shaken(model.with_effect(HubInertia(0.01)), f) for f in (0.3, 3.0)])
+    assert "hub-inertia" in {name for finding in found.findings for name in (finding.name, *finding.equivalents)}
+    assert {row["channel"] for row in result_of(found)["noise_added"]} == {"force_N"}
+
+
+def test_what_was_measured_is_left_as_it_is(model):
+    chance, run = np.random.default_rng(0), computed(model)
+    noise = {"x_m": 4e-6, "y_m": 4e-6, "z_m": 4e-6, "theta_x_rad": 6e-5, "theta_y_rad": 6e-5, "theta_z_rad": 6e-5}
+    channels = {name: values + chance.normal(0.0, noise[name], len(values)) for name, values in run.table.channels.items()}
+    measured = replace(run, table=replace(run.table, channels=channels))
+    runs, added = with_noise_where_none([measured])
+    assert runs[0] is measured
+    assert not added
+
+
+def test_the_noise_hangs_neither_on_the_order_of_the_runs_nor_on_the_clock(model):
+    first, second = computed(model), replace(computed(model, places=6), name="rounded")
+    late = replace(first, table=replace(first.table, time_s=first.table.time_s + 3.0))
+    forwards, backwards = with_noise_where_none([first, second])[0], with_noise_where_none([second, late])[0]
+    for run, again in zip(forwards, reversed(backwards), strict=True):
+        assert all(np.array_equal(run.table.channels[name], again.table.channels[name]) for name in run.table.channels)
+    assert not np.array_equal(forwards[0].table.channels["x_m"], forwards[1].table.channels["x_m"])
+
+
+def test_a_comparison_gives_the_plain_difference_of_what_was_computed(model):
+    run = computed(model)
+    found = compare(model, [run])
+    assert found.gap_is_noise
+    assert found.fit.rms < 0.5
+    z = next(curve for curve in found.curves if curve.channel == "z_m")
+    assert np.array_equal(z.measured, run.table.channels["z_m"])
+    assert z.numbers["rmse"] < 2e-6
