@@ -20,6 +20,7 @@ from .valleys import released_again, searched_everywhere
 _SHORT_OF_PROMISE = 0.8
 _ON_ITS_WAY = 2.0  # times the sum of squares that was promised
 _FIRST_STEPS, _LAST_STEPS = 12, 20
+_FEW = 3  # numbers of an effect
 
 
 @dataclass(frozen=True)
@@ -142,6 +143,9 @@ def _refitted(candidate: Candidate, before: Fit, fit: Fit) -> Candidate:
 
 
 def _signs(problem: Problem, first: int) -> tuple[float, ...]:
+    """Which ways an effect of its typical size may go; of one with many numbers all of them at once are no likely place."""
+    if len(problem.knobs) - first > _FEW:
+        return ()
     return (1.0, -1.0) if all(knob.low < -1.0 for knob in problem.knobs[first:]) else (1.0,)
 
 

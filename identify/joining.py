@@ -11,9 +11,9 @@ from simulate.effect import Effect
 
 from .chance import Family
 from .evidence import GAP_P, gain, gap_test
-from .fit import Fit, bic, refitted
+from .fit import Fit, before_the_stops, bic, refitted, solve
 from .naming import RIVAL_P, Budget, Say, Step, next_effect
-from .pairs import plainer_pair
+from .pairs import better_pair
 from .push import SHORTEST, Push, is_bent, push
 from .valleys import searched_everywhere
 
@@ -41,24 +41,25 @@ class Joined:
 
 
 def joined(before: Fit, catalogue: Mapping[str, type[Effect]], budget: Budget, say: Say) -> Joined:
-    """Effects added one by one while they help; or two plain ones at once, where the foremost only stands for them."""
+    """Effects added one by one while they help; or two at once, where the foremost only stands for them."""
     look, found = next_effect(before, catalogue, budget, say)
     if found is None:
         return Joined(look.current, [], [], look.tests)
-    before, steps = found.before, [found]
-    pair = plainer_pair(before, look, found, catalogue, budget, say) if budget.effects > 1 else None
-    if pair is not None:
-        return Joined(before, list(pair), steps, look.tests)
-    pushed = _push_of_few(found, say)
-    if pushed is not None and is_bent(before, found.rivals_of(found.best.fit), pushed) and gap_test(pushed.force.fit).p_value > GAP_P:
-        return Joined(before, steps, steps, look.tests, pushed)
+    before, first = found.before, [found]
+    pair = better_pair(before, look, found, catalogue, budget, say) if budget.effects > 1 else None
+    steps = list(pair or first)
+    current = steps[-1].best.fit
+    pushed = _push_of_few(before, current, say)
+    rivals = found.rivals_of(current) if pair is None else [current]
+    if pushed is not None and is_bent(before, rivals, pushed) and gap_test(pushed.force.fit).p_value > GAP_P:
+        return Joined(before, steps, first, look.tests, pushed)
     while len(steps) < budget.effects:
         look, found = next_effect(steps[-1].best.fit, catalogue, budget, say, last=len(steps) + 1 == budget.effects)
         steps[-1] = _with_fit(steps[-1], look.current)
         if found is None or not _matters(before, look.current, found.best.fit):
             break
         steps.append(found)
-    return Joined(before, steps, steps[:1], look.tests, pushed)
+    return Joined(before, steps, first if pair else steps[:1], look.tests, pushed)
 
 
 def _with_fit(step: Step, fit: Fit) -> Step:
@@ -66,14 +67,13 @@ def _with_fit(step: Step, fit: Fit) -> Step:
     return step if fit is step.best.fit else replace(step, best=replace(step.best, fit=fit))
 
 
-def _push_of_few(step: Step, say: Say) -> Push | None:
-    """What a push at a few places says; None of a large gap, or where an effect closes it in no more words than a push needs."""
-    before, best = step.before, step.best
-    short = best.gain.knobs <= SHORTEST and gap_test(best.fit).p_value > GAP_P
-    if short or not before.problem.films or before.cost > _FAR_ABOVE * best.fit.cost:
+def _push_of_few(before: Fit, current: Fit, say: Say) -> Push | None:
+    """What a push at a few places says; None of a large gap, or where effects close it in no more words than a push needs."""
+    short = len(current.q) - len(before.q) <= SHORTEST and gap_test(current).p_value > GAP_P
+    if short or not before.problem.films or before.cost > _FAR_ABOVE * current.cost:
         return None
     say("doing without physics")
-    return push(before, bic(best.fit))
+    return push(before, bic(current))
 
 
 def _matters(before: Fit, current: Fit, found: Fit) -> bool:
@@ -92,11 +92,15 @@ def without_superfluous(current: Fit, steps: list[Step], say: Say) -> tuple[Fit,
         others = tuple(e for e in current.problem.effects if e.name != step.best.name)
         say(f"doing without {step.best.name}")
         less = refitted(current, others)
-        if _is_needed(less, current):
+        if _is_needed(less, current) and not _is_needed(_early(less), _early(current)):  # a wrong valley lies behind the stops
             less = searched_everywhere(less)
         if not _is_needed(less, current):
             return without_superfluous(less, [s for s in steps if s is not step], say)
     return current, steps
+
+
+def _early(fit: Fit) -> Fit:
+    return solve(before_the_stops(fit.problem), fit.q)
 
 
 def _is_needed(less: Fit, more: Fit) -> bool:

@@ -1,8 +1,8 @@
-"""Two plain effects in place of one that can bend itself into many shapes.
+"""Two effects at once, where one alone would only stand for them.
 
 Effects join one by one, so an effect with many parameters can stand for two with few of them before these are looked at
-together. Their signatures tell which pair could say more in fewer words; that pair is fitted, each of the two looked for
-once more beside the other.
+together, and one that is neither of two can close the most of what both do. Signatures tell which pair could say more; that pair is
+fitted, each of the two looked for once more beside the other.
 """
 
 from __future__ import annotations
@@ -17,6 +17,7 @@ from simulate.effect import Effect
 
 from .candidates import carried_to_the_end, fit_screened
 from .chance import gained_by
+from .evidence import GAP_P, gap_test
 from .fit import Fit, bic, refitted
 from .naming import STRONG_BIC, Budget, Look, Say, Step, next_effect
 from .screening import Screened
@@ -26,16 +27,21 @@ _FITTED = 4  # effects that are fitted for each of the two
 _PLAIN = 2  # parameters: an effect with no more of them cannot stand for two
 
 
-def plainer_pair(
+def better_pair(
     before: Fit, look: Look, step: Step, catalogue: Mapping[str, type[Effect]], budget: Budget, say: Say
 ) -> tuple[Step, Step] | None:
-    """A pair with fewer parameters that explains clearly more than the effect of a step; None where there is none.
+    """A pair that explains clearly more than the effect of a step; None where there is none.
+
+    Beside an effect that closes the gap only a pair with fewer parameters is looked at, beside one that does not any pair.
 
     Returns
     -------
     A step for each of the two on top of the other; the last one holds the fit with both.
     """
-    first = _promising_pair(look, step.best.name) if step.best.gain.knobs > _PLAIN else None
+    closed = gap_test(step.best.fit).p_value > GAP_P
+    if closed and step.best.gain.knobs <= _PLAIN:
+        return None
+    first = _promising_pair(look, step.best.name, plainer=closed)
     if first is None:
         return None
     say(f"trying {first.effect.name} with another beside it")
@@ -52,8 +58,8 @@ def plainer_pair(
     return second, other
 
 
-def _promising_pair(look: Look, name: str) -> Screened | None:
-    """The stronger one of the pair whose signatures promise clearly more than those of one effect, in fewer words."""
+def _promising_pair(look: Look, name: str, *, plainer: bool) -> Screened | None:
+    """The stronger one of the pair whose signatures promise clearly more than those of one effect; plainer : in fewer words."""
     shown = {one.effect.name: one for one in look.screened if one.signature.knobs}
     if name not in shown:
         return None
@@ -65,7 +71,7 @@ def _promising_pair(look: Look, name: str) -> Screened | None:
     def gained(*names: str) -> float:
         return float(gained_by(np.column_stack([columns[one] for one in names]), gaps)[0])
 
-    pairs = [pair for pair in combinations(shown, 2) if words[pair[0]] + words[pair[1]] < words[name]]
+    pairs = [pair for pair in combinations(shown, 2) if not plainer or words[pair[0]] + words[pair[1]] < words[name]]
     worth = [gained(*pair) - words[pair[0]] - words[pair[1]] for pair in pairs]
     if not pairs or max(worth) < gained(name) - words[name] + CLEAR_BIC:
         return None

@@ -8,7 +8,7 @@ import pytest
 from identify.campaign import read_campaign
 from identify.explain import explain
 from identify.naming import BUDGETS, next_effect
-from identify.pairs import plainer_pair
+from identify.pairs import better_pair
 from simulate.effects import CATALOGUE, CameraRoll, LegDisparity, TimeOffset
 from simulate.model_file import read_model
 
@@ -31,4 +31,4 @@ def test_unequal_legs_are_not_taken_for_a_pair(campaign, fitted):
     look, step = next_effect(before, CATALOGUE, BUDGETS["normal"], lambda text: None)
     assert step is not None
     assert step.best.name == "leg-disparity"
-    assert plainer_pair(before, look, step, CATALOGUE, BUDGETS["normal"], lambda text: None) is None
+    assert better_pair(before, look, step, CATALOGUE, BUDGETS["normal"], lambda text: None) is None
