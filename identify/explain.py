@@ -144,34 +144,46 @@ def explain(
 def _told(
     model: Model, runs: Sequence[Run], catalogue: Mapping[str, type[Effect]], covariate: str, tare: Tare, budget: Budget, say: Say
 ) -> Explanation:
-    fitted = [run for run in runs if not run.hold_out]
-    problem = problem_of(model, fitted, covariate, own_zeros=tare == "each")
-    found = _told_by_loops(problem, runs, catalogue, budget, say) or _explained(problem, runs, catalogue, budget, say)
+    problem = problem_of(model, [run for run in runs if not run.hold_out], covariate, own_zeros=tare == "each")
+    told = _asked_of_loops(problem, catalogue, budget, say)
+    if tare == "auto" and told is not None and more_than_noise(told) and zeros_differ(told):
+        problem = _with_own_zeros(problem, say)
+        told = _asked_of_loops(problem, catalogue, budget, say)
+    found = _told_by_loops(told, problem, runs, catalogue, budget, say) or _explained(problem, runs, catalogue, budget, say)
     left = found.verdict == "unknown" or found.gap_after.p_value < GAP_P
-    if tare != "auto" or not left or not zeros_differ(found.after):
+    if tare != "auto" or problem.own_zeros or not left or not zeros_differ(found.after):
         return found
-    say("giving each loop a zero of its own")
-    again = _explained(replace(found.before.problem, own_zeros=True), runs, catalogue, budget, say)
+    again = _explained(_with_own_zeros(found.before.problem, say), runs, catalogue, budget, say)
     return found if again.verdict == "unknown" else replace(again, unforeseen=found.unforeseen)
 
 
-def _told_by_loops(
-    problem: Problem, runs: Sequence[Run], catalogue: Mapping[str, type[Effect]], budget: Budget, say: Say
-) -> Explanation | None:
-    """What the loops name by themselves, where nobody could foresee any film with it, so that films say nothing against it; else None."""
-    loops = replace(problem, films=())
+def _with_own_zeros(problem: Problem, say: Say) -> Problem:
+    say("giving each loop a zero of its own")
+    return replace(problem, own_zeros=True)
+
+
+def _asked_of_loops(problem: Problem, catalogue: Mapping[str, type[Effect]], budget: Budget, say: Say) -> Fit | None:
+    """What the loops of a campaign with films say by themselves, where they show a gap; else None."""
     if not problem.films or not problem.loops:
         return None
-    before = solve_from_afar(loops)
+    before = solve_from_afar(replace(problem, films=()))
     if gap_test(before).p_value > GAP_P:
         return None
     say("asking the loops alone")
-    told = joined(before, catalogue, budget, say).fit
+    return joined(before, catalogue, budget, say).fit
+
+
+def _told_by_loops(
+    told: Fit | None, problem: Problem, runs: Sequence[Run], catalogue: Mapping[str, type[Effect]], budget: Budget, say: Say
+) -> Explanation | None:
+    """What the loops name by themselves, where nobody could foresee any film with it, so that films say nothing against it; else None."""
+    if told is None:
+        return None
     films = problem_of(problem.model, [run for run in runs if not run.is_loop]).with_effects(told.problem.effects)
     lost = unforeseen(films, laid_out(told, films))
     if not {film.run.name for film in problem.films} <= set(lost):
         return None
-    found = _explained(loops, runs, catalogue, budget, say)
+    found = _explained(replace(problem, films=()), runs, catalogue, budget, say)
     return replace(found, unforeseen=lost) if found.findings else None
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -10,7 +11,7 @@ from measure.tables import Array
 from simulate.effect import Effect
 from simulate.model import LEGS, Model, per_leg
 
-from .measured import Film
+from .measured import Film, LoopRun
 
 BASE = ("a_l_N_per_m", "b_l_N", "a_u_N_per_m", "b_u_N", "beta_per_m", "initial_force_N")
 POSE = (*(f"position_{axis}" for axis in "xyz"), *(f"theta_{axis}" for axis in "xyz"))
@@ -58,9 +59,12 @@ def release_knobs(film: Film) -> list[Knob]:
     return [Knob(f"{film.run.name}:{name}", sd, 1.0, -np.inf, np.inf) for name, sd in rows if sd > 0]
 
 
-def zero_knob(run: str, model: Model) -> Knob:
-    """What a load cell that was set to zero anew may be off by in one loop."""
-    return Knob(f"{run}:zero_N", 0.05 * float(np.mean(np.abs(per_leg(model.actuator.initial_force_N)))) or 0.05, 1.0, -np.inf, np.inf)
+def zero_knobs(loops: Sequence[LoopRun], model: Model) -> list[Knob]:
+    """What a load cell that was set to zero anew may be off by in each loop; behind that, by how much it may drift over the record."""
+    off = 0.05 * float(np.mean(np.abs(per_leg(model.actuator.initial_force_N)))) or 0.05
+    zeros = [Knob(f"{loop.run.name}:zero_N", off, 1.0, -np.inf, np.inf) for loop in loops]
+    drifts = [Knob(f"{loop.run.name}:drift_N_per_s", off / float(np.ptp(loop.data.time_s)), 1.0, -np.inf, np.inf) for loop in loops]
+    return zeros + drifts
 
 
 def effect_knobs(effect: Effect, model: Model, spread: float) -> list[Knob]:

@@ -174,12 +174,15 @@ def gap(lines: Array, data: LoopData, effects: tuple[Effect, ...] = ()) -> Array
     return (data.force_N - free_start(lines, data, effects)[1])[data.used]
 
 
-def gap_and_sways(lines: Array, data: LoopData, effects: tuple[Effect, ...] = ()) -> tuple[Array, Array]:
-    """The gap, and what each of the errors that the loop's motion may have does to it, (used, k) N; the start force is free in all."""
+def gap_and_sways(lines: Array, data: LoopData, effects: tuple[Effect, ...] = (), zero_N: Array | float = 0.0) -> tuple[Array, Array]:
+    """The gap, and what each of the errors that the loop's motion may have does to it, (used, k) N; the start force is free in all.
+
+    zero_N : (n,) what the load cell shows without force.
+    """
     guess, force, change = _start_guess(lines, data, effects)
     seen = change[data.used]
     moved = [predict(lines, replace(data, path=path), guess, effects) for path in data.paths_in_doubt]
-    columns = [(data.force_N - force)[data.used], *((force - other)[data.used] for other in moved)]
+    columns = [(data.force_N - zero_N - force)[data.used], *((force - other)[data.used] for other in moved)]
     freed = [column - _share(seen, column, data) * seen for column in columns]
     return freed[0], np.stack(freed[1:], axis=1) if moved else np.empty((len(seen), 0))
 

@@ -34,6 +34,7 @@ from .conditions import Condition, blank_film, blank_loop, deployments, loops
 from .fit import ROUGHLY, Fit, laid_out, solve
 from .naming import RIVAL_P, STRONG_BIC, price_of_words
 from .problem import Problem
+from .threads import side_by_side
 
 _DRAWS, _SEED = 12, 2009
 _RELEASES, _AT_FIRST = 10, 2  # ways in which a further run may be let go; fewer until a test is among the most telling ones
@@ -66,7 +67,7 @@ def next_tests(before: Fit, best: Fit, rivals: Sequence[Candidate]) -> tuple[Nex
     foremost = _Side.of(best)
     others = {rival.name: _Side.of(rival.fit, price_of_words(before, rival.fit, best) - price) for rival in rivals}
     conditions = (*deployments(best.problem), *loops(best.problem))
-    found = sorted((_foreseen(foremost, others, condition) for condition in conditions), key=_most_telling)
+    found = sorted(side_by_side(lambda i: _foreseen(foremost, others, conditions[i]), len(conditions)), key=_most_telling)
     checked: list[NextTest] = []
     while found and worth_a_closer_look(found[0], checked):
         checked.append(_foreseen(foremost, others, found.pop(0).condition, closely=True))

@@ -18,6 +18,8 @@ from simulate.packing import without_idle
 from simulate.six_legs import POSE
 from simulate.steps import step_of
 
+from .threads import others_busy
+
 POSE_SIZE = 7
 _MARGIN_S = 0.05
 _NEAREST = 6
@@ -67,25 +69,34 @@ def duration_for(times_s: Array, release: RunRelease) -> float:
 
 def poses_at(samples: Array, places: Array) -> Array:
     """Poses (m, 7) at places (m,) between the samples (n, k) of a deployment; behind a sample that is not finite nothing is seen."""
+    rows = samples[:, POSE : POSE + POSE_SIZE]
+    finite = np.isfinite(rows)
+    good = len(rows) if finite.all() else int(np.argmin(finite.all(axis=1)))
+    if good == len(rows) and places.max(initial=0.0) <= good - 1:
+        return between(rows, places)
     poses = np.full((len(places), POSE_SIZE), np.nan)
-    finite: NDArray[np.bool_] = np.all(np.isfinite(samples[:, POSE : POSE + POSE_SIZE]), axis=1)
-    good = len(finite) if finite.all() else int(np.argmin(finite))
     covered = places <= good - 1
     if good > 1:
-        poses[covered] = between(samples[:good, POSE : POSE + POSE_SIZE], places[covered])
+        poses[covered] = between(rows[:good], places[covered])
     return poses
 
 
 def between(rows: Array, at: Array) -> Array:
     """Rows (n, k) that are evenly spaced, seen at places (m,) between them: the polynomial through the six nearest, or all of fewer."""
-    count = min(_NEAREST, len(rows))
-    first = np.clip(np.floor(at).astype(int) - (count // 2 - 1), 0, len(rows) - count)
+    near, weights = _nearest(np.ascontiguousarray(at, dtype=float).tobytes(), len(rows))
+    return np.einsum("mj,mjk->mk", weights, rows[near])
+
+
+@lru_cache(maxsize=256)
+def _nearest(places: bytes, rows: int) -> tuple[NDArray[np.intp], Array]:
+    """The rows nearest to places (m,), given as bytes, and their weights, both (m, 6); remembered, for films mostly ask for the same."""
+    at, count = np.frombuffer(places), min(_NEAREST, rows)
+    first = np.clip(np.floor(at).astype(int) - (count // 2 - 1), 0, rows - count)
     away = (at - first)[:, None] - np.arange(count)
     before, behind = np.ones_like(away), np.ones_like(away)
     np.cumprod(away[:, :-1], axis=1, out=before[:, 1:])
     np.cumprod(away[:, :0:-1], axis=1, out=behind[:, -2::-1])
-    weights = before * behind / _spacings(count)
-    return np.einsum("mj,mjk->mk", weights, rows[first[:, None] + np.arange(count)])
+    return first[:, None] + np.arange(count), before * behind / _spacings(count)
 
 
 @cache
@@ -95,16 +106,13 @@ def _spacings(count: int) -> Array:
 
 
 def _from_first_frame(poses: Array) -> Array:
-    """Poses with every rotation counted from the first."""
-    from scipy.spatial.transform import Rotation
-
-    good: NDArray[np.bool_] = np.all(np.isfinite(poses), axis=1)
-    if not good[0]:
+    """Poses with every rotation counted from the first: q q_0*, scalar first."""
+    if not np.isfinite(poses[0]).all():
         return poses
-    turn = Rotation.from_quat(poses[good, 3:], scalar_first=True)
-    changed = poses.copy()
-    changed[good, 3:] = (turn * turn[0].inv()).as_quat(scalar_first=True)
-    return changed
+    w, x, y, z = poses[:, 3:].T
+    a, b, c, d = poses[0, 3:]
+    turned = (w * a + x * b + y * c + z * d, x * a - w * b + z * c - y * d, y * a - w * c + x * d - z * b, z * a - w * d + y * b - x * c)
+    return np.column_stack([poses[:, :3], *turned])
 
 
 @dataclass(frozen=True)
@@ -151,11 +159,10 @@ def observe(view: View) -> dict[str, Array]:
     return view.of(_ahead(without_idle([view.rig])[0])[0])
 
 
-def observe_beside(first: View, views: Sequence[View], *, one_core: bool = False) -> list[dict[str, Array]]:
+def observe_beside(first: View, views: Sequence[View]) -> list[dict[str, Array]]:
     """What films show of models that hardly differ from a first one, its steps taken by all, so that differences are smooth.
 
-    Models that differ only in what happens between rig and film are simulated once. one_core : for threads that keep the other
-    cores busy themselves.
+    Models that differ only in what happens between rig and film are simulated once.
     """
     _, step, pace = _ahead(without_idle([first.rig])[0])
     samples: dict[Model, Array] = {}
@@ -163,7 +170,7 @@ def observe_beside(first: View, views: Sequence[View], *, one_core: bool = False
     for rig in dict.fromkeys(view.rig for view in views):
         groups.setdefault((rig.simulation, *(type(effect) for effect in rig.effects)), []).append(rig)
     for group in groups.values():
-        runs = deploy_many([_with_step(rig, step) for rig in group], pace, one_core=one_core)
+        runs = deploy_many([_with_step(rig, step) for rig in group], pace, one_core=others_busy())
         samples |= {rig: run.samples for rig, run in zip(group, runs, strict=True)}
     return [view.of(samples[view.rig]) for view in views]
 

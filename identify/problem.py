@@ -129,7 +129,7 @@ class Problem(Unknowns):
             made = {0: first[i]} if i in first else {}
             wanted = [k for k in range(len(points)) if k not in made and (k == 0 or touched[k] in (None, i))]
             views = [self._view(points[k], i) for k in wanted]
-            seen = observe_beside(self._view(points[0], i), views, one_core=len(self.films) > 1)
+            seen = observe_beside(self._view(points[0], i), views)
             return made | {k: self._film_gap(self.films[i], s, *self.datum_at(points[k], i)) for k, s in zip(wanted, seen, strict=True)}
 
         made = side_by_side(of_film, len(self.films))
@@ -151,13 +151,14 @@ class Problem(Unknowns):
 
     def _loop_gaps(self, q: Array) -> list[Array]:
         made, at = [], {}
-        for loop, zero_N in zip(self.loops, self.zeros_at(q), strict=True):
+        for loop, zero_N, drift_N_per_s in zip(self.loops, *self.zeros_at(q), strict=True):
             if id(loop.model) not in at:
                 model = self.model_at(q, loop.model)
                 at[id(loop.model)] = lines_of(model), tuple(effect for effect in model.effects if effect.acts_on_shaker())
             lines, effects = at[id(loop.model)]
-            left, sways = gap_and_sways(lines, self._without_covariate(q, loop.data), effects)
-            made.append(whitened((left - zero_N) / loop.data.force_sigma_N, sways / loop.data.force_sigma_N))
+            zeros_N = zero_N + drift_N_per_s * (loop.data.time_s - loop.data.time_s.mean())
+            left, sways = gap_and_sways(lines, self._without_covariate(q, loop.data), effects, zeros_N)
+            made.append(whitened(left / loop.data.force_sigma_N, sways / loop.data.force_sigma_N))
         return made
 
     def _without_covariate(self, q: Array, data: LoopData) -> LoopData:
@@ -187,7 +188,7 @@ def _stepped(q: Array, index: int, step: float) -> Array:
 def problem_of(model: Model, runs: Sequence[Run], covariate: str = "", *, own_zeros: bool = False) -> Problem:
     """The problem of a campaign; what is held out is left out by the caller.
 
-    own_zeros : whether the load cell was set to zero for each loop anew.
+    own_zeros : whether the load cell was set to zero for each loop anew, from where it may drift.
 
     Raises
     ------

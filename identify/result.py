@@ -13,7 +13,7 @@ from .formula import described
 from .missing_leg_force import leg_force
 from .next_test import LIKELY, NextTest
 from .where import force_in_loops, locate
-from .zeros import zeros_of
+from .zeros import drifts_of, zeros_of
 
 _PLACES = 12
 
@@ -48,6 +48,7 @@ def result_of(found: Explanation, missing_force_file: str | None = None) -> dict
         ],
         "base": base_moves(found),
         "loop_zeros_N": zeros_of(found.after),
+        "loop_drifts_N_per_s": drifts_of(found.after),
         "unforeseen_runs": list(found.unforeseen),
         "noise_added": [asdict(one) for one in found.noise_added],
         "sentence": sentence(found),

@@ -17,7 +17,7 @@ from simulate.effect import Effect
 from simulate.model import LEGS, Model
 from simulate.model_file import add_effects
 
-from .knobs import BASE, Knob, base_knobs, effect_knobs, lines_of, release_knobs, zero_knob
+from .knobs import BASE, Knob, base_knobs, effect_knobs, lines_of, release_knobs, zero_knobs
 from .measured import Film, LoopRun
 from .observe import RunRelease
 
@@ -29,7 +29,7 @@ class Unknowns:
     """Measurements, base model and the effects whose parameters are unknown.
 
     covariate : a further column of the loops to which a part of their force is proportional, none unless given.
-    own_zeros : whether the load cell was set to zero for each loop anew.
+    own_zeros : whether the load cell was set to zero for each loop anew, from where it may drift.
     until_s : films are cut there. effect_spread : prior of an effect's parameter around the model's value, in typical sizes;
     none unless given.
     """
@@ -65,7 +65,7 @@ class Unknowns:
 
     @cached_property
     def _zero_knobs(self) -> tuple[Knob, ...]:
-        return tuple(zero_knob(loop.run.name, self.model) for loop in self.loops) if self.own_zeros else ()
+        return tuple(zero_knobs(self.loops, self.model)) if self.own_zeros else ()
 
     @property
     def first_nuisance(self) -> int:
@@ -112,10 +112,13 @@ class Unknowns:
             tuple(values.get(f"stored_force_{leg}", 0.0) for leg in range(LEGS)),
         )
 
-    def zeros_at(self, q: Array) -> Array:
-        """What the load cell said without force in each loop, (loops,) N."""
+    def zeros_at(self, q: Array) -> tuple[Array, Array]:
+        """What the load cell said without force in the middle of each loop, N, and by how much that drifted, N/s; (loops,) each."""
+        if not self._zero_knobs:
+            return np.zeros(len(self.loops)), np.zeros(len(self.loops))
         own = slice(self.first_zero, self.first_effect)
-        return q[own] * self.scales[own] if self._zero_knobs else np.zeros(len(self.loops))
+        zeros, drifts = (q[own] * self.scales[own]).reshape(2, len(self.loops))
+        return zeros, drifts
 
     def _own_values(self, q: Array, index: int) -> dict[str, float]:
         place = self.first_nuisance + sum(len(own) for own in self.own_knobs[:index])

@@ -17,9 +17,12 @@ from .evidence import GAP_P, gap_test
 from .fit import NEAR, ROUGHLY, Fit, before_the_stops, first_stop_s, laid_out, solve, to_the_end
 from .knobs import POSE
 from .measured import Film
+from .problem import Problem
+from .threads import side_by_side
 
 _MET = 1.25  # times the noise
-_DRAWS, _STEPS = 10, 20
+_DRAWS, _FIRST_STEPS, _STEPS = 10, 5, 20
+_FOR_ONE_KEPT = 3  # places that are tried for each that is followed to the end
 _FARTHER = 0.7, 1.3  # times as far off
 
 
@@ -90,11 +93,23 @@ def from_elsewhere(fit: Fit, index: int, early: Array, spread: Array, free: Sequ
     unseen = [k for k, i in enumerate(own) if problem.knobs[i].name.rpartition(":")[2] in across]
     places = _places(fit.q[own], early[own], spread[np.ix_(own, own)], unseen)
     here, *starts = (laid_out(replace(fit, q=_with(fit.q, own, place)), alone) for place in (fit.q[own], *places))
-    valleys = [solve(alone, start, free=own_alone, most_steps=_STEPS, enough=ROUGHLY) for start in starts]
+    valleys = _followed(alone, starts, own_alone)
     gaps = alone.gaps(here)
     # the rest was fitted to the valley the film stands in, so another shows how deep it is only when everything moves
     elsewhere = [_with(fit.q, own, valley.q[own_alone]) for valley in _distinct(valleys, float(gaps @ gaps))]
     return min([fit, *(solve(problem, q, free=free) for q in elsewhere)], key=lambda f: f.cost)
+
+
+def _followed(alone: Problem, starts: Sequence[Array], own: Sequence[int]) -> list[Fit]:
+    """The valleys that a film's release leads to: a few steps from each of many places, on to the end from those that are deepest then."""
+
+    def led(places: Sequence[Array], steps: int) -> list[Fit]:
+        found = side_by_side(lambda i: solve(alone, places[i], free=own, most_steps=steps, enough=ROUGHLY), len(places))
+        return sorted(found, key=lambda fit: fit.cost)
+
+    tried = led(starts, _FIRST_STEPS)
+    unfinished = [fit.q for fit in tried[: len(tried) // _FOR_ONE_KEPT] if not fit.converged]
+    return [fit for fit in tried if fit.converged] + led(unfinished, _STEPS)
 
 
 def _across(film: Film) -> set[str]:

@@ -8,21 +8,25 @@ import numpy as np
 import pytest
 
 from identify.campaign import read_campaign
+from identify.evidence import GAP_P, gap_test
 from identify.explain import explain
+from identify.fit import solve_from_afar
 from identify.naming import BUDGETS
-from identify.zeros import zeros_of
+from identify.problem import problem_of
+from identify.zeros import drifts_of, zeros_of
 from measure.tables import Loop
 from simulate.effects import HubInertia, ViscousFriction
 from simulate.model_file import read_model
 
 
-def zeroed_anew(folder, sigma_N=0.01):
-    """The model and the runs of a campaign, each loop off by a force of its own; and these forces."""
+def zeroed_anew(folder, sigma_N=0.01, drift_N_per_s=0.0):
+    """The model and the runs of a campaign, each loop off by a force of its own that drifts; and these forces at mid-record."""
     chance, zeros, runs = np.random.default_rng(8), {}, []
     for run in read_campaign([folder / "campaign.toml"]):
         if isinstance(run.table, Loop):
             zeros[run.name] = float(chance.normal(0.0, sigma_N))
-            run = replace(run, table=replace(run.table, force_N=run.table.force_N + zeros[run.name]))
+            zero = zeros[run.name] + drift_N_per_s * (run.table.time_s - run.table.time_s.mean())
+            run = replace(run, table=replace(run.table, force_N=run.table.force_N + zero))
         runs.append(run)
     return read_model(folder / "model.toml"), runs, zeros
 
@@ -38,6 +42,18 @@ def test_loops_alone_with_zeros_of_their_own_still_name_a_friction(campaign):
     assert np.abs(errors - errors.mean()).max() < 1e-3
 
 
+def test_a_zero_and_its_drift_are_not_read_as_the_force_with_which_a_loop_starts(campaign):
+    model, runs, zeros = zeroed_anew(campaign(None, 823, deployments=()), sigma_N=0.05, drift_N_per_s=2e-3)
+    fit = solve_from_afar(problem_of(model, runs, own_zeros=True))
+    assert gap_test(fit).p_value > GAP_P
+    assert fit.rms == pytest.approx(1.0, abs=0.05)
+    given = zeros_of(fit)
+    errors = np.array([given[name] - zeros[name] for name in zeros])
+    assert np.abs(errors - errors.mean()).max() < 1e-3
+    slow = min(fit.problem.loops, key=lambda loop: loop.data.frequency_Hz).run.name
+    assert drifts_of(fit)[slow] == pytest.approx(2e-3, rel=0.1)
+
+
 def test_common_zeros_stay_common(campaign):
     folder = campaign(ViscousFriction(0.0728 + 0.02), 821, deployments=())
     found = explain(read_model(folder / "model.toml"), read_campaign([folder / "campaign.toml"]))
@@ -47,7 +63,7 @@ def test_common_zeros_stay_common(campaign):
 
 @pytest.mark.slow
 def test_with_deployments_too_an_inertia_is_named(campaign):
-    model, runs, zeros = zeroed_anew(campaign(HubInertia(0.746 + 0.01), 822))
+    model, runs, zeros = zeroed_anew(campaign(HubInertia(0.746 + 0.01), 822), drift_N_per_s=1e-3)
     found = explain(model, runs, budget=BUDGETS["quick"])
     assert found.verdict in ("named", "class")
     assert "hub-inertia" in (found.findings[0].name, *found.findings[0].equivalents)
