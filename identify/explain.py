@@ -27,12 +27,13 @@ from .evidence import GAP_P, Gain, GapTest, gap_test
 from .fit import ROUGHLY, Fit, laid_out, solve, solve_from_afar
 from .foreseen import unforeseen
 from .gap_verdict import more_than_noise, verdict_of
-from .intervals import profile_interval
+from .intervals import REACH, profile_interval
 from .joining import joined, share_closed, without_superfluous
 from .missing_force import MissingForce, at_once, estimate
 from .naming import BUDGETS, Budget, Rival, Say, Step
 from .next_test import NextTest, next_tests
 from .noiseless import AddedNoise, with_noise_where_none
+from .other_shapes import Valley, deepest_shape
 from .problem import Problem, problem_of
 from .push import is_bent
 from .screening import kinds_to_try
@@ -204,10 +205,10 @@ def _explained(problem: Problem, runs: Sequence[Run], catalogue: Mapping[str, ty
         missing = estimate(before)
     verdict = "unknown" if pushed else verdict_of(before, current, steps, missing, left=left)
     explained = verdict in ("named", "class", "several")
-    after = _calm(_settled(current, say)) if explained else before
+    after, doubts = _told_best(current, [step.best.name for step in steps], say) if explained else (before, {})
     say("looking at the runs held out")
     held = tuple(_held(run, before, after) for run in runs if run.hold_out)
-    findings = _findings(after, before, steps) if explained else ()
+    findings = _findings(after, before, steps, doubts) if explained else ()
     rivals = tuple(c for step in steps for c in step.equivalents) if findings else ()
     say("looking for what could have been seen")
     sights = sight(after, kinds_to_try(catalogue, after), noise_like(after), added.tests)
@@ -219,6 +220,14 @@ def _explained(problem: Problem, runs: Sequence[Run], catalogue: Mapping[str, ty
     fits = _as_given(before), before, after
     nearest = (steps[0].best.name, share_closed(before, current)) if steps and verdict == "unknown" else None
     return Explanation(verdict, findings, *fits, *gaps, ranking, rivals, held, missing, located, sights, to_split, nearest=nearest)
+
+
+def _told_best(fit: Fit, names: Sequence[str], say: Say) -> tuple[Fit, dict[str, tuple[Valley, ...]]]:
+    """What is told, from the deepest valleys of releases and shapes; and for each effect the other valleys that may as well hold."""
+    fit, doubts = _settled(fit, say), {}
+    for name in names:
+        fit, doubts[name] = deepest_shape(fit, name)
+    return _calm(fit), doubts
 
 
 def _settled(fit: Fit, say: Say) -> Fit:
@@ -251,21 +260,24 @@ def _held(run: Run, before: Fit, after: Fit) -> Held:
     return Held(carried_over(before, problem), carried_over(after, problem.with_effects(after.problem.effects)))
 
 
-def _findings(after: Fit, before: Fit, steps: Sequence[Step]) -> tuple[Finding, ...]:
+def _findings(after: Fit, before: Fit, steps: Sequence[Step], doubts: Mapping[str, Sequence[Valley]]) -> tuple[Finding, ...]:
     """The effects with their evidence, in order of weight: of what the sum of squares would grow without each."""
-    found = [_finding(after, before, step) for step in steps]
+    found = [_finding(after, before, step, doubts[step.best.name]) for step in steps]
     return tuple(sorted(found, key=lambda finding: -finding.share))
 
 
-def _finding(after: Fit, before: Fit, step: Step) -> Finding:
-    first = next(i for i, knob in enumerate(after.problem.knobs) if knob.name.startswith(f"{step.best.name}:"))
+def _finding(after: Fit, before: Fit, step: Step, doubts: Sequence[Valley]) -> Finding:
     effect = next(effect for effect in after.problem.effects_at(after.q) if effect.name == step.best.name)
-    rows = np.arange(first, first + len(effect.flat()))
+    rows = after.problem.rows_of(step.best.name)
     shown = np.array([after.shows(row) for row in rows.tolist()])
     stderr = np.where(shown, np.sqrt(np.maximum(np.diag(after.covariance)[rows], 0.0)) * after.problem.scales[rows], np.nan)
     ends = np.array([profile_interval(after, row) if seen else (-np.inf, np.inf) for row, seen in zip(rows.tolist(), shown, strict=True)])
     low, high = np.array(list(effect.own_bounds(after.problem.model).values())).T[:, :, None]
-    ci95 = np.clip(effect.flat()[:, None] + (ends - after.q[rows, None]) * after.problem.scales[rows, None], low, high)
+    ends = effect.flat()[:, None] + (ends - after.q[rows, None]) * after.problem.scales[rows, None]
+    for valley in doubts:
+        way = REACH * valley.stderr
+        ends = np.column_stack([np.minimum(ends[:, 0], valley.values - way), np.maximum(ends[:, 1], valley.values + way)])
+    ci95 = np.clip(ends, low, high)
     names = tuple(c.name for c in step.equivalents)
     excess = before.cost - after.cost
     share = (step.before.cost - step.best.fit.cost) / excess if excess > 0 else 0.0

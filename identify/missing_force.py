@@ -24,7 +24,8 @@ from .fit import ROUGHLY, Fit, before_the_stops, laid_out, solve
 from .problem import Problem
 
 KNOTS, SPACING_S = 16, 0.05
-AXES = 3  # vertical, lateral, moment
+_MOVES = ("z_m", "x_m", "theta_y_rad")  # what vertical force, lateral force and moment move
+AXES = len(_MOVES)
 _BAND = 3.0
 _CLEAR_LEAD = 0.25
 _STROKES_PER_S = 4.0  # the fastest knot
@@ -258,10 +259,15 @@ def fitted(before: Fit, along: Along, free: list[int]) -> Fit:
 
 
 def seen_knobs(before: Fit, along: Along) -> list[int]:
-    """All knobs that were there, and of the table those behind which a film still runs."""
+    """All knobs that were there, and of the table those behind which a film still runs, of the axes along which films tell the motion.
+
+    A moment moves the platform sideways as a lateral force does; without its rotation the two would only stand against each other.
+    """
     last = max(float(film.time_s[film.time_s <= before.problem.until_s][-1]) for film in before.problem.films)
     seen = np.arange(KNOTS) * SPACING_S <= last if along is ForceAlongTime else np.ones(KNOTS, dtype=bool)
-    return [*range(len(before.q)), *(len(before.q) + np.flatnonzero(np.tile(seen, AXES))).tolist()]
+    told = {channel for film in before.problem.films for channel in film.channels}
+    axes = np.array([channel in told for channel in _MOVES])
+    return [*range(len(before.q)), *(len(before.q) + np.flatnonzero(np.outer(axes, seen))).tolist()]
 
 
 def read(found: Fit, along: Along, leads: dict[str, float]) -> MissingForce:

@@ -51,6 +51,7 @@ def result_of(found: Explanation, missing_force_file: str | None = None) -> dict
         "loop_drifts_N_per_s": drifts_of(found.after),
         "unforeseen_runs": list(found.unforeseen),
         "noise_added": [asdict(one) for one in found.noise_added],
+        "noise_sentence": noise_sentence(found),
         "sentence": sentence(found),
     }
 
@@ -174,6 +175,15 @@ def sentence(found: Explanation) -> str:
     names = ", ".join(_named(finding) for finding in found.findings)
     lead = {"named": "missing effect: ", "class": "missing effect, one of a class: ", "several": "missing effects: "}[found.verdict]
     return lead + names + _without_films(found)
+
+
+def noise_sentence(found: Explanation) -> str | None:
+    """Which tables showed no noise and were given some; None where all were measured."""
+    runs = list(dict.fromkeys(one.run for one in found.noise_added))
+    if not runs:
+        return None
+    given = ", ".join(f"{name} {sigma:.2g}" for name, sigma in {one.channel: one.sigma for one in found.noise_added}.items())
+    return f"{', '.join(runs)}: values without noise, as a simulation writes them; noise of a fine instrument was added ({given})"
 
 
 def _nearest(found: Explanation) -> str:

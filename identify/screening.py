@@ -61,7 +61,7 @@ def _screened(fit: Fit, effect: Effect) -> Screened | None:
     if not effect.is_straight():
         shape = _shapes(effect)[0]
         return _tried_at_sizes(fit, fit.problem.with_another(shape), shape)
-    looks = [_look(fit, *one) for one in columns_of_shapes(fit, effect)]
+    looks = looks_at_shapes(fit, effect)
     if not looks:
         return None
     foremost, *others = _far_apart(looks)
@@ -70,8 +70,13 @@ def _screened(fit: Fit, effect: Effect) -> Screened | None:
     return Screened(foremost.shape, foremost.signature, foremost.gained / fit.dilution, foremost.start, looked_at, further)
 
 
+def looks_at_shapes(fit: Fit, effect: Effect) -> list[ShapeLook]:
+    """Every shape of an effect from which a search starts and that shows at all, those that gain most first."""
+    return sorted((_look(fit, *one) for one in columns_of_shapes(fit, effect)), key=lambda look: -look.gained)
+
+
 @dataclass(frozen=True)
-class _Look:
+class ShapeLook:
     """A shape of an effect, the bounds that a search from it keeps to, its signature, and what it gains along straight lines by which
     sizes, as knobs."""
 
@@ -105,14 +110,14 @@ def _columns(fit: Fit, shapes: Sequence[Effect]) -> list[tuple[Effect, Array]]:
     return list(zip(shapes, [first, *_other_shapes(fit, problem, shapes, shown)], strict=True)) if len(shown) else []
 
 
-def _look(fit: Fit, shape: Effect, branch: Branch, columns: Array) -> _Look:
+def _look(fit: Fit, shape: Effect, branch: Branch, columns: Array) -> ShapeLook:
     problem = fit.problem.with_another(shape)
-    return _Look(shape, branch, signature(fit, columns), *_bounded(fit, problem, columns, range(len(fit.q), len(problem.knobs))))
+    return ShapeLook(shape, branch, signature(fit, columns), *_bounded(fit, problem, columns, range(len(fit.q), len(problem.knobs))))
 
 
-def _far_apart(looks: Sequence[_Look]) -> list[_Look]:
+def _far_apart(looks: Sequence[ShapeLook]) -> list[ShapeLook]:
     """The shape that gains most, and those behind it that gain nearly as much and lie in a valley, or within bounds, of their own."""
-    best, *rest = sorted(looks, key=lambda look: -look.gained)
+    best, *rest = looks
     found = [best]
     for look in rest:
         near = look.gained > _NEARLY * best.gained and len(found) < _SHAPES

@@ -102,6 +102,10 @@ class Unknowns:
             place += size
         return tuple(made)
 
+    def rows_of(self, name: str) -> NDArray[np.intp]:
+        """Indices of the knobs of an unknown effect, by its name."""
+        return np.array([i for i, knob in enumerate(self.knobs) if knob.name.startswith(f"{name}:")], dtype=np.intp)
+
     def release_at(self, q: Array, index: int) -> RunRelease:
         """The release of the film `index` as the knobs say."""
         values = self._own_values(q, index)

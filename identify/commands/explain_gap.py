@@ -79,7 +79,8 @@ def summary(found: Explanation) -> list[str]:
     from identify.result import parameters_of, result_of
 
     result = result_of(found)
-    lines = [f"verdict  {found.verdict}: {result['sentence']}"]
+    lines = [f"record   {result['noise_sentence']}"] if result["noise_sentence"] else []
+    lines.append(f"verdict  {found.verdict}: {result['sentence']}")
     gap = result["gap"]
     lines.append(f"gap      {gap['before']['rms_over_noise']:.3g} -> {gap['after']['rms_over_noise']:.3g} times the noise")
     if "held_out" in gap:

@@ -11,6 +11,7 @@ import pytest
 from identify.evidence import p_words
 from identify.gap_plots import missing_force_figure
 from identify.missing_force import ForceAlongTime, MissingForce
+from identify.noiseless import AddedNoise
 from identify.report import report_html
 
 
@@ -35,3 +36,10 @@ def test_a_push_at_one_place_is_drawn_alone_up_to_where_it_has_no_part(shaken):
     assert axes.get_ylabel() == "missing force, N"
     assert axes.get_xlim() == pytest.approx((0.15, 0.25))
     assert [text.get_text() for text in axes.get_legend().get_texts()] == ["vertical, up"]
+
+
+def test_the_page_says_which_tables_were_given_noise(shaken):
+    assert "values without noise" not in report_html(shaken, "loops", {})
+    given = replace(shaken, noise_added=(AddedNoise("run-1.csv", "z_m", 1e-5), AddedNoise("run-1.csv", "theta_y_rad", 1e-4)))
+    assert "run-1.csv: values without noise, as a simulation writes them" in report_html(given, "loops", {})
+    assert "(z_m 1e-05, theta_y_rad 0.0001)" in report_html(given, "loops", {})
