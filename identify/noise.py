@@ -13,7 +13,7 @@ _GAIN = float(np.sqrt(70.0))  # of the fourth difference for white noise: sqrt(s
 _PER_SIGMA = 1.4826
 _FEW = 16
 _FINE_M, _FINE_RAD, _FINE_FORCE = 1e-5, 1e-4, 1e-4  # noise of a fine camera; of a fine load cell, over the largest force
-_NONE = 0.1  # of these: no instrument of this kind is so quiet
+_QUIET_M, _QUIET_RAD, _QUIET_FORCE = 1e-6, 2e-6, 1e-5  # no such instrument is more quiet than this
 _SHORT = 1e-9  # of the square of a column: nothing
 
 
@@ -39,15 +39,15 @@ def lacking(channel: str, values: Array) -> float:
 
     A channel that often repeats its last value lacks the error of rounding to its quantum q, q / sqrt(12).
     """
-    fine = _FINE_M if channel.endswith("_m") else _FINE_RAD
+    quiet, fine = (_QUIET_M, _FINE_M) if channel.endswith("_m") else (_QUIET_RAD, _FINE_RAD)
     rounded = quantum_of(values[np.isfinite(values)]) / float(np.sqrt(12.0))
-    return 0.0 if high_frequency(values, np.ones(len(values))) > _NONE * fine else max(fine, rounded)
+    return 0.0 if high_frequency(values, np.ones(len(values))) > quiet else max(fine, rounded)
 
 
 def lacking_in_force(time_s: Array, force_N: Array) -> float:
     """The noise that a loop's force (n,) lacks to be a measurement, N; zero where it has some."""
-    fine = _FINE_FORCE * float(np.max(np.abs(force_N)))
-    return 0.0 if noise_of(time_s, force_N) > _NONE * fine else fine
+    largest = float(np.max(np.abs(force_N)))
+    return 0.0 if noise_of(time_s, force_N) > _QUIET_FORCE * largest else _FINE_FORCE * largest
 
 
 def high_frequency(values: Array, shape: Array) -> float:

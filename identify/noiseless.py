@@ -48,7 +48,8 @@ def _with_noise(run: Run) -> tuple[Run, list[AddedNoise]]:
         added = {"force_N": sigma}
         table: Loop | Trajectory = replace(run.table, force_N=force)
     else:
-        added = {name: lacking(name, values) for name, values in run.table.channels.items()}
+        own = run.table.sigma  # whoever says how sure a channel is has measured it
+        added = {name: 0.0 if name in own else lacking(name, values) for name, values in run.table.channels.items()}
         table = replace(run.table, channels={name: _shaken(values, name, added[name]) for name, values in run.table.channels.items()})
     given = [AddedNoise(run.name, name, sigma) for name, sigma in added.items() if sigma > 0.0]
     return (replace(run, table=table) if given else run), given

@@ -64,6 +64,14 @@ def test_what_was_measured_is_left_as_it_is(model):
     assert not added
 
 
+def test_a_tracker_that_says_how_sure_it_is_is_believed_however_sure(model):
+    table = computed(model)
+    chance, quiet = np.random.default_rng(1), {name: 3e-7 if name.endswith("_m") else 1e-6 for name in table.channels}
+    channels = {name: values + chance.normal(0.0, quiet[name], len(values)) for name, values in table.channels.items()}
+    tracked = Run(replace(table, channels=channels, sigma={name: np.full(len(table.time_s), sigma) for name, sigma in quiet.items()}))
+    assert with_noise_where_none([tracked]) == ((tracked,), ())
+
+
 def test_the_noise_hangs_neither_on_the_order_of_the_runs_nor_on_the_clock(model):
     first, second = computed(model), computed(model, places=6)
     late = replace(first, time_s=first.time_s + 3.0)
