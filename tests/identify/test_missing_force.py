@@ -39,6 +39,13 @@ def test_one_look_along_time_shows_a_constant_force_for_what_it_is(campaign, fit
     assert np.mean(np.abs(force[known] - 0.02) < 3.0 * sigma[known]) > 0.8
 
 
+def test_without_rotations_a_lateral_force_is_told_and_no_moment_that_would_stand_against_it(campaign, fitted):
+    runs = ({}, {"geometry.stowed_height_m": 0.30})
+    found = at_once(fitted(campaign(GravityImbalance(0.02), 97, deployments=runs, channels=("x_m", "z_m"))))
+    assert np.isnan(found.sigma_N[:, 2]).all()
+    assert np.nanmedian(found.sigma_N[:, 1]) < 0.1  # newtons; some newtons where a moment was estimated beside it
+
+
 def test_a_drag_is_described_by_the_square_of_the_speed(campaign, fitted):
     """A table along the speed that is -0.2 v |v| is written as that, and as no more."""
     (film,) = fitted(campaign(None, 93, loops=(), deployments=({},))).problem.films

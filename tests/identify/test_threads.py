@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from concurrent.futures import ThreadPoolExecutor
-from threading import Barrier
+from threading import Barrier, get_ident
 
 import numpy as np
 import pytest
@@ -11,6 +11,7 @@ import pytest
 from identify import problem as problems
 from identify.campaign import read_campaign
 from identify.problem import problem_of
+from identify.threads import others_busy, side_by_side
 from simulate.effects import CATALOGUE
 from simulate.model_file import read_model
 from simulate.once import once
@@ -22,8 +23,8 @@ def test_threads_change_no_bit(campaign, monkeypatch):
     q = 0.1 * np.random.default_rng(1).normal(size=len(problem.knobs))
     threads = problem.gaps(q), *problem.jacobian(q)
     monkeypatch.setattr(problems, "side_by_side", lambda task, count: [task(i) for i in range(count)])
-    for side_by_side, alone in zip(threads, (problem.gaps(q), *problem.jacobian(q)), strict=True):
-        assert np.array_equal(side_by_side, alone)
+    for many, alone in zip(threads, (problem.gaps(q), *problem.jacobian(q)), strict=True):
+        assert np.array_equal(many, alone)
 
 
 @pytest.mark.parametrize("name", CATALOGUE)
@@ -49,3 +50,9 @@ def test_threads_that_ask_at_once_are_given_the_same_thing():
 
     with ThreadPoolExecutor(8) as pool:
         assert len({id(found) for found in pool.map(ask, range(8))}) == 1
+
+
+def test_a_task_within_a_task_is_done_by_the_same_thread():
+    within = side_by_side(lambda _: {get_ident(), *side_by_side(lambda _: get_ident(), 4)}, 4)
+    assert all(len(threads) == 1 for threads in within)
+    assert not others_busy()

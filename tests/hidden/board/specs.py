@@ -130,6 +130,8 @@ FAST = (
     Spec(("leg-disparity",), 3.0, seed=1),
     Spec(("leg-disparity",), 10.0),
     Spec((), run_set="single", seed=2),
+    Spec(("scale-error", "air-drag"), 10.0, seed=9),
+    Spec(("hub-inertia",), 10.0, own_tare=True, seed=9),
 )
 
 
