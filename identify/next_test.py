@@ -130,11 +130,21 @@ def chance_of_split(lead: float, dearer: float, before: float, shown: tuple[Arra
 
 
 def _excludes(lead: float, before: float, shown: Array) -> float:
-    """How likely a test that shows so much brings the lead of the true effect to where it excludes the other; the mean over (n,)."""
+    """How likely a test that shows so much brings the lead of the true effect to where it excludes the other; the mean over (n,).
+
+    A rival that should be excluded by a lead as long as this and is not was kept for what straight lines do not tell; then the lead has
+    to grow as much as one that begins at nothing, so that a test that shows nothing is not believed to split anything.
+    """
     spread = 2.0 * np.sqrt(shown) + 1e-12
-    whole = before + shown
-    needed = np.maximum(STRONG_BIC, 2.0 * np.sqrt(whole) * float(stats.norm.isf(RIVAL_P)) - whole)
+    needed = _excluding_lead(before + shown)
+    if lead > _excluding_lead(np.array(before)):
+        needed = np.maximum(needed, lead + STRONG_BIC)
     return float(np.mean(stats.norm.cdf((lead + shown - needed) / spread)))
+
+
+def _excluding_lead(whole: Array) -> Array:
+    """The lead that excludes a rival where all that was measured shows so much, (n,) each."""
+    return np.maximum(STRONG_BIC, 2.0 * np.sqrt(whole) * float(stats.norm.isf(RIVAL_P)) - whole)
 
 
 @dataclass(frozen=True)

@@ -28,12 +28,17 @@ def test_the_foreseen_chance_is_how_often_the_test_splits(before, shown):
         side = 1.0 if chance.random() < 0.5 else -1.0
         lead = side * before + 2.0 * np.sqrt(before) * chance.normal()
         side, lead = (side, lead) if lead > 0 else (-side, -lead)  # the foremost is the one that leads
+        if lead > _excluding(before):
+            continue  # a rival that is led by so much is none any more
         foreseen.append(chance_of_split(lead, 0.0, before, _both(shown)))
-        after = abs(lead + side * shown + 2.0 * np.sqrt(shown) * chance.normal())
-        by_chance = 2.0 * np.sqrt(before + shown) * 2.3263 - (before + shown)
-        split.append(after > max(STRONG_BIC, by_chance))
+        split.append(abs(lead + side * shown + 2.0 * np.sqrt(shown) * chance.normal()) > _excluding(before + shown))
     assert RIVAL_P == 0.01
-    assert np.mean(foreseen) == pytest.approx(np.mean(split), abs=4.0 * np.std(split) / np.sqrt(runs))
+    assert np.mean(foreseen) == pytest.approx(np.mean(split), abs=4.0 * np.std(split) / np.sqrt(len(split)))
+
+
+def _excluding(whole):
+    """The lead that excludes a rival where all that was measured shows so much."""
+    return max(STRONG_BIC, 2.0 * np.sqrt(whole) * 2.3263 - whole)
 
 
 def _both(shown):
@@ -44,6 +49,11 @@ def _both(shown):
 def test_a_test_that_shows_nothing_splits_nothing():
     assert chance_of_split(3.0, 0.0, 2.0, _both(0.0)) < 1e-6
     assert chance_of_split(0.0, 0.0, 0.0, _both(1e4)) > 0.999
+
+
+def test_a_lead_that_has_not_excluded_a_rival_lets_no_test_exclude_it_that_shows_nothing():
+    assert chance_of_split(40.0, 0.0, 60.0, (np.array([0.0]), np.array([0.0]))) < 1e-6
+    assert chance_of_split(40.0, 0.0, 60.0, (np.array([100.0]), np.array([100.0]))) > 0.99
 
 
 def test_a_test_that_shows_only_if_one_of_the_two_is_true_is_half_as_likely_to_split():
