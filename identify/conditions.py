@@ -10,6 +10,7 @@ import numpy as np
 
 from measure.tables import Array, Loop, Trajectory
 from simulate.model import Geometry, Model
+from simulate.steps import longest_arm
 
 from .campaign import Run
 from .harmonic import harmonic_motion
@@ -23,7 +24,6 @@ _OFF_CENTRE_M, _TILT_RAD, _TURN_RAD = (0.01, 0.03), (0.03, 0.1), (0.05, 0.15)
 _FASTER, _WIDER = 2.0, 2.0
 _FREE_LOOP = (1.0, 0.1, 1e-3, 1e-5)  # frequency in Hz, amplitude over the stroke, noise over the force and in m, where no loop was measured
 _SAMPLES, _CYCLES = 400, 4
-_PLAIN_ARM_M = 0.1
 _FREE_FILM = (500.0, 1e-4, 5e-4)  # frames/s, noise in m and rad, where no film was taken
 
 
@@ -126,7 +126,7 @@ def blank_film(problem: Problem, condition: Condition) -> Film:
     time = like.time_s[0] + step * np.arange(round(condition.longer * len(like.time_s)))
     run = Run(Trajectory(time, {name: np.zeros(len(time)) for name in channels}), condition.changes, name="further")
     model = run.model(problem.model)
-    sigma = np.array([_typical_sigma(problem.films or (like,), name, _arm_m(model)) for name in channels])
+    sigma = np.array([_typical_sigma(problem.films or (like,), name, longest_arm(model)) for name in channels])
     nominal = np.array([model.geometry.stowed_height_m if name == "z_m" and model.geometry else 0.0 for name in channels])
     zeroed = np.full(len(channels), bool(like.zeroed.any()))
     blank = np.zeros((len(channels), len(time)))
@@ -158,12 +158,6 @@ def _typical_sigma(films: Sequence[Film], channel: str, arm_m: float) -> float:
         return float(np.nanmedian(np.concatenate(rows[kind])))
     other = float(np.nanmedian(np.concatenate(rows["rad" if kind == "m" else "m"])))
     return other * arm_m if kind == "m" else other / arm_m
-
-
-def _arm_m(model: Model) -> float:
-    """How far from the middle of the platform its joints are, m."""
-    g = model.geometry
-    return _PLAIN_ARM_M if g is None else float(np.max(np.linalg.norm(np.asarray(g.platform_joints_m), axis=1))) or _PLAIN_ARM_M
 
 
 def blank_loop(problem: Problem, condition: Condition) -> LoopRun:

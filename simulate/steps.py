@@ -41,12 +41,13 @@ def step_of(model: Model, longest: float = LONGEST_STEP_S) -> float:
 
 def _lightest_mass(model: Model) -> float:
     """The platform's mass, or its inertia over the squared arm of a joint where that is less, kg."""
-    arm = _longest_arm(model)
+    arm = longest_arm(model)
     inertia = min(model.platform.inertia_kg_m2)
     return min(model.platform.mass_kg, inertia / arm**2 if arm > 0 else math.inf)
 
 
-def _longest_arm(model: Model) -> float:
+def longest_arm(model: Model) -> float:
+    """How far the platform's farthest joint is from its origin, m; zero without a geometry."""
     geometry = model.geometry
     return 0.0 if geometry is None else float(np.max(np.linalg.norm(np.asarray(geometry.platform_joints_m), axis=1)))
 
@@ -62,7 +63,7 @@ def _stiffness(effect: Effect, model: Model) -> tuple[float, float]:
         rest, fast, away = (_force(effect, p, x, v) for x, v in ((0.0, 0.0), (0.0, _SLOW), (_SLOW, 0.0)))
         spring, damper = spring + _size(away - rest) / _SLOW, damper + _size(fast - rest) / _SLOW
     if effect.joint_resistance is not None:
-        arm = _longest_arm(model)
+        arm = longest_arm(model)
         damper += LEGS * effect.joint_resistance(0.0, p) * (1.0 / max(arm, 0.02) ** 2 + 1.0 / 0.2**2)
     return spring, damper
 
