@@ -23,13 +23,13 @@ import numpy as np
 from make_datasets import hexapod, prototype
 from scipy.optimize import differential_evolution
 
-from measure.tables import Array
-from simulate import responses
-from simulate.designs import design_of
+from measure.common.arrays import Array
 from simulate.effects import HubInertia, ViscousFriction
-from simulate.factors import paper_factors
-from simulate.model import Actuator, EndStop, Model, Platform
-from simulate.sweep import Sweep
+from simulate.model import responses
+from simulate.model.model import Actuator, EndStop, Model, Platform
+from simulate.sweeps.designs import design_of
+from simulate.sweeps.factors import paper_factors
+from simulate.sweeps.sweep import Sweep
 
 SIGNS = np.array([1, -1, 1, -1, 1, -1])
 COMBINATIONS = np.array(list(product((-1.0, 1.0), repeat=6)))

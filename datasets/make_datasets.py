@@ -19,17 +19,27 @@ from pathlib import Path
 
 import numpy as np
 
-from identify.observe import RunRelease, View, observe, released
-from measure.made_footage import deployment_scene, project_for, render
-from measure.output import write_text
-from measure.project import write_project
-from measure.tables import Loop, Trajectory, write_loop, write_trajectory
-from simulate.deployment import deploy
-from simulate.effect import Effect
+from identify.estimation.observation import RunRelease, View, observe, released
+from measure.common.output import write_text
+from measure.geometry.film_project import write_project
+from measure.synthetic.made_film import deployment_scene, project_for, render
+from measure.tables.tables import Loop, Trajectory, write_loop, write_trajectory
+from simulate.deployment.deploy import deploy
 from simulate.effects import HubInertia, ViscousFriction
+from simulate.files.model_file import write_model
 from simulate.law import loop_force
-from simulate.model import Actuator, EndStop, Geometry, Gravity, Model, Nuisance, Platform, Simulation, with_value
-from simulate.model_file import write_model
+from simulate.model.effect import Effect
+from simulate.model.model import (
+    Actuator,
+    EndStop,
+    Geometry,
+    Gravity,
+    Model,
+    Nuisance,
+    Platform,
+    Simulation,
+    with_value,
+)
 
 SEED = 2009
 FPS = 250.0

@@ -7,10 +7,19 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from .errors import InputError
+from measure.common.errors import InputError
 
 if TYPE_CHECKING:
-    from .tables import CHANNELS, Loop, Trajectory, read_loop, read_table, read_trajectory, write_loop, write_trajectory
+    from measure.tables.tables import (
+        CHANNELS,
+        Loop,
+        Trajectory,
+        read_loop,
+        read_table,
+        read_trajectory,
+        write_loop,
+        write_trajectory,
+    )
 
 __all__ = ["CHANNELS", "InputError", "Loop", "Trajectory", "read_loop", "read_table", "read_trajectory", "write_loop", "write_trajectory"]
 
@@ -19,6 +28,6 @@ def __getattr__(name: str) -> Any:
     """Load the tables when one of their names is asked for; numpy behind them would delay every `--help`."""
     if name not in __all__:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    from . import tables
+    from measure.tables import tables
 
     return getattr(tables, name)

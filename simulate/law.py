@@ -20,11 +20,17 @@ from typing import Any
 import numpy as np
 from numba import njit
 
-from measure.tables import Array
-
-from .compiled import Program, call_leg_asymptotes, call_leg_force, call_leg_mass, flat_parameters, program
-from .effect import Effect
-from .intrinsics import bits_of, number_of, pointer
+from measure.common.arrays import Array
+from simulate.dispatch.formulas import (
+    Program,
+    call_leg_asymptotes,
+    call_leg_force,
+    call_leg_mass,
+    flat_parameters,
+    program,
+)
+from simulate.dispatch.intrinsics import bits_of, number_of, pointer
+from simulate.model.effect import Effect
 
 A_L, B_L, A_U, B_U, BETA, LINE_VALUES = 0, 1, 2, 3, 4, 5
 NEVER = -1e9  # elongation at the last reversal where there was none

@@ -81,7 +81,7 @@ def _draws(file: Path) -> bool:
 
 
 def _reports(file: Path) -> bool:
-    return file.stem.endswith("report")
+    return file.parent.name == "report"
 
 
 def _said(wrong: list[Import]) -> str:
@@ -157,7 +157,7 @@ def _declared(*, with_groups: bool) -> set[str]:
 def _undeclared(folders: tuple[str, ...], declared: set[str]) -> list[str]:
     provided_by = metadata.packages_distributions()
     foreign = [found for found in _imports(*folders) if found.top not in (*ROOMS, "tests", *sys.stdlib_module_names)]
-    neighbours = {name for path in _sources(*folders) for name in (path.stem, path.parent.name)}
+    neighbours = {name for path in _sources(*folders) for name in (path.stem, *path.parent.parts)}
     return [
         str(found)
         for found in foreign

@@ -7,12 +7,12 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from measure.command import DONE, parser, run
-from measure.reading_options import add_reading_options, mapping_from
-from simulate.model_options import add_effects_option
+from measure.common.command_line import DONE, parser, run
+from measure.readers.options import add_reading_options, mapping_from
+from simulate.files.options import add_effects_option
 
 if TYPE_CHECKING:
-    from identify.compare import Comparison
+    from identify.gap.compare import Comparison
 
 NAME = "compare-model"
 DOES = "Compare a model with loops and deployments: error, fit and noise of each channel, and whether the gap is noise."
@@ -35,11 +35,11 @@ def _parser() -> Any:
 
 def _work(arguments: Sequence[str]) -> int:
     given = _parser().parse_args(arguments)
-    from identify.campaign import read_campaign, remarks
-    from identify.compare import compare
-    from measure.errors import InputError
-    from simulate.model_file import read_model
-    from simulate.own_effects import catalogue_with
+    from identify.campaign.runs import read_campaign, remarks
+    from identify.gap.compare import compare
+    from measure.common.errors import InputError
+    from simulate.files.model_file import read_model
+    from simulate.files.own_effects import catalogue_with
 
     if given.output is not None and given.output.suffix not in (".png", ".pdf", ".svg"):
         raise InputError(f"{given.output}: a figure ends in .png, .pdf or .svg.")
@@ -66,7 +66,7 @@ def result_of(found: Comparison) -> dict[str, Any]:
 
 def summary(found: Comparison) -> list[str]:
     """What is printed for people."""
-    from identify.evidence import p_words
+    from identify.selection.gap_test import p_words
 
     lines = [f"{'run':<24}{'channel':<14}{'rmse':>11}{'largest':>11}{'nrmse %':>10}{'fit %':>9}{'noise':>11}"]
     for curve in found.curves:
@@ -80,11 +80,11 @@ def summary(found: Comparison) -> list[str]:
 
 
 def _write(given: Namespace, found: Comparison, inputs: list[Path]) -> None:
-    from measure.output import provenance, replacing, write_json
+    from measure.common.output import provenance, replacing, write_json
 
     note = provenance(inputs)
     if given.output is not None:
-        from identify.gap_plots import comparison_figure
+        from identify.report.gap_plots import comparison_figure
 
         with replacing(given.output) as temporary:
             comparison_figure(found.curves).savefig(temporary, dpi=110)

@@ -13,12 +13,12 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from measure.command import DONE, VERDICT_BAD, parser, progress, run
+from measure.common.command_line import DONE, VERDICT_BAD, parser, progress, run
 
 if TYPE_CHECKING:
-    from identify.compare import Comparison
-    from identify.explain import Explanation
-    from simulate.model import Model
+    from identify.gap.compare import Comparison
+    from identify.selection.explain import Explanation
+    from simulate.model.model import Model
 
 NAME = "demo"
 DOES = "Measure a film, identify loops, simulate, compare and explain, on the data in datasets/demo."
@@ -38,7 +38,7 @@ def _parser() -> Any:
 
 def _work(arguments: Sequence[str]) -> int:
     given = _parser().parse_args(arguments)
-    from measure.errors import InputError
+    from measure.common.errors import InputError
 
     if not (given.data / "campaign.toml").is_file():
         raise InputError(f"{given.data}: no campaign.toml; name the folder with the demonstration's data by --data.")
@@ -74,10 +74,10 @@ class _Steps:
 
 def _measure(steps: _Steps, work: Path) -> None:
     steps.under_way("following the marks")
-    from measure.film import track_platform
-    from measure.footage import open_footage
-    from measure.project import read_project
-    from measure.tables import write_trajectory
+    from measure.film.track import track_platform
+    from measure.footage.footage import open_footage
+    from measure.geometry.film_project import read_project
+    from measure.tables.tables import write_trajectory
 
     footage = open_footage(work / "film.avi")
 
@@ -95,12 +95,12 @@ def _measure(steps: _Steps, work: Path) -> None:
 
 def _identify(steps: _Steps, work: Path) -> Model:
     steps.under_way("fitting the force law to the loops")
-    from identify.actuator import fit_actuator
-    from identify.loop_report import model_of
-    from identify.loops import prepare
-    from measure.output import provenance
-    from measure.tables import read_loop
-    from simulate.model_file import read_model, write_model
+    from identify.actuator.fit_actuator import fit_actuator
+    from identify.loops.loop_data import prepare
+    from identify.report.loop_result import model_of
+    from measure.common.output import provenance
+    from measure.tables.tables import read_loop
+    from simulate.files.model_file import read_model, write_model
 
     files = sorted((work / "loops").glob("*.csv"))
     loops = [prepare(read_loop(path)) for path in files]
@@ -120,7 +120,7 @@ def _pm(value: float, stderr: float | None) -> str:
 
 def _simulate(steps: _Steps, model: Model) -> None:
     steps.under_way("simulating (the kernel is compiled the first time)")
-    from simulate.deployment import deploy
+    from simulate.deployment.deploy import deploy
 
     done = deploy(model)
     verdict = "ok" if done.diverged_at_s is None else f"diverged at {done.diverged_at_s:g} s"
@@ -130,8 +130,8 @@ def _simulate(steps: _Steps, model: Model) -> None:
 
 def _compare(steps: _Steps, model: Model, work: Path) -> Comparison:
     steps.under_way("comparing")
-    from identify.campaign import read_campaign
-    from identify.compare import compare
+    from identify.campaign.runs import read_campaign
+    from identify.gap.compare import compare
 
     found = compare(model, [run for run in read_campaign([work / "campaign.toml"]) if not run.is_loop])
     film = {curve.channel: curve.numbers for curve in found.curves if curve.run == "film.csv"}
@@ -142,9 +142,9 @@ def _compare(steps: _Steps, model: Model, work: Path) -> Comparison:
 
 
 def _explain(steps: _Steps, model: Model, work: Path) -> Explanation:
-    from identify.campaign import read_campaign
-    from identify.explain import explain
-    from identify.result import parameters_of, result_of
+    from identify.campaign.runs import read_campaign
+    from identify.report.result import parameters_of, result_of
+    from identify.selection.explain import explain
 
     found = explain(model, read_campaign([work / "campaign.toml"]), say=steps.under_way)
     result = result_of(found)
@@ -163,11 +163,11 @@ def _report(given: Namespace, found: Explanation, compared: Comparison, work: Pa
     import json
 
     from identify.commands.compare_model import summary
-    from identify.explain import extended
-    from identify.report import report_html
-    from identify.result import result_of
-    from measure.output import provenance, write_json, write_text
-    from simulate.model_file import write_model
+    from identify.report.page import report_html
+    from identify.report.result import result_of
+    from identify.selection.explain import extended
+    from measure.common.output import provenance, write_json, write_text
+    from simulate.files.model_file import write_model
 
     note = provenance(sorted(path for path in work.rglob("*") if path.suffix in (".csv", ".toml", ".avi")), command=[NAME])
     model = found.before.problem.model

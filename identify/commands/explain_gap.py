@@ -7,12 +7,12 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from measure.command import DONE, VERDICT_BAD, parser, run
-from measure.reading_options import add_reading_options, mapping_from
-from simulate.model_options import add_effects_option
+from measure.common.command_line import DONE, VERDICT_BAD, parser, run
+from measure.readers.options import add_reading_options, mapping_from
+from simulate.files.options import add_effects_option
 
 if TYPE_CHECKING:
-    from identify.explain import Explanation
+    from identify.selection.explain import Explanation
 
 NAME = "explain-gap"
 DOES = "Locate the gap between model and measurements, name the missing effect, add it and show the gap shrink."
@@ -46,11 +46,11 @@ def _parser() -> Any:
 
 def _work(arguments: Sequence[str]) -> int:
     given = _parser().parse_args(arguments)
-    from identify.campaign import read_campaign, remarks
-    from identify.explain import explain
-    from identify.naming import BUDGETS
-    from simulate.model_file import read_model
-    from simulate.own_effects import catalogue_with
+    from identify.campaign.runs import read_campaign, remarks
+    from identify.selection.comparison import BUDGETS
+    from identify.selection.explain import explain
+    from simulate.files.model_file import read_model
+    from simulate.files.own_effects import catalogue_with
 
     catalogue = catalogue_with(given.effects)
     model = read_model(given.model, catalogue)
@@ -76,7 +76,7 @@ def _say(given: Namespace) -> Any:
 
 def summary(found: Explanation) -> list[str]:
     """What is printed for people."""
-    from identify.result import parameters_of, result_of
+    from identify.report.result import parameters_of, result_of
 
     result = result_of(found)
     lines = [f"record   {result['noise_sentence']}"] if result["noise_sentence"] else []
@@ -100,12 +100,12 @@ def _write(given: Namespace, found: Explanation, inputs: list[Path]) -> None:
     """All results at once, after everything has been computed."""
     import json
 
-    from identify.explain import extended
-    from identify.report import report_html
-    from identify.result import missing_table, result_of
-    from measure.output import json_text, provenance, write_json, write_text
-    from measure.tables import write_columns
-    from simulate.model_file import write_model
+    from identify.report.page import report_html
+    from identify.report.result import missing_table, result_of
+    from identify.selection.explain import extended
+    from measure.common.output import json_text, provenance, write_json, write_text
+    from measure.tables.tables import write_columns
+    from simulate.files.model_file import write_model
 
     note = provenance(inputs)
     missing = missing_table(found)

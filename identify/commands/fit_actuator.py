@@ -8,18 +8,17 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from measure.command import DONE, VERDICT_BAD, parser, run
-from measure.reading_options import add_reading_options, mapping_from
-from simulate.model_options import add_effects_option
+from measure.common.command_line import DONE, VERDICT_BAD, parser, run
+from measure.readers.options import add_reading_options, mapping_from
+from simulate.files.options import add_effects_option
 
 if TYPE_CHECKING:
-    from measure.foreign import Understood
-    from measure.mapping import ColumnMapping
-    from measure.tables import Loop
-
-    from ..loops import LoopData
-    from ..orientation import Turned
-    from ..rate_order import RateOrder
+    from identify.actuator.rate_order import RateOrder
+    from identify.loops.loop_data import LoopData
+    from identify.loops.sign import Turned
+    from measure.readers.column_mapping import ColumnMapping
+    from measure.readers.loop_file import Understood
+    from measure.tables.tables import Loop
 
 NAME = "fit-actuator"
 FIGURES = (".png", ".pdf", ".svg")
@@ -69,7 +68,7 @@ def _work(arguments: Sequence[str]) -> int:
     profile = _resampled(given, fit, data, result)
     _write(given, _saved(given, mapping, turned, understood), fit, data, result, profile)
     if not given.quiet:
-        from ..loop_report import summary
+        from identify.report.loop_result import summary
 
         print("\n".join(["", *summary(result)]))
     return DONE if result["verdict"] == "ok" else VERDICT_BAD
@@ -77,7 +76,7 @@ def _work(arguments: Sequence[str]) -> int:
 
 def _check_before(given: Namespace) -> None:
     """What can be refused before any work is done."""
-    from measure.errors import InputError
+    from measure.common.errors import InputError
 
     if given.figure and given.figure.suffix not in FIGURES:
         raise InputError(f"{given.figure}: figures are {', '.join(FIGURES)}. Change the ending of the name.")
@@ -91,8 +90,8 @@ def _check_before(given: Namespace) -> None:
 
 
 def _read(given: Namespace, mapping: ColumnMapping) -> tuple[list[Loop], list[Understood], list[str]]:
-    from measure.foreign import read_foreign
-    from measure.output import sha256
+    from measure.common.output import sha256
+    from measure.readers.loop_file import read_foreign
 
     loops, understood, notes = [], [], []
     seen: dict[str, Path] = {}
@@ -123,8 +122,8 @@ def _shown(understood: Sequence[Understood], whole: bool) -> list[str]:
 
 
 def _oriented(given: Namespace, loops: Sequence[Loop]) -> tuple[list[LoopData], Turned]:
-    from ..loops import prepare
-    from ..orientation import Turned, oriented
+    from identify.loops.loop_data import prepare
+    from identify.loops.sign import Turned, oriented
 
     counted, turned = (list(loops), Turned("", "")) if given.as_given else oriented(loops)
     return [prepare(loop) for loop in counted], turned
@@ -132,7 +131,7 @@ def _oriented(given: Namespace, loops: Sequence[Loop]) -> tuple[list[LoopData], 
 
 def _saved(given: Namespace, mapping: ColumnMapping, turned: Turned, understood: Sequence[Understood]) -> ColumnMapping:
     """The mapping as it is kept: a sign that had to be turned is turned in it, so that the next command finds it right."""
-    from measure.mapping import with_sign_turned
+    from measure.readers.column_mapping import with_sign_turned
 
     if not given.save_mapping or not turned.quantity:
         return mapping
@@ -140,12 +139,11 @@ def _saved(given: Namespace, mapping: ColumnMapping, turned: Turned, understood:
 
 
 def _fitted(given: Namespace, data: Sequence[LoopData], notes: list[str]) -> tuple[Any, dict[str, Any]]:
-    from simulate.effect import effect_from
-    from simulate.own_effects import catalogue_with
-
-    from ..actuator import fit_actuator
-    from ..covariates import hint
-    from ..loop_report import result_of
+    from identify.actuator.fit_actuator import fit_actuator
+    from identify.loops.covariates import hint
+    from identify.report.loop_result import result_of
+    from simulate.files.own_effects import catalogue_with
+    from simulate.model.effect import effect_from
 
     catalogue = catalogue_with(given.effects)
     kinds = tuple(type(effect_from(catalogue, name, {})) for name in dict.fromkeys(given.effect))
@@ -166,7 +164,7 @@ def _fitted(given: Namespace, data: Sequence[LoopData], notes: list[str]) -> tup
 
 def _contradictions(understood: Sequence[Understood], data: Sequence[LoopData]) -> list[str]:
     """Frequencies and amplitudes that files claim and their signals deny."""
-    from measure.claims import contradictions
+    from measure.readers.stated_conditions import contradictions
 
     pairs = zip(understood, data, strict=True)
     return [text for how, loop in pairs for text in contradictions(loop.name, how.claims, loop.frequency_Hz, loop.amplitude_m)]
@@ -178,8 +176,8 @@ def _order(given: Namespace, data: Sequence[LoopData], kinds: Any, abscissa: Any
         return 0, None
     from tqdm import tqdm
 
-    from ..parameters import require_abscissa
-    from ..rate_order import choose_order
+    from identify.actuator.layout import require_abscissa
+    from identify.actuator.rate_order import choose_order
 
     wanted = None if given.rate_order == "auto" else int(given.rate_order)
     require_abscissa(data, abscissa, wanted or 0)
@@ -190,9 +188,8 @@ def _order(given: Namespace, data: Sequence[LoopData], kinds: Any, abscissa: Any
 
 def _resampled(given: Namespace, fit: Any, data: Any, result: dict[str, Any]) -> Any:
     """The profile of beta and the bootstrap, where they were asked for, into the result."""
-    from measure.command import progress
-
-    from ..resampling import bootstrap
+    from identify.estimation.bootstrap import bootstrap
+    from measure.common.command_line import progress
 
     profile = fit.profile() if given.profile or given.figure else None
     if profile:
@@ -213,17 +210,16 @@ def _spread(values: Sequence[float]) -> float:
 
 def _write(given: Namespace, mapping: ColumnMapping, fit: Any, data: Any, result: dict[str, Any], profile: Any) -> None:
     """Every file that was asked for; what can fail is made before the first is written."""
-    from measure.mapping import write_mapping
-    from measure.output import provenance, write_json
+    from measure.common.output import provenance, write_json
+    from measure.readers.column_mapping import write_mapping
 
     note = provenance([*given.loops, *given.effects], given.seed if given.bootstrap else None)
     if given.save_mapping:
         write_mapping(mapping, given.save_mapping)
     if given.output:
-        from simulate.model_file import read_model
-        from simulate.own_effects import catalogue_with
-
-        from ..loop_report import model_of, write_actuator
+        from identify.report.loop_result import model_of, write_actuator
+        from simulate.files.model_file import read_model
+        from simulate.files.own_effects import catalogue_with
 
         base = read_model(given.model, catalogue_with(given.effects)) if given.model else None
         write_actuator(
@@ -232,6 +228,6 @@ def _write(given: Namespace, mapping: ColumnMapping, fit: Any, data: Any, result
     if given.json:
         write_json(given.json, {**result, "provenance": note})
     if given.figure:
-        from ..loop_plots import page, save
+        from identify.report.loop_plots import page, save
 
         save(page(fit, data, f"{result['verdict']}: {result['reason']}", profile), given.figure)

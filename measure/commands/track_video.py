@@ -7,15 +7,15 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from .. import command
-from ..errors import InputError
-from ..film_options import options, project_from
+from measure.common import command_line as command
+from measure.common.errors import InputError
+from measure.film.options import options, project_from
 
 if TYPE_CHECKING:
-    from ..dispersion import Dispersion
-    from ..film import Tracked
-    from ..footage import Footage
-    from ..project import Project
+    from measure.film.dispersion import Dispersion
+    from measure.film.track import Tracked
+    from measure.footage.footage import Footage
+    from measure.geometry.film_project import Project
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -30,9 +30,9 @@ def _work(arguments: Sequence[str]) -> int:
     output = _output(given, project)
     _require_folders(output, given.marks, given.json, given.project, given.pictures, given.overlay)
     _require_files(given)
-    from ..film import track_platform
-    from ..film_summary import dispersion_lines, lines_for_people
-    from ..footage import open_footage
+    from measure.film.summary import dispersion_lines, lines_for_people
+    from measure.film.track import track_platform
+    from measure.footage.footage import open_footage
 
     footage = open_footage(footage_path)
 
@@ -87,7 +87,7 @@ def _mask(given: argparse.Namespace, project: Project, footage: Footage) -> Any:
     path = _mask_path(given, project)
     if path is None:
         return None
-    from ..formats.images import read_mask
+    from measure.footage.images import read_mask
 
     return read_mask(path, footage.width, footage.height)
 
@@ -101,7 +101,7 @@ def _require_files(given: argparse.Namespace) -> None:
 
 
 def _note(arguments: Sequence[str], footage_path: Path) -> dict[str, Any]:
-    from ..output import provenance
+    from measure.common.output import provenance
 
     return provenance([footage_path], command=["track-video", *arguments])
 
@@ -112,7 +112,7 @@ def _compared(given: argparse.Namespace, tracked: Tracked) -> list[Dispersion]:
         return []
     if tracked.trajectory is None:
         raise InputError("--compare needs a scale, because trajectories are compared in metres; give --mm-per-px S.")
-    from ..dispersion import compare_with_files
+    from measure.film.dispersion import compare_with_files
 
     return compare_with_files(tracked.trajectory, given.compare)
 
@@ -121,17 +121,17 @@ def _shown(given: argparse.Namespace, footage: Footage, tracked: Tracked, compar
     """What is for the eye alone."""
     shown = []
     if given.pictures is not None:
-        from ..film_plots import write_pictures
+        from measure.film.mark_plots import write_pictures
 
         shown += write_pictures(footage, tracked, given.pictures)
     if given.overlay is not None:
-        from ..film_writing import write_film
-        from ..overlay import overlaid
+        from measure.film.overlay import overlaid
+        from measure.footage.writers import write_film
 
         write_film(given.overlay, overlaid(footage, tracked), "MJPG")
         shown.append(given.overlay)
     if compared and output is not None and tracked.trajectory is not None:
-        from ..film_plots import write_dispersion_figure
+        from measure.film.mark_plots import write_dispersion_figure
 
         shown.append(write_dispersion_figure(tracked.trajectory, compared, output.with_suffix(".dispersion.png")))
     return shown
@@ -145,14 +145,14 @@ def _write(
     footage_path: Path,
     output: Path | None,
 ) -> list[Path]:
-    from ..marks import write_marks
-    from ..output import write_json, write_provenance
-    from ..project import read_project, write_project
-    from ..tables import write_trajectory
+    from measure.common.output import write_json, write_provenance
+    from measure.correlation.marks import write_marks
+    from measure.geometry.film_project import read_project, write_project
+    from measure.tables.tables import write_trajectory
 
     written = []
     if output is not None and tracked.trajectory is not None:
-        from ..film_plots import write_trajectory_figure
+        from measure.film.mark_plots import write_trajectory_figure
 
         write_trajectory(tracked.trajectory, output)
         write_provenance(output, note)

@@ -6,15 +6,15 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from measure.command import DONE, VERDICT_BAD, parser, run
-from measure.errors import InputError
-from simulate.model_options import add_model_options, model_told
+from measure.common.command_line import DONE, VERDICT_BAD, parser, run
+from measure.common.errors import InputError
+from simulate.files.options import add_model_options, model_told
 
 if TYPE_CHECKING:
-    from measure.tables import Trajectory
-    from simulate.deployment import Deployment
-    from simulate.gravity_study import Case
-    from simulate.model import Model
+    from measure.tables.tables import Trajectory
+    from simulate.deployment.deploy import Deployment
+    from simulate.deployment.gravity_study import Case
+    from simulate.model.model import Model
 
 NAME = "simulate-deployment"
 
@@ -43,10 +43,10 @@ def _work(arguments: Sequence[str]) -> int:
     options = _parser().parse_args(arguments)
     _require_distinct(options)
 
-    from measure.output import provenance
-    from measure.tables import read_trajectory
-    from simulate.accuracy import deploy_checked
-    from simulate.mjcf import require_expressed
+    from measure.common.output import provenance
+    from measure.tables.tables import read_trajectory
+    from simulate.deployment.accuracy import deploy_checked
+    from simulate.deployment.mujoco_export import require_expressed
 
     model, _ = model_told(options)
     if options.mjcf is not None:
@@ -84,12 +84,12 @@ def _require_distinct(options: Any) -> None:
 
 
 def _write(options: Any, deployed: Deployment, result: dict[str, Any]) -> None:
-    from measure.output import replacing, write_json, write_provenance, write_text
-    from measure.tables import write_columns, write_trajectory
+    from measure.common.output import replacing, write_json, write_provenance, write_text
+    from measure.tables.tables import write_columns, write_trajectory
 
     drawn = b""
     if options.figure is not None:
-        from simulate.plots import deployment_figure, figure_bytes
+        from simulate.report.plots import deployment_figure, figure_bytes
 
         drawn = figure_bytes(deployment_figure(deployed), options.figure.suffix[1:].lower())
     write_trajectory(deployed.trajectory, options.output)
@@ -102,7 +102,7 @@ def _write(options: Any, deployed: Deployment, result: dict[str, Any]) -> None:
         with replacing(options.figure) as temporary:
             temporary.write_bytes(drawn)
     if options.mjcf is not None:
-        from simulate.mjcf import mjcf_of
+        from simulate.deployment.mujoco_export import mjcf_of
 
         write_text(options.mjcf, mjcf_of(deployed.model))
     if options.json is not None:
@@ -110,8 +110,8 @@ def _write(options: Any, deployed: Deployment, result: dict[str, Any]) -> None:
 
 
 def _write_page(path: Path, deployed: Deployment, measured: Trajectory | None) -> None:
-    from measure.output import write_text
-    from simulate.playing_report import playing_html
+    from measure.common.output import write_text
+    from simulate.report.replay_page import playing_html
 
     write_text(path, playing_html(deployed, measured))
 
@@ -119,16 +119,16 @@ def _write_page(path: Path, deployed: Deployment, measured: Trajectory | None) -
 def _gravity_study(options: Any, model: Model) -> list[Case]:
     if options.gravity_study is None:
         return []
-    from simulate.gravity_study import gravity_study
+    from simulate.deployment.gravity_study import gravity_study
 
     return gravity_study(model)
 
 
 def _write_study(folder: Path, cases: list[Case]) -> None:
-    from measure.output import replacing
-    from measure.tables import write_columns
-    from simulate.gravity_study import elevation_columns
-    from simulate.plots import figure_bytes, gravity_figure
+    from measure.common.output import replacing
+    from measure.tables.tables import write_columns
+    from simulate.deployment.gravity_study import elevation_columns
+    from simulate.report.plots import figure_bytes, gravity_figure
 
     drawn = figure_bytes(gravity_figure(cases))
     folder.mkdir(exist_ok=True)

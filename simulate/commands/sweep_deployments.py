@@ -8,16 +8,16 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from measure.command import DONE, VERDICT_BAD, parser, progress, run
-from measure.errors import InputError
-from simulate.model_options import add_model_options, model_told
+from measure.common.command_line import DONE, VERDICT_BAD, parser, progress, run
+from measure.common.errors import InputError
+from simulate.files.options import add_model_options, model_told
 
 if TYPE_CHECKING:
-    from measure.tables import Array
-    from simulate.chunks import Chunks
-    from simulate.settling import Settled
-    from simulate.sweep import Sweep
-    from simulate.sweep_result import SweepResult
+    from measure.common.arrays import Array
+    from simulate.sweeps.chunks import Chunks
+    from simulate.sweeps.result import SweepResult
+    from simulate.sweeps.step_search import Settled
+    from simulate.sweeps.sweep import Sweep
 
 NAME = "sweep-deployments"
 DESIGNS = ("full", "fractional", "latin-hypercube", "sobol", "random")
@@ -62,10 +62,10 @@ def _work(arguments: Sequence[str]) -> int:
     options = _parser().parse_args(arguments)
     _check(options)
 
-    from measure.output import provenance
-    from simulate.chunks import Chunks
-    from simulate.sweep_result import SweepResult
-    from simulate.tolerance import tolerance_of
+    from measure.common.output import provenance
+    from simulate.sweeps.chunks import Chunks
+    from simulate.sweeps.result import SweepResult
+    from simulate.sweeps.tolerance import tolerance_of
 
     found = _settled(options)
     kept = Chunks(options.output.with_name(options.output.name + ".part"), found.sweep)
@@ -86,10 +86,10 @@ def _work(arguments: Sequence[str]) -> int:
 
 
 def _check(options: Any) -> None:
-    from simulate.responses import RESPONSES
+    from simulate.model.responses import RESPONSES
 
     if options.response not in RESPONSES:
-        from measure.errors import nearest
+        from measure.common.errors import nearest
 
         raise InputError(f'no response is named "{options.response}"; {nearest(options.response, RESPONSES)}')
     if options.output.exists() and not options.output.is_dir():
@@ -108,10 +108,10 @@ def _check(options: Any) -> None:
 
 
 def _settled(options: Any) -> Settled:
-    from simulate.designs import design_of
-    from simulate.factors import factors_of, with_named_effects
-    from simulate.settling import settled
-    from simulate.sweep import Sweep
+    from simulate.sweeps.designs import design_of
+    from simulate.sweeps.factors import factors_of, with_named_effects
+    from simulate.sweeps.step_search import settled
+    from simulate.sweeps.sweep import Sweep
 
     model, catalogue = model_told(options)
     model = with_named_effects(model, options.factor, catalogue)
@@ -125,13 +125,13 @@ def _settled(options: Any) -> Settled:
 @contextmanager
 def _computing(sweep: Sweep, kept: Chunks, options: Any) -> Iterator[Iterator[tuple[int, Array]]]:
     """The missing pieces as they are computed, on this machine or on a cluster; nothing is begun before that answers."""
-    from simulate.sweep import run_by, run_on
+    from simulate.sweeps.sweep import run_by, run_on
 
     if options.dask is None:
         kept.open(options.resume)
         yield run_on(sweep, options.workers, kept.missing)
         return
-    from simulate.cluster import connected
+    from simulate.sweeps.cluster import connected
 
     with connected(options.dask) as executor:
         kept.open(options.resume)
@@ -153,9 +153,9 @@ def _write(options: Any, folder: Path, result: SweepResult, report: dict[str, An
     """Write everything beside the pieces first, and move it to its place when it is whole."""
     import shutil
 
-    from measure.output import replacing, write_json, write_provenance
-    from measure.tables import write_columns
-    from simulate.plots import figure_bytes, sweep_figure
+    from measure.common.output import replacing, write_json, write_provenance
+    from measure.tables.tables import write_columns
+    from simulate.report.plots import figure_bytes, sweep_figure
 
     whole = folder / "result"
     shutil.rmtree(whole, ignore_errors=True)  # what a killed run left of it

@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass
 from typing import Any
 
-from ..effect import PlatformEffect, parameter
+from simulate.model.effect import PlatformEffect, parameter
 
 
 @dataclass(frozen=True)

@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..effect import PlatformEffect, parameter
+from simulate.model.effect import PlatformEffect, parameter
 
 if TYPE_CHECKING:
-    from ..model import Model
+    from simulate.model.model import Model
 
 _FREQUENCIES_HZ = (1.0, 2.0, 3.0, *np.arange(4.5, 25.0, 1.5).tolist(), 30.0, 40.0, 60.0)  # no wider apart than a film of 0.6 s can tell
 

@@ -6,7 +6,7 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from ..effect import Array, MeasurementEffect, parameter
+from simulate.model.effect import Array, MeasurementEffect, parameter
 
 
 @dataclass(frozen=True)

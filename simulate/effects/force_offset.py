@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..effect import Array, MeasurementEffect, parameter
+from simulate.model.effect import Array, MeasurementEffect, parameter
 
 
 @dataclass(frozen=True)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
-from ..effect import PlatformEffect, parameter
+from simulate.model.effect import PlatformEffect, parameter
 
 
 @dataclass(frozen=True)

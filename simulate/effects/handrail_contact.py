@@ -6,10 +6,10 @@ import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from ..effect import PlatformEffect, parameter
+from simulate.model.effect import PlatformEffect, parameter
 
 if TYPE_CHECKING:
-    from ..model import Model
+    from simulate.model.model import Model
 
 
 @dataclass(frozen=True)

@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass
 from typing import Any
 
-from ..effect import Effect, parameter
+from simulate.model.effect import Effect, parameter
 
 
 @dataclass(frozen=True)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
-from ..effect import LegEffect, parameter
+from simulate.model.effect import LegEffect, parameter
 
 
 @dataclass(frozen=True)

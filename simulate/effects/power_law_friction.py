@@ -5,10 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from ..effect import Bounds, LegEffect, parameter
+from simulate.model.effect import Bounds, LegEffect, parameter
 
 if TYPE_CHECKING:
-    from ..model import Model
+    from simulate.model.model import Model
 
 BELOW, ABOVE = 0.8, 1.3
 

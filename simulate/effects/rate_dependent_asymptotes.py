@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
-from ..effect import LegEffect, parameter
+from simulate.model.effect import LegEffect, parameter
 
 _SLOPE = "added to the slope, times |v| and v^2 (N s/m^2, N s^2/m^3)"
 _LEVEL = "added to the level, times |v| and v^2 (N s/m, N s^2/m^2)"

@@ -5,10 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
-from ..effect import ModelEffect, parameter
+from simulate.model.effect import ModelEffect, parameter
 
 if TYPE_CHECKING:
-    from ..model import Model
+    from simulate.model.model import Model
 
 
 @dataclass(frozen=True)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from ..effect import Array, MeasurementEffect, parameter
+from simulate.model.effect import Array, MeasurementEffect, parameter
 
 
 @dataclass(frozen=True)

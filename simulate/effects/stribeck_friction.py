@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass
 from typing import Any
 
-from ..effect import LegEffect, parameter
+from simulate.model.effect import LegEffect, parameter
 
 
 @dataclass(frozen=True)

@@ -18,15 +18,15 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "hidden"))
 
 from board.platform_ode import moved_by_ode
 
-from identify.campaign import Run
-from identify.explain import Explanation, explain
-from identify.observe import RunRelease, View, observe
-from identify.problem import problem_of
-from measure.tables import Loop, Trajectory
+from identify.campaign.runs import Run
+from identify.estimation.observation import RunRelease, View, observe
+from identify.estimation.problem import problem_of
+from identify.selection.explain import Explanation, explain
+from measure.tables.tables import Loop, Trajectory
 from simulate.effects import GravityImbalance
+from simulate.files.model_file import read_model
 from simulate.law import loop_force
-from simulate.model import Model, with_value
-from simulate.model_file import read_model
+from simulate.model.model import Model, with_value
 
 ROOT = Path(__file__).resolve().parents[2]
 HIGH, HEAVY = {"geometry": {"stowed_height_m": 0.3}}, {"platform": {"mass_kg": 1.0}}

@@ -17,11 +17,11 @@ import numpy as np
 from scipy.integrate import solve_ivp
 from scipy.optimize import least_squares
 
-from identify.actuator import ActuatorFit, fit_actuator
-from identify.loop_report import result_of, summary
-from identify.loops import LoopData, prepare
+from identify.actuator.fit_actuator import ActuatorFit, fit_actuator
+from identify.loops.loop_data import LoopData, prepare
+from identify.report.loop_result import result_of, summary
 from measure import Loop, write_loop
-from measure.foreign import read_foreign
+from measure.readers.loop_file import read_foreign
 from simulate.law import force_rate, loop_force
 
 LINES = np.array([-0.25, 2.79, -0.3, 2.89, 400.0])

@@ -20,14 +20,21 @@ from bench_tracking import show
 from tracking_methods import match_template
 from tracking_scenes import MIDDLE
 
-from measure.camera import Camera
-from measure.film import track_platform
-from measure.film_writing import Clock, write_film
-from measure.footage import from_array, open_footage
-from measure.made_footage import MadeMark, Scene, deployment_scene, pictures, project_for, true_motion
-from measure.reference import AFFINE, TRANSLATION
-from measure.tables import Trajectory
-from measure.tracking import follow
+from measure.correlation.reference_image import AFFINE, TRANSLATION
+from measure.correlation.tracking import follow
+from measure.film.track import track_platform
+from measure.footage.footage import from_array, open_footage
+from measure.footage.writers import Clock, write_film
+from measure.geometry.camera import Camera
+from measure.synthetic.made_film import (
+    MadeMark,
+    Scene,
+    deployment_scene,
+    pictures,
+    project_for,
+    true_motion,
+)
+from measure.tables.tables import Trajectory
 
 
 def small_scene(**changed):

@@ -23,14 +23,21 @@ from typing import Any, cast
 import numpy as np
 from scipy.integrate import solve_ivp
 
-from simulate import responses
-from simulate.designs import design_of
-from simulate.effects import CATALOGUE, AirDrag, CablePendulum, GravityImbalance, PowerLawFriction, TransitionZone
-from simulate.factors import paper_factors
-from simulate.model import Model, per_leg
-from simulate.model_file import read_model
-from simulate.settling import settled
-from simulate.sweep import Sweep, run_on
+from simulate.effects import (
+    CATALOGUE,
+    AirDrag,
+    CablePendulum,
+    GravityImbalance,
+    PowerLawFriction,
+    TransitionZone,
+)
+from simulate.files.model_file import read_model
+from simulate.model import responses
+from simulate.model.model import Model, per_leg
+from simulate.sweeps.designs import design_of
+from simulate.sweeps.factors import paper_factors
+from simulate.sweeps.step_search import settled
+from simulate.sweeps.sweep import Sweep, run_on
 
 RUNS = 4096
 
@@ -110,7 +117,7 @@ def mujoco_seconds(model: Model, runs: int) -> float | None:
     rollout: Any = importlib.import_module("mujoco.rollout")
     mujoco = cast(Any, mujoco)
 
-    from simulate.mjcf import mjcf_of
+    from simulate.deployment.mujoco_export import mjcf_of
 
     small, _, _ = model.platform.inertia_kg_m2
     model = replace(model, platform=replace(model.platform, inertia_kg_m2=(small, small, 1.9 * small)))  # MuJoCo wants a possible body
@@ -162,7 +169,7 @@ def print_first_start() -> None:
     """Seconds of the first deployment and the first sweep where no compiled kernel is kept."""
     code = (
         "import sys, time; from pathlib import Path; sys.path.insert(0, 'tests/benchmarks'); import bench_sweep as b\n"
-        "from simulate.deployment import deploy\n"
+        "from simulate.deployment.deploy import deploy\n"
         "model = b.read_model(Path('datasets/prototype.toml'))\n"
         "started = time.process_time(); deploy(model); one = time.process_time(); b.full_design(model).responses(0, 16)\n"
         "print(f'first start, one deployment {one - started:.1f} s, first sweep {time.process_time() - one:.1f} s of compilation')"

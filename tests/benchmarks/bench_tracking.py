@@ -17,8 +17,8 @@ import numpy as np
 from tracking_methods import methods
 from tracking_scenes import MIDDLE, NOISE, SUBSET, Pattern, bare, bound_px, noisy, picture
 
-from measure.footage import from_array
-from measure.tracking import follow
+from measure.correlation.tracking import follow
+from measure.footage.footage import from_array
 
 FINE, COARSE = ("speckle", 1.0), ("speckle", 1.6)
 SHIFTS = np.arange(0.0, 1.001, 0.05)

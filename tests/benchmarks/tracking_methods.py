@@ -6,14 +6,14 @@ import cv2
 import numpy as np
 from tracking_scenes import MIDDLE, SUBSET
 
-from measure.reference import AFFINE, TRANSLATION
-from measure.tracking import follower
+from measure.correlation.reference_image import AFFINE, TRANSLATION
+from measure.correlation.tracking import follower
 
 HALF = SUBSET // 2
 
 
 def ours(warp, steps=1):
-    """The follower of `measure.tracking`, as a film would use it. steps is for the caller: pictures on the way to the last."""
+    """The follower of `measure.correlation.tracking`, as a film would use it. steps is for the caller: pictures on the way to the last."""
 
     def find(pictures):
         mark = follower(pictures[0], MIDDLE, MIDDLE, SUBSET, warp)

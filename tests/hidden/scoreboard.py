@@ -20,7 +20,7 @@ from board.scoring import scored
 from board.specs import board, chosen
 from board.tally import tally
 
-from measure.output import json_text, write_text
+from measure.common.output import json_text, write_text
 
 
 def _parser() -> argparse.ArgumentParser:

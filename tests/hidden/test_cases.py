@@ -21,9 +21,9 @@ from board.truths import amount_for
 from board.yardstick import Yardstick
 from scipy.stats import chi2
 
-from identify.campaign import read_campaign
+from identify.campaign.runs import read_campaign
 from simulate.effects import CATALOGUE
-from simulate.model_file import read_model
+from simulate.files.model_file import read_model
 
 
 def runs_of(spec: Spec) -> Yardstick:

@@ -14,7 +14,7 @@ from board.shapes import drawn
 from board.specs import NOT_IN_MUJOCO, ONLY_IN_THE_KERNEL, OUTSIDE, Spec
 
 from simulate.effects import CATALOGUE, JointFriction
-from simulate.model import Model
+from simulate.model.model import Model
 
 
 def with_all_of(names: tuple[str, ...], seed: int = 0) -> tuple[Model, Bench]:

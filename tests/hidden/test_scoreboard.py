@@ -15,10 +15,10 @@ from board.scoring import Scored, scored
 from board.specs import Spec, board
 from board.tally import tally
 
-from identify.campaign import read_campaign
-from identify.loops import prepare
-from measure.tables import Trajectory
-from simulate.model_file import read_model
+from identify.campaign.runs import read_campaign
+from identify.loops.loop_data import prepare
+from measure.tables.tables import Trajectory
+from simulate.files.model_file import read_model
 
 pytestmark = pytest.mark.slow
 PATIENCE_S = 900.0

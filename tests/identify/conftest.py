@@ -13,16 +13,16 @@ from typing import Any
 import numpy as np
 import pytest
 
-from identify.campaign import read_campaign
-from identify.explain import Explanation, explain
-from identify.fit import Fit, solve_from_afar
-from identify.observe import RunRelease, View, observe
-from identify.problem import problem_of
-from measure.tables import Loop, Trajectory, write_loop, write_trajectory
-from simulate.effect import Effect
+from identify.campaign.runs import read_campaign
+from identify.estimation.least_squares import Fit, solve_from_afar
+from identify.estimation.observation import RunRelease, View, observe
+from identify.estimation.problem import problem_of
+from identify.selection.explain import Explanation, explain
+from measure.tables.tables import Loop, Trajectory, write_loop, write_trajectory
+from simulate.files.model_file import read_model, write_model
 from simulate.law import loop_force
-from simulate.model import Model, Simulation, with_value
-from simulate.model_file import read_model, write_model
+from simulate.model.effect import Effect
+from simulate.model.model import Model, Simulation, with_value
 
 SIGMA = {"x_m": 4e-6, "z_m": 4e-6, "theta_y_rad": 3e-5}
 LOOPS = ((0.2, 0.01), (0.2, 0.04), (1.0, 0.01), (1.0, 0.04), (3.0, 0.01), (3.0, 0.04))

@@ -8,9 +8,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from measure.camera import Camera
-from measure.made_footage import MadeMark, Scene
-from measure.tables import Trajectory
+from measure.geometry.camera import Camera
+from measure.synthetic.made_film import MadeMark, Scene
+from measure.tables.tables import Trajectory
 
 REAL = Path(__file__).resolve().parents[2].parent / "shared" / "real"
 

@@ -6,7 +6,15 @@ from typing import Any
 import pytest
 
 from simulate.effects import HubInertia, ViscousFriction
-from simulate.model import Actuator, EndStop, Geometry, Model, Platform, Release, Simulation
+from simulate.model.model import (
+    Actuator,
+    EndStop,
+    Geometry,
+    Model,
+    Platform,
+    Release,
+    Simulation,
+)
 
 
 def _ring(radius, angles_deg) -> Any:

@@ -9,10 +9,10 @@ from itertools import pairwise
 
 import numpy as np
 
-from simulate.deployment import deploy_many
-from simulate.effect import Effect
-from simulate.model import Model, Simulation, with_value
-from simulate.six_legs import POSE
+from simulate.deployment.deploy import deploy_many
+from simulate.kernel.integrator import POSE
+from simulate.model.effect import Effect
+from simulate.model.model import Model, Simulation, with_value
 
 from .camera import Motion, shown
 from .campaigns import Campaign, Deployment, Shaking

@@ -12,8 +12,8 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 from scipy.spatial.transform import Rotation
 
-from measure.tables import CHANNELS, Trajectory
-from simulate.effect import Effect
+from measure.tables.tables import CHANNELS, Trajectory
+from simulate.model.effect import Effect
 
 from .campaigns import Deployment
 

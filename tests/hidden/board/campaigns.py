@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from simulate.model import Model
+from simulate.model.model import Model
 
 from .specs import Spec
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from simulate.model import Model
+from simulate.model.model import Model
 
 from .bench import DURATION_S, motions
 from .camera import Motion

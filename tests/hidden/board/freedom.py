@@ -10,7 +10,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from simulate.model import LEGS, Model, Nuisance, with_value
+from simulate.model.model import LEGS, Model, Nuisance, with_value
 
 from .bench import Bench, seen
 from .campaigns import LASER_SIGMA_M, Campaign, Deployment, Shaking

@@ -16,8 +16,8 @@ from typing import Any
 import numpy as np
 import tomli_w
 
-from identify.next_test import LIKELY
-from measure.output import write_text
+from identify.design.next_test import LIKELY
+from measure.common.output import write_text
 
 from .campaigns import FRAMES, Campaign, Deployment, Seen, Shaking, deployment, shaking
 from .making import Case, case_folder, drawn_case, listed, tables_of

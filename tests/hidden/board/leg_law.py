@@ -12,8 +12,8 @@ import numpy as np
 from scipy.integrate import solve_ivp
 from scipy.interpolate import CubicHermiteSpline
 
-from simulate.effect import Effect
-from simulate.model import Model
+from simulate.model.effect import Effect
+from simulate.model.model import Model
 
 from .camera import values_of
 from .outside import KINDS as OUTSIDE

@@ -15,10 +15,10 @@ from typing import Any
 import numpy as np
 import tomli_w
 
-from measure.output import write_text
-from measure.tables import Loop, Trajectory, write_loop, write_trajectory
-from simulate.model import Model
-from simulate.model_file import write_model
+from measure.common.output import write_text
+from measure.tables.tables import Loop, Trajectory, write_loop, write_trajectory
+from simulate.files.model_file import write_model
+from simulate.model.model import Model
 
 from .bench import Bench, in_run
 from .camera import shown, table_of

@@ -8,10 +8,10 @@ from pathlib import Path
 import numpy as np
 
 from measure.commands.track_video import main as track_video
-from measure.made_footage import deployment_scene, project_for, render
-from measure.project import write_project
-from measure.tables import CHANNELS, Trajectory, read_trajectory
-from simulate.model import Model
+from measure.geometry.film_project import write_project
+from measure.synthetic.made_film import deployment_scene, project_for, render
+from measure.tables.tables import CHANNELS, Trajectory, read_trajectory
+from simulate.model.model import Model
 
 from .camera import Motion, angles_of
 from .campaigns import FPS, FRAMES, Deployment

@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass
 from typing import Any
 
-from simulate.effect import Effect, LegEffect, PlatformEffect, parameter
+from simulate.model.effect import Effect, LegEffect, PlatformEffect, parameter
 
 
 @dataclass(frozen=True)

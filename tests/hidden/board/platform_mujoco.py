@@ -6,8 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from simulate.mjcf import mjcf_of
-from simulate.model import Model
+from simulate.deployment.mujoco_export import mjcf_of
+from simulate.model.model import Model
 
 from .camera import Motion
 from .leg_law import Law

@@ -17,7 +17,7 @@ from scipy.integrate import solve_ivp
 from scipy.spatial.transform import Rotation
 from scipy.special import erf
 
-from simulate.model import Model
+from simulate.model.model import Model
 
 from .camera import Motion, values_of
 from .leg_law import Law

@@ -12,7 +12,16 @@ from typing import Any
 import numpy as np
 
 from simulate.effects import HubInertia, ViscousFriction
-from simulate.model import Actuator, EndStop, Geometry, Gravity, Model, Nuisance, Platform, Simulation
+from simulate.model.model import (
+    Actuator,
+    EndStop,
+    Geometry,
+    Gravity,
+    Model,
+    Nuisance,
+    Platform,
+    Simulation,
+)
 
 Chance = np.random.Generator
 

@@ -6,10 +6,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from measure.tables import Loop
-from simulate.effect import Effect
+from measure.tables.tables import Loop
 from simulate.law import loop_force
-from simulate.model import Actuator, Model
+from simulate.model.effect import Effect
+from simulate.model.model import Actuator, Model
 
 from .camera import values_of
 from .campaigns import CYCLES, LASER_SIGMA_M, Shaking

@@ -10,9 +10,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from simulate.effect import Effect
 from simulate.effects import CATALOGUE
-from simulate.model import Model
+from simulate.model.effect import Effect
+from simulate.model.model import Model
 
 from .outside import KINDS as OUTSIDE
 

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from simulate.effects import CATALOGUE
-from simulate.model import Model
+from simulate.model.model import Model
 
 from .detectable import Variant, class_of, left_by_any_pair, needed
 from .shapes import NOT_A_SIZE, Hidden, drawn, rivals

@@ -10,15 +10,15 @@ from typing import Any
 
 import numpy as np
 
-from identify.campaign import Run, read_campaign
-from identify.candidates import Candidate, carried_over, fit_screened
-from identify.fit import Fit, solve_from_afar
-from identify.problem import problem_of
-from identify.screening import kinds_to_try, screen
-from measure.output import json_text, write_text
+from identify.campaign.runs import Run, read_campaign
+from identify.estimation.least_squares import Fit, solve_from_afar
+from identify.estimation.problem import problem_of
+from identify.selection.candidate_fits import Candidate, carried_over, fit_screened
+from identify.selection.screening import kinds_to_try, screen
+from measure.common.output import json_text, write_text
 from simulate.effects import CATALOGUE
-from simulate.model import Model
-from simulate.model_file import read_model
+from simulate.files.model_file import read_model
+from simulate.model.model import Model
 
 
 @dataclass(frozen=True)

@@ -1,0 +1,1 @@
+"""What fit-actuator adds: rate polynomials, stiffness, transition zone, verdict."""

@@ -1,0 +1,104 @@
+"""Effective stiffness against frequency: whether the friction is dry or viscous (Aridon 2009, eq. (5), Fig. 13)."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+
+from identify.actuator.layout import strokes
+from identify.loops.loop_data import LoopData
+from measure.common.arrays import Array
+from simulate.dispatch.formulas import flat_parameters, program
+from simulate.law import axial_mass
+from simulate.model.effect import Effect
+
+_OTHER_RATE = 1.2  # ratio of frequencies below which nothing can be concluded
+_CHANGE_THAT_MATTERS = 0.10  # of the stiffness, over the frequencies seen
+
+Word = Literal["dry", "viscous", "cannot tell"]
+
+
+@dataclass(frozen=True)
+class Friction:
+    """What the effective stiffness says about the friction, and in which words."""
+
+    word: Word
+    sentence: str
+
+
+def stiffness_of_cycles(data: LoopData, effects: tuple[Effect, ...] = ()) -> Array:
+    """Force range over elongation range of each full cycle, N/m, the inertia of these effects taken out.
+
+        K_eff = (F_max - F_min) / (X_max - X_min)
+
+    Source: Aridon 2009, eq. (5).
+    """
+    force = data.force_N + inertia(data, effects)
+    return np.array([np.ptp(force[a:b]) / np.ptp(data.elongation_m[a:b]) for a, b in data.cycles.spans])
+
+
+def effective_stiffness(data: LoopData, effects: tuple[Effect, ...] = ()) -> float:
+    """Median over the full cycles, N/m; NaN where there is none."""
+    ratios = stiffness_of_cycles(data, effects)
+    return float(np.median(ratios)) if len(ratios) else float("nan")
+
+
+def inertia(data: LoopData, effects: tuple[Effect, ...]) -> Array:
+    """Mass times acceleration of the effects with inertia along the leg, N, at every sample."""
+    values, called = flat_parameters(effects), program(effects, 0)
+    if not len(called.leg_mass):
+        return np.zeros(len(data.time_s))
+    mass = np.array([axial_mass(values, called, float(u)) for u in data.elongation_m])
+    return mass * data.acceleration_m_per_s2
+
+
+def friction_of(loops: Sequence[LoopData], effects: tuple[Effect, ...] = ()) -> Friction:
+    """Dry where K_eff at one stroke does not change with the frequency, viscous where it grows, else "cannot tell".
+
+    Cycles of loops of one stroke are compared by a line through their relative stiffness against the logarithm of the
+    frequency; the change over the frequencies seen is judged with its 95 % interval. Only loops of equal stroke say
+    something: with dry friction, too, a longer stroke is softer.
+    """
+    x, y = _relative(loops, effects)
+    if len(x) < 4:
+        return Friction(
+            "cannot tell", "cannot tell dry from viscous: no two frequencies at one stroke; record one more loop at the same stroke"
+        )
+    span = float(np.ptp(x))
+    slope, error = _line(x, y)
+    change, doubt = 100.0 * slope * span, 200.0 * error * span
+    said = (
+        f"the effective stiffness at one stroke changes by {change:+.0f} +- {doubt:.0f} % over a factor of {np.exp(span):.1f} in frequency"
+    )
+    if change - doubt > 0.0 and change > 100.0 * _CHANGE_THAT_MATTERS:
+        return Friction("viscous", f"viscous: {said}")
+    if abs(change) + doubt < 100.0 * _CHANGE_THAT_MATTERS:
+        return Friction("dry", f"dry: {said}")
+    return Friction("cannot tell", f"cannot tell dry from viscous: {said}")
+
+
+def _relative(loops: Sequence[LoopData], effects: tuple[Effect, ...]) -> tuple[Array, Array]:
+    """Logarithm of the frequency and relative stiffness of every cycle that has a partner of equal stroke, both centred."""
+    known = [data for data in loops if data.cycles.spans]
+    xs, ys = [], []
+    for group in strokes(known):
+        frequencies = np.array([data.frequency_Hz for data in group])
+        if frequencies.max() < _OTHER_RATE * frequencies.min():
+            continue
+        parts = [stiffness_of_cycles(data, effects) for data in group]
+        x = np.concatenate([np.full(len(part), np.log(f)) for part, f in zip(parts, frequencies, strict=True)])
+        y = np.concatenate(parts)
+        xs.append(x - x.mean())
+        ys.append(y / y.mean() - 1.0)
+    return (np.concatenate(xs), np.concatenate(ys)) if xs else (np.empty(0), np.empty(0))
+
+
+def _line(x: Array, y: Array) -> tuple[float, float]:
+    """Slope through the origin of centred data, and its standard error."""
+    power = float(x @ x)
+    slope = float(x @ y) / power
+    left = y - slope * x
+    return slope, float(np.sqrt(left @ left / max(len(x) - 2, 1) / power))

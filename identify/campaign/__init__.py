@@ -1,0 +1,1 @@
+"""The runs of a campaign, what differs between them, and their noise."""

@@ -1,0 +1,1 @@
+"""Which further test would tell rivals apart."""

@@ -1,0 +1,1 @@
+"""Parameters, residuals, least squares and uncertainty, for loops and deployments alike."""

@@ -1,0 +1,169 @@
+"""Releases looked for again where films can be met before their stops and are missed behind them.
+
+Behind the stops errors grow, and a release has several valleys there. A model that is right up to the stops and wrong behind
+them has most likely found the wrong one; a model that is wrong before the stops already has no right one.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from identify.campaign.prepared import Film
+from identify.estimation.least_squares import (
+    NEAR,
+    ROUGHLY,
+    Fit,
+    before_the_stops,
+    first_stop_s,
+    laid_out,
+    solve,
+    to_the_end,
+)
+from identify.estimation.parameters import POSE
+from identify.estimation.problem import Problem
+from identify.estimation.threads import side_by_side
+from identify.selection.gap_test import GAP_P, gap_test
+from measure.common.arrays import Array
+
+_MET = 1.25  # times the noise
+_DRAWS, _FIRST_STEPS, _STEPS = 10, 5, 20
+_FOR_ONE_KEPT = 3  # places that are tried for each that is followed to the end
+_FARTHER = 0.7, 1.3  # times as far off
+
+
+def released_again(fit: Fit, free: Sequence[int] | None = None) -> Fit:
+    """The same fit, or a better one that another valley of a film's release leads to.
+
+    Parameters
+    ----------
+    free : indices of the knobs that may move; by default all.
+    """
+    missed = _missed_behind_the_stops(fit)
+    if gap_test(fit).p_value > GAP_P or not missed:
+        return fit
+    early = solve(before_the_stops(fit.problem), fit.q, free=free)
+    if gap_test(early).p_value < GAP_P:
+        return fit
+    return to_the_end(_searched(fit, early, missed, free), free)
+
+
+def searched_everywhere(fit: Fit) -> Fit:
+    """The same fit, or a better one: every film's release looked for again, whether or not the film seems to have strayed.
+
+    A wrong valley can be so shallow that it is only told from noise by an effect that mends it.
+    """
+    if not fit.problem.films:
+        return fit
+    early = solve(before_the_stops(fit.problem), fit.q)
+    return to_the_end(_searched(fit, early, range(len(fit.problem.films))))
+
+
+def _searched(fit: Fit, early: Fit, films: Sequence[int], free: Sequence[int] | None = None) -> Fit:
+    spread = early.covariance if free is None else _own_covariance(early, free)
+    for index in films:
+        fit = from_elsewhere(fit, index, early.q, spread, free)
+    return fit
+
+
+def _missed_behind_the_stops(fit: Fit) -> list[int]:
+    """The films that are missed behind their stops; a fit in a wrong valley can miss them before these, too, for the sake of the rest."""
+    found = []
+    for index, film in enumerate(fit.problem.films):
+        stop = first_stop_s(replace(fit.problem, films=(film,)))
+        parts = [(fit.part(block), film.time_s[block.samples]) for block in fit.problem.blocks if block.run == film.run.name]
+        late = np.concatenate([gaps[time >= stop] for gaps, time in parts])
+        if len(late) and _rms(late) > _MET:
+            found.append(index)
+    return found
+
+
+def _rms(gaps: Array) -> float:
+    return float(np.sqrt(np.mean(gaps**2)))
+
+
+def from_elsewhere(fit: Fit, index: int, early: Array, spread: Array, free: Sequence[int] | None = None) -> Fit:
+    """A film's release from many places, each followed into its valley by itself, and the whole fitted on from the deepest.
+
+    Parameters
+    ----------
+    index : of the film. early, spread : knobs (k,) as the motion before the stops has them, and their covariance (k, k).
+    free : indices of the knobs that may move; by default all.
+    """
+    problem = fit.problem
+    first = problem.first_nuisance + sum(len(own) for own in problem.own_knobs[:index])
+    own = list(range(first, first + len(problem.own_knobs[index])))
+    alone = replace(problem, films=(problem.films[index],), loops=(), covariate="")  # nothing else depends on where the film was released
+    own_alone = list(range(alone.first_nuisance, alone.first_nuisance + len(own)))
+    across = _across(problem.films[index])
+    unseen = [k for k, i in enumerate(own) if problem.knobs[i].name.rpartition(":")[2] in across]
+    places = _places(fit.q[own], early[own], spread[np.ix_(own, own)], unseen)
+    here, *starts = (laid_out(replace(fit, q=_with(fit.q, own, place)), alone) for place in (fit.q[own], *places))
+    valleys = _followed(alone, starts, own_alone)
+    gaps = alone.gaps(here)
+    # the rest was fitted to the valley the film stands in, so another shows how deep it is only when everything moves
+    elsewhere = [_with(fit.q, own, valley.q[own_alone]) for valley in _distinct(valleys, float(gaps @ gaps))]
+    return min([fit, *(solve(problem, q, free=free) for q in elsewhere)], key=lambda f: f.cost)
+
+
+def _followed(alone: Problem, starts: Sequence[Array], own: Sequence[int]) -> list[Fit]:
+    """The valleys that a film's release leads to: a few steps from each of many places, on to the end from those that are deepest then."""
+
+    def led(places: Sequence[Array], steps: int) -> list[Fit]:
+        found = side_by_side(lambda i: solve(alone, places[i], free=own, most_steps=steps, enough=ROUGHLY), len(places))
+        return sorted(found, key=lambda fit: fit.cost)
+
+    tried = led(starts, _FIRST_STEPS)
+    unfinished = [fit.q for fit in tried[: len(tried) // _FOR_ONE_KEPT] if not fit.converged]
+    return [fit for fit in tried if fit.converged] + led(unfinished, _STEPS)
+
+
+def _across(film: Film) -> set[str]:
+    """What of a release is across all that a film shows: its mirror image would have looked the same."""
+    seen = {"position_z"}
+    for moved, turned in (("x", "y"), ("y", "x")):
+        if f"{moved}_m" in film.channels or f"theta_{turned}_rad" in film.channels:
+            seen |= {f"position_{moved}", f"theta_{turned}"}
+    return set(POSE) - seen
+
+
+def _places(here: Array, early: Array, spread: Array, unseen: Sequence[int]) -> list[Array]:
+    """Releases (k,) as the motion before the stops allows them; and those there are with what is unseen of them turned any way.
+
+    What a film does not show of a release acts on what it shows by its square, so that it tells how far off that was sooner
+    than where to. Always the same draws, so always the same answer.
+    """
+    chance = np.random.default_rng(0)
+    root = np.linalg.cholesky(spread + 1e-12 * np.eye(len(here)))
+    places: list[Array] = [early + root @ chance.normal(size=len(here)) for _ in range(_DRAWS)]
+    if not unseen:
+        return places
+    ways = chance.normal(size=(_DRAWS, len(unseen)))
+    ways *= chance.uniform(*_FARTHER, size=(_DRAWS, 1)) * np.linalg.norm(here[unseen]) / np.linalg.norm(ways, axis=1, keepdims=True)
+    return places + [_with(here, unseen, way) for way in ways]
+
+
+def _distinct(valleys: Sequence[Fit], here: float) -> list[Fit]:
+    """The two deepest of different depth that are not far above the one the film stands in; mirror images are equally deep."""
+    found: list[Fit] = []
+    depths = [here]
+    for valley in sorted(valleys, key=lambda f: f.cost):
+        if valley.cost < here + NEAR and all(abs(valley.cost - depth) > ROUGHLY for depth in depths):
+            found.append(valley)
+            depths.append(valley.cost)
+    return found[:2]
+
+
+def _own_covariance(fit: Fit, free: Sequence[int]) -> Array:
+    """The covariance of the knobs that moved, set into a matrix of all."""
+    whole = np.zeros((len(fit.q), len(fit.q)))
+    whole[np.ix_(list(free), list(free))] = fit.covariance
+    return whole
+
+
+def _with(q: Array, places: Sequence[int], values: Array) -> Array:
+    changed = q.copy()
+    changed[list(places)] = values
+    return changed

@@ -1,0 +1,185 @@
+"""What the film of a run would show, were the model true: the deployment, seen through clock and camera."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cache, cached_property, lru_cache
+
+import numpy as np
+from numpy.typing import NDArray
+
+from identify.estimation.threads import others_busy
+from measure.common.arrays import Array
+from simulate.deployment.deploy import channels_of, deploy_ahead, deploy_many
+from simulate.kernel.integrator import POSE
+from simulate.kernel.model_rows import without_idle
+from simulate.kernel.step_division import Pace
+from simulate.kernel.step_size import step_of
+from simulate.model.effect import Effect
+from simulate.model.model import Model, Simulation
+
+POSE_SIZE = 7
+_MARGIN_S = 0.05
+_NEAREST = 6
+_SHORTEST_STEP_S = 1.25e-4  # however stiff an effect is; steps are divided at the stops, for a film sees micrometres
+
+
+@dataclass(frozen=True)
+class RunRelease:
+    """What one run did of its own: where and when it was released, and by how much its legs differed that day."""
+
+    position_m: tuple[float, ...] = (0.0, 0.0, 0.0)
+    theta_rad: tuple[float, ...] = (0.0, 0.0, 0.0)
+    instant_s: float = 0.0
+    stored_force_N: tuple[float, ...] = (0.0,) * 6
+
+
+def released(model: Model, release: RunRelease) -> Model:
+    """The model with a run's own release worked in (its instant is the clock's business)."""
+    at = model.release
+    moved = replace(at, position_m=_sum(at.position_m, release.position_m), theta_rad=_sum(at.theta_rad, release.theta_rad))
+    changed = replace(model, release=moved)
+    return replace(changed, actuator=changed.actuator.shifted(release.stored_force_N)) if any(release.stored_force_N) else changed
+
+
+def _sum(a: Sequence[float], b: Sequence[float]) -> tuple[float, ...]:
+    return tuple(x + y for x, y in zip(a, b, strict=True))
+
+
+def rig_time(effects: Sequence[Effect], shown_s: Array, onset_s: float | None = None) -> Array:
+    """The rig's time, from the clock of the camera.
+
+    Parameters
+    ----------
+    onset_s : when the motion began on a clock that was set by that, whatever it showed before; such a clock is right there.
+    """
+    times = np.asarray(shown_s if onset_s is None else np.append(shown_s, onset_s))
+    for effect in reversed(effects):
+        times = effect.true_time(times)
+    return times if onset_s is None else times[:-1] - times[-1] + onset_s
+
+
+def duration_for(times_s: Array, release: RunRelease) -> float:
+    """How long a simulation has to be to cover these times of the rig, s, in steps of a twentieth so that runs can share it."""
+    last = float(np.max(times_s)) - release.instant_s
+    return max(np.ceil((last + _MARGIN_S) / _MARGIN_S) * _MARGIN_S, _MARGIN_S)
+
+
+def poses_at(samples: Array, places: Array) -> Array:
+    """Poses (m, 7) at places (m,) between the samples (n, k) of a deployment; behind a sample that is not finite nothing is seen."""
+    rows = samples[:, POSE : POSE + POSE_SIZE]
+    finite = np.isfinite(rows)
+    good = len(rows) if finite.all() else int(np.argmin(finite.all(axis=1)))
+    if good == len(rows) and places.max(initial=0.0) <= good - 1:
+        return between(rows, places)
+    poses = np.full((len(places), POSE_SIZE), np.nan)
+    covered = places <= good - 1
+    if good > 1:
+        poses[covered] = between(rows[:good], places[covered])
+    return poses
+
+
+def between(rows: Array, at: Array) -> Array:
+    """Rows (n, k) that are evenly spaced, seen at places (m,) between them: the polynomial through the six nearest, or all of fewer."""
+    near, weights = _nearest(np.ascontiguousarray(at, dtype=float).tobytes(), len(rows))
+    return np.einsum("mj,mjk->mk", weights, rows[near])
+
+
+@lru_cache(maxsize=256)
+def _nearest(places: bytes, rows: int) -> tuple[NDArray[np.intp], Array]:
+    """The rows nearest to places (m,), given as bytes, and their weights, both (m, 6); remembered, for films mostly ask for the same."""
+    at, count = np.frombuffer(places), min(_NEAREST, rows)
+    first = np.clip(np.floor(at).astype(int) - (count // 2 - 1), 0, rows - count)
+    away = (at - first)[:, None] - np.arange(count)
+    before, behind = np.ones_like(away), np.ones_like(away)
+    np.cumprod(away[:, :-1], axis=1, out=before[:, 1:])
+    np.cumprod(away[:, :0:-1], axis=1, out=behind[:, -2::-1])
+    return first[:, None] + np.arange(count), before * behind / _spacings(count)
+
+
+@cache
+def _spacings(count: int) -> Array:
+    """Product of the distances of each of `count` places from all others, (count,)."""
+    return np.array([np.prod([j - k for k in range(count) if k != j]) for j in range(count)], dtype=float)
+
+
+def _from_first_frame(poses: Array) -> Array:
+    """Poses with every rotation counted from the first: q q_0*, scalar first."""
+    if not np.isfinite(poses[0]).all():
+        return poses
+    w, x, y, z = poses[:, 3:].T
+    a, b, c, d = poses[0, 3:]
+    turned = (w * a + x * b + y * c + z * d, x * a - w * b + z * c - y * d, y * a - w * c + x * d - z * b, z * a - w * d + y * b - x * c)
+    return np.column_stack([poses[:, :3], *turned])
+
+
+@dataclass(frozen=True)
+class View:
+    """A model, the times of a film of it (n,), and how this run was released.
+
+    turned : whether rotations count from the first frame, R(t) R(t_0)', as a tracker's do that has no other zero.
+    onset_s : where the onset of the motion sets the clock, when that is.
+    """
+
+    model: Model
+    shown_s: Array
+    release: RunRelease
+    turned: bool = False
+    onset_s: float | None = None
+
+    @cached_property
+    def times_s(self) -> Array:
+        """The rig's time of each frame, (n,)."""
+        return rig_time(self.model.effects, self.shown_s, self.onset_s)
+
+    @cached_property
+    def rig(self) -> Model:
+        """What moves: the model without its camera and clock, released as it was, for as long as the film lasts."""
+        given = self.model.simulation
+        duration = duration_for(self.times_s, self.release)
+        simulation = Simulation(duration, given.sample_rate_Hz, given.step_s)
+        acting = tuple(effect for effect in self.model.effects if effect.acts_on != "measurement")
+        return replace(
+            released(self.model, self.release), simulation=simulation, effects=acting, name="", nuisance=type(self.model.nuisance)()
+        )
+
+    def of(self, samples: Array) -> dict[str, Array]:
+        """Every channel that the film shows, (n,), of the samples of a deployment that starts at the release; it stands still before."""
+        poses = poses_at(samples, np.maximum(self.times_s - self.release.instant_s, 0.0) * self.rig.simulation.sample_rate_Hz)
+        channels: Mapping[str, Array] = channels_of(_from_first_frame(poses) if self.turned else poses)
+        for effect in self.model.effects:
+            channels = effect.observe(self.shown_s, channels)
+        return dict(channels)
+
+
+def observe(view: View) -> dict[str, Array]:
+    """What a film shows, every channel (n,)."""
+    return view.of(_ahead(without_idle([view.rig])[0])[0])
+
+
+def observe_beside(first: View, views: Sequence[View]) -> list[dict[str, Array]]:
+    """What films show of models that hardly differ from a first one, its steps taken by all, so that differences are smooth.
+
+    Models that differ only in what happens between rig and film are simulated once.
+    """
+    _, step, pace = _ahead(without_idle([first.rig])[0])
+    samples: dict[Model, Array] = {}
+    groups: dict[tuple, list[Model]] = {}
+    for rig in dict.fromkeys(view.rig for view in views):
+        groups.setdefault((rig.simulation, *(type(effect) for effect in rig.effects)), []).append(rig)
+    for group in groups.values():
+        runs = deploy_many([_with_step(rig, step) for rig in group], pace, one_core=others_busy())
+        samples |= {rig: run.samples for rig, run in zip(group, runs, strict=True)}
+    return [view.of(samples[view.rig]) for view in views]
+
+
+@lru_cache(maxsize=64)
+def _ahead(rig: Model) -> tuple[Array, float, Pace]:
+    """The samples of a run that chooses its own steps, their length, and how they are divided."""
+    run, pace = deploy_ahead(_with_step(rig, rig.simulation.step_s or max(step_of(rig), _SHORTEST_STEP_S)))
+    return run.samples, run.step_s, pace
+
+
+def _with_step(rig: Model, step_s: float) -> Model:
+    return replace(rig, simulation=replace(rig.simulation, step_s=step_s))

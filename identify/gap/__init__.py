@@ -1,0 +1,1 @@
+"""The gap between model and measurement: size, place, and the force it stands for."""

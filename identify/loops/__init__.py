@@ -1,0 +1,1 @@
+"""A measured loop made ready: differentiation, segments, sign, covariates."""

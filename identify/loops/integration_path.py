@@ -1,0 +1,59 @@
+"""The motion along which the law is marched: the samples and, between them, the turning points."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from identify.loops.corners import Corner
+from identify.loops.differentiation import Motion, one_way
+from measure.common.arrays import Array
+
+
+@dataclass(frozen=True)
+class Path:
+    """The motion along which the law is marched: the samples and, between them, the exact turning points, each (m,)."""
+
+    time_s: Array
+    elongation_m: Array
+    speed_m_per_s: Array
+    acceleration_m_per_s2: Array
+
+
+def swayed(path: Path, time_s: Array, error: Array) -> Path:
+    """The path with its motion wrong by an error, (3, n) at the times of the samples; nothing new turns in it."""
+    off = [np.interp(path.time_s, time_s, row) for row in error]
+    return Path(path.time_s, path.elongation_m + off[0], path.speed_m_per_s + off[1], path.acceleration_m_per_s2 + off[2])
+
+
+def path_of(time_s: Array, smooth: Motion, turns: tuple[int, ...], corners: Sequence[Corner]) -> tuple[Path, NDArray[np.intp]]:
+    """The samples with each turning point put in between two of them: a corner, or the vertex of the local parabola."""
+    columns = np.stack([time_s, one_way(smooth.elongation_m, turns), smooth.speed_m_per_s, smooth.acceleration_m_per_s2])
+    sharp = [(corner.time_s, corner.elongation_m, 0.0, 0.0) for corner in corners if corner.time_s not in time_s]
+    smooth_turns = [k for k in turns if not any(abs(corner.time_s - time_s[k]) <= np.ptp(time_s[k - 1 : k + 2]) for corner in corners)]
+    vertices = sharp + [vertex for k in smooth_turns if (vertex := _vertex(columns, k)) is not None]
+    if vertices:
+        columns = np.concatenate([columns, np.array(vertices).T], axis=1)
+        columns = columns[:, np.argsort(columns[0], kind="stable")]
+    at = np.searchsorted(columns[0], time_s)
+    return Path(*(np.ascontiguousarray(row) for row in columns)), at
+
+
+def _vertex(columns: Array, k: int) -> tuple[float, float, float, float] | None:
+    t, u, v, a = (float(x) for x in columns[:, k])
+    if a == 0.0 or not 0 < k < columns.shape[1] - 1:
+        return None
+    late = -v / a
+    neighbour = columns[0, k + 1] if late > 0 else columns[0, k - 1]
+    if not 1e-6 < late / (neighbour - t) < 1.0:
+        return None
+    return t + late, u + v * late / 2.0, 0.0, a
+
+
+def turns_of(u: Array) -> NDArray[np.intp]:
+    """Places of a path at which it turns."""
+    way = np.sign(np.diff(u))
+    return np.flatnonzero(way[:-1] * way[1:] < 0.0) + 1

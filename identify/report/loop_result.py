@@ -1,0 +1,230 @@
+"""What a fit of loops says, as numbers for a file and as sentences for people."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from identify.actuator.fit_actuator import ActuatorFit
+from identify.actuator.layout import BETA_NAME, LINE_NAMES
+from identify.actuator.stiffness import effective_stiffness, friction_of
+from identify.actuator.transition_zone import Level, level_against_length
+from identify.actuator.verdict import errors, pooled_error
+from identify.loops.loop_data import LoopData, area, gap
+from identify.loops.segments import sentence
+from measure.common.arrays import Array
+from simulate.model.model import Actuator, Covariance, Model, Rate
+
+_CORRELATED = 0.9
+
+
+def result_of(fit: ActuatorFit, loops: Sequence[LoopData], notes: Sequence[str] = ()) -> dict[str, Any]:
+    """The result as `fit-actuator --json` writes it."""
+    return {
+        "verdict": fit.verdict.word,
+        "reason": fit.verdict.reason,
+        "parameters": {
+            name: {"value": e.value, "stderr": e.stderr, "ci95": list(e.ci95), "verdict": e.verdict} for name, e in fit.estimates.items()
+        },
+        "half_height_N": fit.half_height_N,
+        "half_height_at_m": fit.layout.centre_m,
+        "rate": _rate(fit),
+        "covariate": _covariate(fit, loops),
+        "paper_recipe": _recipe(fit, loops),
+        "loops": [_loop(fit, k, data, error) for k, (data, error) in enumerate(zip(loops, errors(loops, fit.residuals), strict=True))],
+        "pooled_nrmse_percent": 100.0 * pooled_error(loops, fit.residuals),
+        "friction": friction_of(loops, fit.effects).sentence,
+        "transition": _transition(fit, loops),
+        "frequency_amplitude_correlation": frequency_amplitude_correlation(loops),
+        "effects": [{"name": effect.name, **dict(zip(effect.flat_names(), effect.flat(), strict=True))} for effect in fit.effects],
+        "residual_depends_on": fit.left.sentence,
+        "residual_shares": fit.left.shares,
+        "record": [f"{Path(data.name).name}: {text}" for data in loops for text in (*data.remarks, sentence(data.parts))],
+        "notes": list(notes),
+    }
+
+
+def _rate(fit: ActuatorFit) -> dict[str, Any] | None:
+    if fit.layout.abscissa == "none":
+        return None
+    return {"abscissa": fit.layout.abscissa, **fit.layout.polynomials(fit.theta)}
+
+
+def drift_per_cycle(data: LoopData, of: Array) -> float:
+    """How much the mean of `of`, (n,), grows from one full cycle to the next; by least squares, NaN below two cycles."""
+    means = [float(np.mean(of[a:b])) for a, b in data.cycles.spans]
+    return float(np.polyfit(np.arange(len(means)), means, 1)[0]) if len(means) > 1 else float("nan")
+
+
+def closure(data: LoopData) -> float:
+    """Force at the end of a full cycle minus that at its begin, N, median over the cycles; NaN without one.
+
+    Both stand at the same turning point, so what is left is drift, transient, or the noise of two samples.
+    """
+    gaps = [float(data.force_N[b - 1] - data.force_N[a]) for a, b in data.cycles.spans]
+    return float(np.median(gaps)) if gaps else float("nan")
+
+
+def transition_of(fit: ActuatorFit, loops: Sequence[LoopData]) -> Level:
+    """Force level against elongation of the fitted loops, tares and inertia taken out."""
+    known = fit.estimates[BETA_NAME].verdict == "ok" and fit.verdict.word != "model-does-not-apply"
+    return level_against_length(loops, float(fit.lines[4]) if known else float("nan"), fit.effects, fit.tares_N)
+
+
+def _transition(fit: ActuatorFit, loops: Sequence[LoopData]) -> dict[str, Any]:
+    level = transition_of(fit, loops)
+    columns = {key: getattr(level, key).tolist() for key in ("elongation_m", "level_N", "stderr_N", "departure_N")}
+    return {**columns, "complete_from_m": level.complete_from_m, "sentence": level.sentence}
+
+
+def _covariate(fit: ActuatorFit, loops: Sequence[LoopData]) -> dict[str, Any] | None:
+    """What a covariate does to the force: newtons per unit, and its share of the height of the mean loop as measured."""
+    name = fit.layout.covariate
+    if not name:
+        return None
+    part = [_height(data, fit.layout.covariate_force(fit.theta, data)) for data in loops]
+    whole = [_height(data, data.force_N) for data in loops]
+    share = 100.0 * float(np.mean(np.array(part) / np.array(whole)))
+    return {"column": name, "N_per_unit": float(fit.theta[-1]), "share_of_height_percent": share}
+
+
+def _height(data: LoopData, force_N: Array) -> float:
+    """Mean force while coiling minus mean force while uncoiling."""
+    forward = data.speed_m_per_s[data.used] > 0.0
+    return float(force_N[data.used][~forward].mean() - force_N[data.used][forward].mean())
+
+
+def _recipe(fit: ActuatorFit, loops: Sequence[LoopData]) -> dict[str, Any] | None:
+    if fit.recipe is None:
+        return None
+    known = np.isfinite(fit.recipe.beta_per_m)
+    error = pooled_error(loops, [gap(fit.recipe.lines, data) for data in loops]) if known else float("nan")
+    values = dict(zip((*LINE_NAMES, BETA_NAME), fit.recipe.lines, strict=True))
+    return {**values, "statement": fit.recipe.statement, "pooled_nrmse_percent": 100.0 * error}
+
+
+def _loop(fit: ActuatorFit, k: int, data: LoopData, error: float) -> dict[str, Any]:
+    measured = area(data, data.force_N)
+    modelled = data.force_N.copy()
+    modelled[data.used] -= fit.residuals[k]
+    return {
+        "file": data.name,
+        "frequency_Hz": data.frequency_Hz,
+        "amplitude_m": data.amplitude_m,
+        "cycles_used": len(data.cycles.spans),
+        "samples_used": int(data.used.sum()),
+        "samples_idle": int(len(data.used) - data.used.sum()),
+        "effective_samples": fit.effective_samples[k],
+        "nrmse_percent": 100.0 * error,
+        "area_J": measured,
+        "area_error_percent": 100.0 * (area(data, modelled) / measured - 1.0) if measured else float("nan"),
+        "effective_stiffness_N_per_m": effective_stiffness(data, fit.effects),
+        "tare_N": fit.tares_N[k],
+        "closure_N": closure(data),
+        "drift_N_per_cycle": drift_per_cycle(data, data.force_N),
+        "drift_m_per_cycle": drift_per_cycle(data, data.elongation_m),
+        "force_noise_N": data.force_sigma_N,
+        "conditions": {name: float(v[0]) for name, v in data.other.items() if len(v) and np.ptp(v) == 0.0},
+        "parts": [asdict(part) for part in data.parts],
+        "remarks": list(data.remarks),
+    }
+
+
+def frequency_amplitude_correlation(loops: Sequence[LoopData]) -> float:
+    """Correlation of frequency and amplitude over the loops; NaN where one of them does not vary."""
+    f = np.array([d.frequency_Hz for d in loops])
+    a = np.array([d.amplitude_m for d in loops])
+    known = np.isfinite(f) & np.isfinite(a)
+    if known.sum() < 3 or np.ptp(f[known]) < 0.02 * np.max(f[known]) or np.ptp(a[known]) < 0.02 * np.max(a[known]):
+        return float("nan")
+    return float(np.corrcoef(f[known], a[known])[0, 1])
+
+
+def correlation_sentence(correlation: float) -> str:
+    """What the correlation of frequency and amplitude forbids to conclude; nothing where it does not."""
+    if not abs(correlation) > _CORRELATED:
+        return ""
+    return f"frequency and amplitude are correlated at {correlation:.2f}: what follows one cannot be told from what follows the other"
+
+
+def actuator_of(fit: ActuatorFit) -> Actuator:
+    """The actuator table of a model file.
+
+    The force at a deployment's start is seen in no steady loop; the lower asymptote's b_l stands in for it.
+    """
+    a_l, b_l, a_u, b_u, beta = (float(v) for v in fit.lines)
+    rate = _rate(fit)
+    return Actuator(
+        a_l_N_per_m=a_l,
+        b_l_N=b_l,
+        a_u_N_per_m=a_u,
+        b_u_N=b_u,
+        beta_per_m=beta,
+        initial_force_N=b_l,
+        rate=Rate(**rate) if rate else None,
+        covariance=Covariance(tuple(fit.names), tuple(tuple(float(v) for v in row) for row in (fit.covariance + fit.covariance.T) / 2.0)),
+    )
+
+
+def model_of(fit: ActuatorFit, base: Model | None = None) -> Model:
+    """A model with this actuator and the effects fitted with it, in place of those of `base` if there is one."""
+    from dataclasses import replace
+
+    from simulate.files.model_file import add_effects
+
+    actuator = actuator_of(fit)
+    return add_effects(replace(base, actuator=actuator) if base else Model(actuator, name="actuator"), fit.effects)
+
+
+def summary(result: Mapping[str, Any]) -> list[str]:
+    """The result in a few lines for people."""
+    lines = [f"{'loop':<34} {'Hz':>7} {'mm':>8} {'cycles':>6} {'error':>7}  {'area':>7} {'mJ':>10} {'N/cycle':>9}"]
+    for row in result["loops"]:
+        name = row["file"] if len(row["file"]) <= 34 else "..." + row["file"][-31:]
+        lines.append(
+            f"{name:<34} {row['frequency_Hz']:7.3f} {1e3 * row['amplitude_m']:8.3f} {row['cycles_used']:6d} "
+            f"{row['nrmse_percent']:5.2f} %  {row['area_error_percent']:+5.1f} % "
+            f"{1e3 * row['area_J']:10.4g} {row['drift_N_per_cycle']:+9.2g}"
+        )
+    lines.append("")
+    for name, e in result["parameters"].items():
+        low, high = e["ci95"]
+        said = "" if e["verdict"] == "ok" else f"   {e['verdict']}"
+        lines.append(f"{name:<40} {e['value']:12.6g} +- {e['stderr']:<10.2g} 95 %: {low:.6g} to {high:.6g}{said}")
+    lines += ["", *_remarks(result), f"verdict  {result['verdict']}: {result['reason']}"]
+    return lines
+
+
+def _remarks(result: Mapping[str, Any]) -> list[str]:
+    lines = [f"record   {text}" for text in result["record"]]
+    lines += [f"note     {note}" for note in result["notes"]]
+    lines.append(f"error    pooled {result['pooled_nrmse_percent']:.2f} % of the range of all forces")
+    lines.append(f"residual depends on {result['residual_depends_on']}")
+    lines.append(f"friction {result['friction']}")
+    lines.append(f"transition zone {result['transition']['sentence']}")
+    recipe = result["paper_recipe"]
+    lines.append(f"paper's recipe: {recipe['statement'] if recipe else 'no straight parts on both branches'}")
+    covariate = result["covariate"]
+    if covariate:
+        lines.append(
+            f'covariate "{covariate["column"]}": {covariate["N_per_unit"]:.4g} N per unit, '
+            f"{covariate['share_of_height_percent']:.0f} % of the loops' height"
+        )
+    correlated = correlation_sentence(result["frequency_amplitude_correlation"])
+    return [*lines, correlated] if correlated else lines
+
+
+def write_actuator(model: Model, path: Path, note: Mapping[str, Any], *, whole: bool) -> None:
+    """Write the model file; without `whole` only what loops can tell: the actuator, its effects and where they come from."""
+    import tomli_w
+
+    from measure.common.output import write_text
+    from simulate.files.model_file import document_of
+
+    told = ("schema", "name", "actuator", "effect", "provenance")
+    tables = {key: value for key, value in document_of(model, note).items() if whole or key in told}
+    write_text(path, tomli_w.dumps(tables))

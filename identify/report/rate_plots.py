@@ -1,0 +1,126 @@
+"""Figures of what follows rate, stroke and length: coefficients, effective stiffness, force level; and the profile of beta."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from identify.actuator.beta_profile import Profile
+from identify.actuator.fit_actuator import ActuatorFit
+from identify.actuator.layout import abscissa_of, strokes
+from identify.actuator.stiffness import stiffness_of_cycles
+from identify.loops.loop_data import LoopData, free_start
+from identify.loops.paper_recipe import STRAIGHT_FROM, shifted, straight_lines
+from identify.report.loop_result import transition_of
+from measure.common.arrays import Array
+
+_STRAIGHT = 5.0  # lengths 1 / beta behind a reversal, from which on a branch is straight
+_MARKS = ("o", "s", "^", "D", "v", "P")
+
+
+def coefficients_against_rate(axes: Any, fit: ActuatorFit, loops: Sequence[LoopData], which: str) -> Any:
+    """Level or slope of both asymptotes against the rate: the fit with its 95 % band, and each loop by itself (Aridon 2009, Fig. 12).
+
+    The level is taken in the middle of the elongations. A loop by itself is a straight line through each branch, effects taken out;
+    a stroke that is too short to have straight branches has none.
+    """
+    shape, row = fit.layout, {"slope": 0, "level": 1}[which]
+    abscissa = shape.abscissa if shape.abscissa != "none" else "speed_m_per_s"
+    x = abscissa_of(loops, abscissa)
+    known = np.isfinite(x)
+    low, high = (float(bound(x[known])) if np.any(known) else 0.0 for bound in (np.min, np.max))
+    ends = np.linspace(low, high, 60) if high > low else np.array([0.95, 1.05]) * low
+    z = (ends - shape.middle) / shape.half
+    alone = [_line_alone(fit, k, data) for k, data in enumerate(loops)]
+    for side, (first, style, mark, label) in enumerate(((row, "--", "o", "lower asymptote"), (row + 2, ":", "s", "upper asymptote"))):
+        if np.any(known):
+            _polynomial(axes, fit, first, ends, z, f"k{style}", label)
+        single = [np.nan if lines is None else lines[2 * side + row] for lines in alone]
+        axes.plot(x, single, mark, color="black", markerfacecolor="white", markersize=4, linestyle="none", label=f"{label}, each loop")
+    label = "frequency (Hz)" if abscissa == "frequency_Hz" else "mid-stroke speed (m/s)"
+    ylabel = "slope of the asymptotes (N/m)" if which == "slope" else f"level at {1e3 * shape.centre_m:.0f} mm (N)"
+    axes.set(xlabel=label, ylabel=ylabel, title=f"{which}s of the asymptotes, order {shape.order}")
+    axes.locator_params(axis="x", nbins=5)
+    axes.legend(fontsize="xx-small")
+    return axes
+
+
+def _polynomial(axes: Any, fit: ActuatorFit, first: int, x: Array, z: Array, style: str, label: str) -> None:
+    terms = fit.layout.order + 1
+    powers, part = z[:, None] ** np.arange(terms), slice(first * terms, (first + 1) * terms)
+    value = powers @ fit.theta[part]
+    band = 1.96 * np.sqrt(np.einsum("ij,jk,ik->i", powers, fit.theta_covariance[part, part], powers))
+    axes.plot(x, value, style, linewidth=1.0, label=f"{label}, fitted to all")
+    axes.fill_between(x, value - band, value + band, color="0.8")
+
+
+def _line_alone(fit: ActuatorFit, k: int, data: LoopData) -> Array | None:
+    """Slope and level in the middle, lower then upper, of one loop by itself, the forces of effects taken out of it."""
+    lines, centre = fit.lines_of(k), fit.layout.centre_m
+    without = free_start(lines, data)[1] - (free_start(lines, data, fit.effects)[1] if fit.effects else free_start(lines, data)[1])
+    straight = straight_lines([replace(data, force_N=data.force_N - fit.tares_N[k] + without)])
+    if straight is None or (1.0 - STRAIGHT_FROM) * 2.0 * data.amplitude_m * lines[4] < _STRAIGHT:
+        return None
+    a_l, b_l, a_u, b_u, _ = shifted(straight, float(lines[4]))
+    return np.array([a_l, b_l + a_l * centre, a_u, b_u + a_u * centre])
+
+
+def stiffness_against(axes: Any, fit: ActuatorFit, loops: Sequence[LoopData], which: str) -> Any:
+    """Effective stiffness, inertia force subtracted, against frequency or amplitude (Aridon 2009, eq. (5), Fig. 13).
+
+    Against the frequency, loops of one stroke are joined: level means dry friction.
+    """
+    amplitude = which == "amplitude"
+    for place, group in enumerate(strokes([data for data in loops if data.cycles.spans])):
+        group = sorted(group, key=lambda data: data.frequency_Hz)
+        x = [1e3 * data.amplitude_m if amplitude else data.frequency_Hz for data in group]
+        values = [stiffness_of_cycles(data, fit.effects) for data in group]
+        mark = _MARKS[place % len(_MARKS)]
+        middle, spread = [np.median(v) for v in values], [np.std(v) for v in values]
+        label = f"stroke {2e3 * group[0].amplitude_m:.3g} mm"
+        axes.errorbar(x, middle, yerr=spread, fmt=mark, color="black", markerfacecolor="white", markersize=5, capsize=2, label=label)
+        if not amplitude:
+            axes.plot(x, middle, "k-", linewidth=0.6)
+    label = "amplitude (mm)" if amplitude else "frequency (Hz)"
+    tail = ", inertia subtracted" if any(effect.leg_mass is not None for effect in fit.effects) else ""
+    axes.set(xlabel=label, ylabel=f"effective stiffness{tail} (N/m)", title=f"effective stiffness by {which}")
+    axes.set_ylim(0.0, 1.15 * axes.get_ylim()[1])
+    axes.locator_params(axis="x", nbins=5)
+    if axes.get_legend_handles_labels()[0] and len(loops) <= 12:
+        axes.legend(fontsize="xx-small")
+    return axes
+
+
+def level_against_elongation(axes: Any, fit: ActuatorFit, loops: Sequence[LoopData]) -> Any:
+    """Mean of both branches against the unrolled length, and from where on it is straight (Aridon 2009, section 3.2)."""
+    level = transition_of(fit, loops)
+    u = 1e3 * level.elongation_m
+    axes.errorbar(u, level.level_N, yerr=1.96 * level.stderr_N, fmt="ko", markersize=3, capsize=2, label="mean of both branches, 95 %")
+    if np.all(np.isfinite(level.departure_N)) and len(u):
+        axes.plot(u, level.level_N - level.departure_N, "k--", linewidth=0.8, label="line of the longest third")
+        axes.axvline(1e3 * level.complete_from_m, color="0.5", linewidth=0.8, linestyle=":", label="straight from here on")
+    axes.set(xlabel="elongation (mm)", ylabel="force level (N)", title="transition zone: level by unrolled length")
+    if axes.get_legend_handles_labels()[0]:
+        axes.legend(fontsize="x-small")
+    return axes
+
+
+def profile_of_beta(axes: Any, fit: ActuatorFit, profile: Profile | None) -> Any:
+    """Rise of the misfit along beta; where it stays below 3.84 beta is in the 95 % interval."""
+    if profile is None:
+        axes.axis("off")
+        return axes
+    axes.plot(profile.beta_per_m, profile.rise, "k.-", label="profile")
+    if profile.beta_per_m[-1] > 5.0 * profile.beta_per_m[0]:
+        axes.set_xscale("log", subs=(2, 5))
+        axes.xaxis.set_major_formatter("{x:g}")
+        axes.xaxis.set_minor_formatter("{x:g}")
+    low, high = fit.estimates["beta_per_m"].ci95
+    axes.axvspan(low, high, color="0.85", label="95 %, covariance")
+    axes.axhline(3.84, color="black", linewidth=0.6, linestyle="--", label="95 %, one parameter")
+    axes.set(xlabel="beta (1/m)", ylabel="rise of the misfit", ylim=(0.0, 16.0), title="profile of beta")
+    axes.legend(fontsize="small")
+    return axes

@@ -1,0 +1,245 @@
+"""An explanation as JSON, to the letter of what others' scripts rely on, and as a sentence for people."""
+
+from __future__ import annotations
+
+from dataclasses import asdict
+from typing import Any
+
+import numpy as np
+
+from identify.campaign.load_cell_zeros import drifts_of, zeros_of
+from identify.design.next_test import LIKELY, NextTest
+from identify.gap.formula import described
+from identify.gap.leg_force import leg_force
+from identify.gap.localise import force_in_loops, locate
+from identify.loops.covariates import hint, shares
+from identify.selection.explain import Explanation, Finding
+
+_PLACES = 12
+
+
+def result_of(found: Explanation, missing_force_file: str | None = None) -> dict[str, Any]:
+    """The result of `explain-gap --json`.
+
+    Parameters
+    ----------
+    missing_force_file : where the table of the missing force was written, if the verdict is unknown.
+    """
+    return {
+        "verdict": found.verdict,
+        "effects": [_finding(finding, found) for finding in found.findings],
+        "where": [_place(place) for place in locate(found.before)[:_PLACES]] if found.verdict != "no-gap" else [],
+        "gap": _gaps(found),
+        "ranking": [
+            {
+                "name": rival.name,
+                "delta_bic": rival.delta_bic,
+                "held_out_rms_over_noise": rival.held_out_rms,
+                "fitted_jointly": rival.fitted,
+                "chance_of_lead": rival.chance,
+            }
+            for rival in found.ranking
+        ],
+        "missing_force": _missing_force(found, missing_force_file),
+        "next_experiment": next_experiment(found),
+        "next_experiments": [_foreseen(test) for test in found.next_tests],
+        "detectable": [
+            {"name": one.effect.name, "parameters": dict(one.sizes), "easiest_shape": dict(one.easiest)} for one in found.sights
+        ],
+        "base": base_moves(found),
+        "loop_zeros_N": zeros_of(found.after),
+        "loop_drifts_N_per_s": drifts_of(found.after),
+        "unforeseen_runs": list(found.unforeseen),
+        "noise_added": [asdict(one) for one in found.noise_added],
+        "noise_sentence": noise_sentence(found),
+        "sentence": sentence(found),
+    }
+
+
+def _finding(finding: Finding, found: Explanation) -> dict[str, Any]:
+    return {
+        "name": finding.name,
+        "equivalents": list(finding.equivalents),
+        "parameters": parameters_of(finding),
+        "p_value": finding.gain.p_value,
+        "delta_bic": finding.gain.delta_bic,
+        "share_of_gap_percent": 100.0 * finding.share,
+    }
+
+
+def parameters_of(finding: Finding) -> dict[str, Any]:
+    """Value, standard error and 95 % interval of each parameter, and whether these measurements show anything of it."""
+    flat = zip(finding.effect.flat_names(), finding.effect.flat(), finding.stderr, finding.ci95, strict=True)
+    return {
+        name: {"value": float(value), "stderr": float(stderr), "ci95": ci95.tolist(), "identifiable": not np.isnan(stderr)}
+        for name, value, stderr, ci95 in flat
+    }
+
+
+def _place(place: Any) -> dict[str, Any]:
+    keys = ("run", "channel", "phase", "from_s", "to_s", "share_percent", "depends_on")
+    return {key: getattr(place, key) for key in keys}
+
+
+def _gaps(found: Explanation) -> dict[str, Any]:
+    gaps: dict[str, Any] = {
+        "as_given": {"rms_over_noise": found.as_given.rms},
+        "before": {"rms_over_noise": found.before.rms, "p_value": found.gap_before.p_value},
+        "after": {"rms_over_noise": found.after.rms, "p_value": found.gap_after.p_value},
+        "by_run": by_run(found),
+    }
+    if found.held:
+        gaps["held_out"] = {
+            "before": {"rms_over_noise": _pooled([held.before.measured_gaps for held in found.held])},
+            "after": {"rms_over_noise": _pooled([held.after.measured_gaps for held in found.held])},
+        }
+    return gaps
+
+
+def _pooled(parts: list[Any]) -> float:
+    return float(np.sqrt(np.mean(np.concatenate(parts) ** 2)))
+
+
+def by_run(found: Explanation) -> list[dict[str, Any]]:
+    """Gap over noise before and after for each run and channel, held-out runs marked."""
+    pairs = [(found.before, found.after, False), *((held.before, held.after, True) for held in found.held)]
+    return [
+        {
+            "run": block.run,
+            "channel": block.channel,
+            "held_out": held_out,
+            "before": _pooled([before.part(block)]),
+            "after": _pooled([after.part(block)]),
+        }
+        for before, after, held_out in pairs
+        for block in before.problem.blocks
+    ]
+
+
+def base_moves(found: Explanation) -> dict[str, Any]:
+    """How the force law was bent without the effects, and how it moved back with them, in its units."""
+    rows = {}
+    for i in range(found.before.problem.first_nuisance):
+        knob = found.before.problem.knobs[i]
+        stderr = float(np.sqrt(max(found.after.covariance[i, i], 0.0))) * knob.scale
+        rows[knob.name] = {
+            "shift_before": float(found.before.q[i] * knob.scale),
+            "shift_after": float(found.after.q[i] * knob.scale),
+            "stderr": stderr,
+        }
+    return rows
+
+
+def _missing_force(found: Explanation, file: str | None) -> str | None:
+    if found.verdict != "unknown":
+        return None
+    texts = [f"Table: {file}"] if file else []
+    in_legs = leg_force(found.before)
+    texts[:0] = [in_legs.sentence] if in_legs else []
+    if found.before.problem.loops:
+        texts[:0] = [force_in_loops(found.before)[0], *_column_worth_trying(found)]
+    if found.missing is not None:
+        formula = described(found.missing, found.before.problem.films[0])
+        texts = [found.missing.sentence, *([f"{formula}."] if formula else []), *texts]
+    return " ".join(texts)
+
+
+def _column_worth_trying(found: Explanation) -> list[str]:
+    """The sentence on a further column of the loops that goes with what is left, if there is one."""
+    fit, problem = found.before, found.before.problem
+    if problem.covariate:
+        return []
+    loops = [(loop.data, block) for loop, block in zip(problem.loops, problem.blocks[-len(problem.loops) :], strict=True)]
+    noise = [data.force_sigma_N for data, _ in loops]
+    left = [sigma * fit.part(block) for sigma, (_, block) in zip(noise, loops, strict=True)]
+    slopes = [sigma * fit.jacobian[block.rows] for sigma, (_, block) in zip(noise, loops, strict=True)]
+    text = hint(shares([data for data, _ in loops], left, slopes))
+    return [f"{text[0].upper()}{text[1:]}."] if text else []
+
+
+def missing_table(found: Explanation) -> dict[str, Any] | None:
+    """The force that no effect explains, as a table: on the platform, or in the loops where no deployment was given."""
+    if found.verdict != "unknown":
+        return None
+    return found.missing.columns if found.missing is not None else force_in_loops(found.before)[1]
+
+
+def sentence(found: Explanation) -> str:
+    """The finding in a sentence."""
+    words = {
+        "no-gap": "what is left between model and measurement is noise",
+        "unknown": "there is a gap, and no effect of the catalogue closes it",
+    }
+    if found.verdict in words:
+        return words[found.verdict] + _nearest(found)
+    names = ", ".join(_named(finding) for finding in found.findings)
+    lead = {"named": "missing effect: ", "class": "missing effect, one of a class: ", "several": "missing effects: "}[found.verdict]
+    return lead + names + _without_films(found)
+
+
+def noise_sentence(found: Explanation) -> str | None:
+    """Which tables showed no noise and were given some; None where all were measured."""
+    runs = list(dict.fromkeys(one.run for one in found.noise_added))
+    if not runs:
+        return None
+    given = ", ".join(f"{name} {sigma:.2g}" for name, sigma in {one.channel: one.sigma for one in found.noise_added}.items())
+    return f"{', '.join(runs)}: values without noise, as a simulation writes them; noise of a fine instrument was added ({given})"
+
+
+def _nearest(found: Explanation) -> str:
+    if found.nearest is None:
+        return ""
+    name, share = found.nearest
+    return f"; {name} comes nearest, closing {100.0 * share:.1f} % of it"
+
+
+def _without_films(found: Explanation) -> str:
+    if not found.unforeseen:
+        return ""
+    return (
+        f"; told by the loops alone: with it nobody can foresee {', '.join(found.unforeseen)}, where a release moved by a thousandth of "
+        "its spread or less takes another course"
+    )
+
+
+def _named(finding: Finding) -> str:
+    return " or ".join((finding.name, *finding.equivalents))
+
+
+def next_experiment(found: Explanation) -> str | None:
+    """Which further test would split a class or settle a doubt."""
+    if found.next_tests:
+        best, name = found.next_tests[0], found.findings[0].name
+        split = ", ".join(f"{rival} in {100 * chance:.0f} %" for rival, chance in best.chances.items())
+        words = best.condition.words + (f", {best.runs} times" if best.runs > 1 else "")
+        if best.surest < LIKELY:
+            return f"No single further test is likely to tell {name} from its rivals; {words} would split off {split} of cases."
+        return f"To tell {name} from its rivals, add {words}; foreseen to split off {split} of cases."
+    if found.verdict == "unknown":
+        return f"Add {_other_condition(found)}: a force that follows time, place or speed moves differently then."
+    return None
+
+
+def _foreseen(test: NextTest) -> dict[str, Any]:
+    """A further test for programs: what to change, and how likely it splits off each rival."""
+    of = test.condition
+    row: dict[str, Any] = {"condition": of.words, "runs": test.runs, "model": dict(of.changes), "splits": dict(test.chances)}
+    if of.frequency_Hz:
+        return {**row, "kind": "loop", "frequency_Hz": of.frequency_Hz, "amplitude_m": of.amplitude_m}
+    return {**row, "kind": "deployment", "times_as_long": of.longer, "channels": list(of.channels) or None}
+
+
+def _other_condition(found: Explanation) -> str:
+    """A condition that the campaign has not got yet."""
+    problem = found.before.problem
+    if not problem.films:
+        return "loops at another frequency with the same amplitude"
+    if not problem.loops:
+        return "loops of one actuator on a shaker at two frequencies, which pin the force law"
+    heights = {film.model.geometry.stowed_height_m for film in problem.films if film.model.geometry is not None}
+    masses = {film.model.platform.mass_kg for film in problem.films}
+    if len(heights) < 2:
+        return "a deployment from another start height"
+    if len(masses) < 2:
+        return "a deployment with ballast on the platform"
+    return "a deployment with the platform turned by 120 deg"

@@ -1,0 +1,1 @@
+"""Which effect is missing: screening, model comparison, verdict, detection limits."""

@@ -1,0 +1,139 @@
+"""What speaks for a gap and for an effect: tests on an effective number of samples."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import fft, stats
+
+from identify.estimation.least_squares import Fit
+from measure.common.arrays import Array
+
+GAP_P = 1e-3  # less likely than this as noise: a gap
+EFFECT_P = 1e-3  # less likely than this to be found in noise: an effect
+_LOW_SHARE = 0.25
+_LEAST_SAMPLES = 16
+_LEAST_FLOAT = 1e-300
+_LEAST_NOISE = 0.1  # of the noise that a measurement is taken to have
+
+
+@dataclass(frozen=True)
+class GapTest:
+    """Whether what is left is more than noise: probabilities of as much if it were noise.
+
+    slow_p : slow parts of the gap against its fast parts (F test). release_p : the releases against their priors (chi^2).
+    excess : sum of squares of the slow parts beyond what the fast ones say that noise has.
+    """
+
+    slow_p: float
+    release_p: float
+    rms_over_noise: float
+    excess: float
+
+    @property
+    def p_value(self) -> float:
+        """The smaller one, both having been looked at."""
+        return float(min(1.0, 2.0 * min(self.slow_p, self.release_p)))
+
+
+def p_words(value: float) -> str:
+    """A probability as people read it; one too small for a float is not called nought."""
+    return f"p = {value:.2g}" if value >= _LEAST_FLOAT else f"p < {_LEAST_FLOAT:.0e}"
+
+
+def gap_test(fit: Fit) -> GapTest:
+    """Test a fit for a gap beyond noise.
+
+    Noise shakes every frequency alike, a missing effect moves the slow ones. The gap of each run and channel is taken apart
+    by a cosine transform; the power of the slow quarter, for each degree of freedom that the fit has left, is compared with
+    that of the rest. A noise level is hardly assumed, so a sigma that is off cannot fake a gap; only what lies below a tenth of the
+    noise is none, whatever its course.
+    """
+    slow = fast = 0.0
+    slow_n = fast_n = 0
+    for block in fit.problem.blocks:
+        part = fit.part(block)
+        if len(part) < _LEAST_SAMPLES:
+            continue
+        power = np.asarray(fft.dct(part, norm="ortho")) ** 2
+        cut = max(4, int(_LOW_SHARE * len(part)))
+        slow, slow_n = slow + float(power[:cut].sum()), slow_n + cut
+        fast, fast_n = fast + float(power[cut:].sum()), fast_n + len(part) - cut
+    freedom = max(slow_n - len(fit.q), 1)
+    noise = max(fast / max(fast_n, 1), _LEAST_NOISE**2)
+    slow_p = float(stats.f.sf(slow / freedom / noise, freedom, fast_n)) if fast_n else 1.0
+    excess = max(0.0, slow - freedom * noise) if fast_n else 0.0
+    return GapTest(slow_p, _release_p(fit), fit.rms, excess)
+
+
+def _release_p(fit: Fit) -> float:
+    """How likely releases as far from the planned one are, if they follow their priors."""
+    problem = fit.problem
+    q = fit.q[problem.first_nuisance : problem.first_zero]
+    return float(stats.chi2.sf(q @ q, len(q))) if len(q) else 1.0
+
+
+@dataclass(frozen=True)
+class Gain:
+    """What a fit with more knobs gains over one with fewer, on independent samples.
+
+    chi2 : fall of the sum of squares, per unit of the noise that is left and per independent sample. knobs : how many more.
+    """
+
+    chi2: float
+    knobs: int
+    p_value: float
+    delta_bic: float
+
+
+def gain(before: Fit, after: Fit, dilution: float | None = None) -> Gain:
+    """Compare two fits of the same measurements.
+
+    delta_bic = chi^2 gain - k ln n, positive in favour of the larger one, n the effective number of samples.
+    """
+    thinned = after.dilution if dilution is None else dilution
+    extra = len(after.q) - len(before.q)
+    chi2 = max(0.0, before.cost - after.cost) / (thinned * max(1.0, after.rms**2))
+    bic = chi2 - extra * float(np.log(max(after.problem.measured / thinned, 2.0)))
+    return Gain(chi2, extra, float(stats.chi2.sf(chi2, max(extra, 1))), bic)
+
+
+@dataclass(frozen=True)
+class Signature:
+    """What an effect would add to the gaps, free of what base and releases can do themselves.
+
+    columns : (m, k) per typical size of each parameter that shows at all. shown : which parameters these are.
+    chi2 : what fitting them linearly would gain.
+    """
+
+    columns: Array
+    shown: NDArray[np.intp]
+    chi2: float
+
+    @property
+    def knobs(self) -> int:
+        """How many of the effect's parameters show."""
+        return self.columns.shape[1]
+
+
+def signature(fit: Fit, columns: Array) -> Signature:
+    """Project an effect's columns free of the knobs of a fit; what is left can be told from them."""
+    free = fit.free_of_knobs(columns)
+    shows = np.linalg.norm(free, axis=0) > 1e-6 * np.maximum(np.linalg.norm(columns, axis=0), 1e-12)
+    shows &= np.linalg.norm(columns, axis=0) > 1e-9
+    free = free[:, shows]
+    if not free.shape[1]:
+        return Signature(free, np.flatnonzero(shows), 0.0)
+    amount = -np.linalg.lstsq(free, fit.gaps, rcond=1e-10)[0]
+    gained = fit.cost - float(np.sum((fit.gaps + free @ amount) ** 2))
+    return Signature(free, np.flatnonzero(shows), max(gained, 0.0))
+
+
+def likeness(a: Signature, b: Signature) -> float:
+    """Largest cosine between what two effects can show, one where one can stand for the other."""
+    if not a.knobs or not b.knobs:
+        return 0.0
+    qa, qb = (np.linalg.qr(s.columns)[0] for s in (a, b))
+    return float(min(np.linalg.norm(qa.T @ qb, 2), 1.0))

@@ -1,0 +1,1 @@
+"""Errors, the command line, output, limits: what all rooms of measure use."""

@@ -1,0 +1,1 @@
+"""Digital image correlation: where each mark is in each picture."""

@@ -1,0 +1,143 @@
+"""How much two deployments of the same rig differ: what of a film repeats, and what does not."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import minimize_scalar
+
+from measure.common.errors import InputError
+from measure.tables.tables import CHANNELS, Trajectory
+
+Array = NDArray[np.floating]
+
+_LATEST = 0.25
+"""Share of the shorter film by which two cameras may have been started apart."""
+
+_LEAST_COMMON = 8
+
+
+@dataclass(frozen=True)
+class Difference:
+    """One channel of two films, first minus second, once the second is put on the first's clock.
+
+    time_s, values : (n,) where both have a value. sigma : (n,) of the difference, by the two films' own.
+    span : what the channel covers in the first film.
+    """
+
+    time_s: Array
+    values: Array
+    sigma: Array
+    span: float
+
+    def summary(self) -> dict[str, Any]:
+        """In numbers: root mean square and largest, in the channel's unit and in percent of its span; what noise alone would give.
+
+        No percent where the channel hardly moves; they would be of its noise.
+        """
+        rms, largest = float(np.sqrt(np.mean(self.values**2))), float(np.abs(self.values).max())
+        noise = float(np.sqrt(np.mean(self.sigma**2)))
+        percent = 100.0 / self.span if self.span > max(20.0 * noise, 0.0) else None
+        return {
+            "rms": rms, "max_abs": largest, "rms_percent": percent and rms * percent, "max_percent": percent and largest * percent,
+            "rms_of_noise": noise if np.isfinite(noise) else None,
+        }  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Dispersion:
+    """Two films compared. shift_s : what the second film's clock is ahead, sigma_shift_s : how surely that is known."""
+
+    name: str
+    other: Trajectory
+    shift_s: float
+    sigma_shift_s: float | None
+    channels: dict[str, Difference]
+
+    def summary(self) -> dict[str, Any]:
+        """The comparison as `--json` writes it."""
+        return {
+            "file": self.name,
+            "shift_s": self.shift_s,
+            "sigma_shift_s": self.sigma_shift_s,
+            "channels": {name: difference.summary() for name, difference in self.channels.items()},
+        }
+
+
+def compare(first: Trajectory, second: Trajectory, name: str) -> Dispersion:
+    """Compare two deployments, the second shifted in time so that the elevations agree best.
+
+    Two films seldom begin at the same instant of the deployment; what is left after the shift is dispersion. The second film is read
+    between its frames by a straight line.
+
+    Raises
+    ------
+    InputError
+        They have no common channel, or hardly overlap.
+    """
+    common = [c for c in CHANNELS if c in first.channels and c in second.channels]
+    if not common:
+        raise InputError(f"{name}: shares no channel with this film; it has {', '.join(second.channels)}. Name another trajectory.")
+    lead = "z_m" if "z_m" in common else common[0]
+    shift = _shift(first, second, lead, name)
+    channels = {c: _difference(first, second, c, shift) for c in common}
+    return Dispersion(name, second, shift, _shift_sigma(channels[lead], first, lead), channels)
+
+
+def _shift(first: Trajectory, second: Trajectory, channel: str, name: str) -> float:
+    """The shift under which a channel differs least, by trying a grid and refining at its best."""
+    widest = _LATEST * min(np.ptp(first.time_s), np.ptp(second.time_s))
+
+    def misfit(shift: float) -> float:
+        values = _difference(first, second, channel, shift).values
+        return float(np.mean(values**2)) if len(values) >= _LEAST_COMMON else np.inf
+
+    grid = np.linspace(-widest, widest, 201)
+    found = np.array([misfit(shift) for shift in grid])
+    if not np.isfinite(found).any():
+        raise InputError(f"{name}: hardly overlaps with this film in time. Compare films of the same deployment from its release on.")
+    best = grid[int(np.argmin(found))]
+    return _refined(misfit, best, grid[1] - grid[0])
+
+
+def _refined(misfit: Callable[[float], float], best: float, step: float) -> float:
+    found = minimize_scalar(misfit, bounds=(best - step, best + step), method="bounded", options={"xatol": 1e-3 * step})
+    return float(found.x) if found.fun < misfit(best) else float(best)  # type: ignore[attr-defined]
+
+
+def _shift_sigma(left: Difference, first: Trajectory, channel: str) -> float | None:
+    """How surely the shift is known while neighbouring differences hang together: rms of them over the rms speed."""
+    speed = np.gradient(np.interp(left.time_s, *_seen(first, channel)[:2]), left.time_s)
+    strength = float(np.sqrt(np.sum(speed**2)))
+    if strength == 0.0:
+        return None
+    steps = np.diff(left.values)
+    alike = max(1.0, 2.0 * float(np.var(left.values)) / max(float(np.mean(steps**2)), 1e-30))
+    return float(np.sqrt(np.mean(left.values**2)) / strength * np.sqrt(min(alike, len(left.values))))
+
+
+def _seen(table: Trajectory, channel: str) -> tuple[Array, Array, Array]:
+    good = np.isfinite(table.channels[channel])
+    sigma = table.sigma.get(channel, np.full(len(good), np.nan))
+    return table.time_s[good], table.channels[channel][good], sigma[good]
+
+
+def _difference(first: Trajectory, second: Trajectory, channel: str, shift: float) -> Difference:
+    (ta, a, sa), (tb, b, sb) = _seen(first, channel), _seen(second, channel)
+    both = (ta >= tb[0] - shift) & (ta <= tb[-1] - shift) if len(tb) else np.zeros(len(ta), bool)
+    at = ta[both] + shift
+    values = a[both] - np.interp(at, tb, b) if both.any() else np.empty(0)
+    sigma = np.hypot(sa[both], np.interp(at, tb, sb)) if both.any() else np.empty(0)
+    return Difference(ta[both], values, sigma, float(np.ptp(a)) if len(a) else 0.0)
+
+
+def compare_with_files(first: Trajectory, files: list[Path]) -> list[Dispersion]:
+    """Compare a trajectory with those of earlier films."""
+    from measure.tables.tables import read_trajectory
+
+    return [compare(first, read_trajectory(file), str(file)) for file in files]

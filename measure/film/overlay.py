@@ -1,0 +1,91 @@
+"""A film with what was found drawn into it: every mark's place, status and distance from the rigid body."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import TYPE_CHECKING
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from measure.correlation.marks import (
+    AMBIGUOUS,
+    LOST,
+    MISSING,
+    OCCLUDED,
+    OK,
+    OUT,
+)
+from measure.footage.footage import Footage, Picture
+
+if TYPE_CHECKING:
+    from measure.film.track import Tracked
+
+COLOURS = {OK: "#1b9e77", OCCLUDED: "#d95f02", LOST: "#e7298a", AMBIGUOUS: "#7570b3", OUT: "#666666", MISSING: "#999999"}
+"""One colour for each status, in this film and in the figures."""
+
+ENLARGED = 1000.0
+"""Times by which a mark's distance from the rigid body is drawn larger than it is; it would not be seen otherwise."""
+
+_LEAST_HEIGHT = 480
+_FONT = cv2.FONT_HERSHEY_SIMPLEX
+
+
+def overlaid(footage: Footage, tracked: Tracked) -> Iterator[NDArray[np.uint8]]:
+    """The film's pictures in colour, (height, width, 3) blue, green, red; small ones enlarged by a whole number.
+
+    A frame that the film lacks is left out here as there. The brightness is stretched once for the whole film.
+    """
+    brightest = 0.0
+    for number, picture in footage.pictures():
+        if number >= len(tracked.marks.time_s):
+            return
+        brightest = brightest or max(float(np.percentile(picture, 99.9)), 1.0)
+        yield drawn(picture, tracked, number, brightest)
+
+
+def drawn(picture: Picture, tracked: Tracked, frame: int, brightest: float) -> NDArray[np.uint8]:
+    """One picture with its marks; brightest : grey value that becomes white."""
+    times = max(1, -(-_LEAST_HEIGHT // picture.shape[0]))
+    grey = np.clip(picture * (255.0 / brightest), 0, 255).astype(np.uint8)
+    large = cv2.resize(grey, None, fx=times, fy=times, interpolation=cv2.INTER_NEAREST)
+    canvas = cv2.cvtColor(large, cv2.COLOR_GRAY2BGR)
+    for i in range(len(tracked.marks.names)):
+        if tracked.marks.seen[frame, i]:
+            _draw_mark(canvas, tracked, frame, i, times)
+    for row, (text, colour) in enumerate(_captions(tracked, frame)):
+        cv2.putText(canvas, text, (6, 18 + 16 * row), _FONT, 0.45, colour, 1, cv2.LINE_AA)
+    return canvas.astype(np.uint8)
+
+
+def _draw_mark(canvas: NDArray, tracked: Tracked, frame: int, i: int, times: int) -> None:
+    x, y = tracked.marks.x_px[frame, i], tracked.marks.y_px[frame, i]
+    half, colour = tracked.project.marks.subset_px / 2, _bgr(COLOURS[OK])
+    first, last = _at(x - half, y - half, times), _at(x + half, y + half, times)
+    cv2.rectangle(canvas, first, last, colour, 1)
+    cv2.putText(canvas, str(tracked.marks.names[i]), (first[0], first[1] - 3), _FONT, 0.4, colour, 1, cv2.LINE_AA)
+    if tracked.fit is not None and tracked.fit.used[frame, i]:
+        dx, dy = np.clip(ENLARGED * tracked.fit.residual_px[frame, i], -4 * half, 4 * half)
+        cv2.arrowedLine(canvas, _at(x, y, times), _at(x + dx, y + dy, times), _bgr("#e6ab02"), 1, cv2.LINE_AA)
+
+
+def _captions(tracked: Tracked, frame: int) -> list[tuple[str, tuple[int, int, int]]]:
+    """Frame, time and residual, and in words what became of the marks that are not seen."""
+    marks, fit = tracked.marks, tracked.fit
+    text = f"frame {frame}  {marks.time_s[frame]:.4f} s"
+    if fit is not None and fit.used[frame].any():
+        rms = np.sqrt(np.nanmean(fit.residual_px[frame][fit.used[frame]] ** 2))
+        text += f"  residual {rms:.4f} px (arrows x{ENLARGED:g})"
+    gone = [(f"{name} {marks.status[frame, i]}", _bgr(COLOURS[str(marks.status[frame, i])])) for i, name in enumerate(marks.names)]
+    return [(text, (255, 255, 255)), *(row for i, row in enumerate(gone) if not marks.seen[frame, i])]
+
+
+def _at(x: float, y: float, times: int) -> tuple[int, int]:
+    """A place of the film on the enlarged canvas, pixel centres at whole numbers."""
+    return round((x + 0.5) * times - 0.5), round((y + 0.5) * times - 0.5)
+
+
+def _bgr(colour: str) -> tuple[int, int, int]:
+    red, green, blue = (int(colour[k : k + 2], 16) for k in (1, 3, 5))
+    return blue, green, red

@@ -1,0 +1,171 @@
+"""What a tracked film comes to: numbers and a verdict for other programs, and lines for people."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from measure.correlation.marks import MISSING, OK, Marks
+from measure.film.smoothing import instants, smooth
+from measure.footage.footage import Footage
+from measure.footage.integrity import Health
+from measure.tables.tables import CHANNELS, Trajectory
+
+if TYPE_CHECKING:
+    from measure.film.dispersion import Dispersion
+    from measure.geometry.film_project import Project
+    from measure.geometry.rigid_body import Fit
+    from measure.geometry.scale import Sized
+
+_NOT_RIGID = 10.0
+"""Misfit of the marks to the fitted body, in their own sigmas, beyond which the geometry is wrong and not the noise."""
+
+
+_GEOMETRY = (
+    "the marks do not move as one rigid body under this geometry, and the sigmas are widened for it; "
+    "give radius_m, distance_m and origin_px in the project file, or check them"
+)
+
+
+def summarise(
+    footage: Footage, project: Project, size: Sized | None, marks: Marks, fit: Fit | None, table: Trajectory | None, health: Health
+) -> dict[str, Any]:
+    """The result in numbers and a verdict; what `--json` writes."""
+    read = int((marks.status != MISSING).any(axis=1).sum())
+    sigma_px = float(np.nanmedian(marks.sigma_px)) if marks.seen.any() else None
+    return {
+        "verdict": _verdict(footage, marks, fit, read),
+        "film": {
+            "file": footage.name, "frames": footage.frames, "frames_read": read, "fps": project.film.fps, "width_px": footage.width,
+            "height_px": footage.height, "bits": footage.bits, "remarks": [*footage.remarks, *health.remarks],
+        },
+        "marks": [_mark_summary(marks, fit, i) for i in range(len(marks.names))],
+        "subset_px": project.marks.subset_px,
+        "sigma_px": sigma_px,
+        "scale": _scale_summary(size),
+        "platform": None if fit is None or table is None else _platform_summary(fit, table),
+    }  # fmt: skip
+
+
+def _scale_summary(size: Sized | None) -> dict[str, Any]:
+    if size is None:
+        return {"mm_per_px": None, "relative_sigma": None}
+    return {
+        **dataclasses.asdict(size),
+        "note": "relative_sigma is common to all lengths of the film; it is not contained in the sigmas of the frames",
+    }
+
+
+def _verdict(footage: Footage, marks: Marks, fit: Fit | None, read: int) -> str:
+    if read < footage.frames:
+        return "incomplete"
+    posed = fit.seen if fit is not None else marks.seen.any(axis=1)
+    return "ok" if posed.all() else "lost"
+
+
+def _mark_summary(marks: Marks, fit: Fit | None, i: int) -> dict[str, Any]:
+    words, counts = np.unique(marks.status[:, i], return_counts=True)
+    residual = None
+    if fit is not None and fit.used[:, i].any():
+        residual = float(np.sqrt(np.mean(fit.residual_px[fit.used[:, i], i] ** 2)))
+    return {
+        "name": marks.names[i],
+        "x_px": float(marks.reference_px[i, 0]),
+        "y_px": float(marks.reference_px[i, 1]),
+        "frames": {str(word): int(count) for word, count in zip(words, counts, strict=True)},
+        "first_not_ok": _first_not_ok(marks, i),
+        "sigma_px": float(np.nanmedian(marks.sigma_px[:, i])) if (marks.status[:, i] == OK).any() else None,
+        "rigid_residual_px": residual,
+    }
+
+
+def _first_not_ok(marks: Marks, i: int) -> int | None:
+    bad = np.flatnonzero(marks.status[:, i] != OK)
+    return int(bad[0]) if len(bad) else None
+
+
+def _platform_summary(fit: Fit, table: Trajectory) -> dict[str, Any]:
+    return {
+        "channels": list(fit.free),
+        "frames_with_pose": int(fit.seen.sum()),
+        "widened": fit.widened,
+        "remarks": [_GEOMETRY] if fit.widened > _NOT_RIGID else [],
+        "range": {c: _range(table.channels[c]) for c in CHANNELS if c in table.channels},
+        "instants": _instants(table),
+        "median_sigma": {c: float(np.nanmedian(s)) if np.isfinite(s).any() else None for c, s in table.sigma.items()},
+    }
+
+
+def _instants(table: Trajectory) -> dict[str, float | None]:
+    z, sigma = table.channels["z_m"], table.sigma["z_m"]
+    if np.isfinite(z).sum() < 8:
+        return {}
+    return dataclasses.asdict(instants(smooth(table.time_s, z, sigma)))
+
+
+def _range(values: np.ndarray) -> float | None:
+    seen = values[np.isfinite(values)]
+    return float(np.ptp(seen)) if len(seen) else None
+
+
+def lines_for_people(result: dict[str, Any]) -> list[str]:
+    """The same, one line for each thing."""
+    film, marks = result["film"], result["marks"]
+    lines = [
+        f"film      {film['frames_read']} of {film['frames']} frames, {film['width_px']} x {film['height_px']} px, {film['bits']} bit, "
+        f"{film['fps']:g} frames/s",
+        *(f"          {remark}" for remark in film["remarks"]),
+        f"marks     {len(marks)} of subset {result['subset_px']} px",
+        *(_mark_line(mark) for mark in marks if list(mark["frames"]) != ["ok"]),
+    ]
+    scale, platform = result["scale"], result["platform"]
+    millimetres = "" if scale["mm_per_px"] is None or result["sigma_px"] is None else f"   {result['sigma_px'] * scale['mm_per_px']:.4f} mm"
+    if result["sigma_px"] is not None:
+        lines.append(f"sigma     {result['sigma_px']:.4f} px{millimetres} per mark and frame")
+    if scale["mm_per_px"] is not None and (scale["relative_sigma"] or scale["said"] != "given"):
+        lines.append(f"scale     {scale['mm_per_px']:.5g} mm/px +- {100 * scale['relative_sigma']:.2g} % ({scale['said']})")
+    if scale["mm_per_px"] is not None and scale["up_sigma_deg"]:
+        lines.append(f"up        {scale['up_deg']:.3f} +- {scale['up_sigma_deg']:.3f} deg by the plumb line")
+    if platform is not None:
+        lines.append("platform  " + ", ".join(_channel(c, r, platform["median_sigma"][c]) for c, r in platform["range"].items()))
+        lines += [f"          {remark}" for remark in platform["remarks"]]
+    return [*lines, f"verdict   {_VERDICTS[result['verdict']]}"]
+
+
+_VERDICTS = {
+    "ok": "ok",
+    "lost": "the platform is not seen in every frame; those rows are empty",
+    "incomplete": "the film is incomplete: it holds fewer frames than it promises; what was read is written",
+}
+
+
+def _mark_line(mark: dict[str, Any]) -> str:
+    counts = ", ".join(f"{count} {word}" for word, count in mark["frames"].items())
+    return f"          {mark['name']} at {mark['x_px']:.1f},{mark['y_px']:.1f}: {counts}; first not ok in frame {mark['first_not_ok']}"
+
+
+def _unit(channel: str) -> tuple[float, str]:
+    return (1e3, "mm") if channel.endswith("_m") else (float(np.degrees(1.0)), "deg")
+
+
+def _channel(channel: str, extent: float | None, sigma: float | None) -> str:
+    factor, unit = _unit(channel)
+    if extent is None or sigma is None:
+        return f"{channel.rsplit('_', 1)[0]} not seen"
+    return f"{channel.rsplit('_', 1)[0]} moves {factor * extent:.2f} +- {factor * sigma:.3f} {unit}"
+
+
+def dispersion_lines(compared: Sequence[Dispersion]) -> list[str]:
+    """How far this film and others disperse, one line each."""
+    lines = []
+    for found in compared:
+        parts = []
+        for channel, difference in found.channels.items():
+            numbers, (factor, unit) = difference.summary(), _unit(channel)
+            percent = f" ({numbers['rms_percent']:.1f} %)" if channel == "z_m" and numbers["rms_percent"] is not None else ""
+            parts.append(f"{channel.rsplit('_', 1)[0]} {factor * (numbers['rms'] or 0.0):.3g} {unit}{percent}")
+        lines.append(f"disperses {', '.join(parts)} rms from {found.name}, {1e3 * found.shift_s:+.2f} ms apart")
+    return lines

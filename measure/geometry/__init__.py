@@ -1,0 +1,1 @@
+"""From pixels to metres: camera, lens, scale, plumb line, rigid body."""

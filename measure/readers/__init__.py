@@ -1,0 +1,1 @@
+"""A laboratory's loop file to columns of numbers."""

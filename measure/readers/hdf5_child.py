@@ -1,0 +1,72 @@
+"""The vectors of an HDF5 file, read by h5py in a process of its own.
+
+`python -m measure.readers.hdf5_child FILE` writes them to standard output.
+
+Only numbers that lie in the file itself are read: links to other files, storage in other files and virtual data sets, by which
+a file could have any other file on the machine read, are passed over.
+"""
+
+from __future__ import annotations
+
+import json
+import sys
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from measure.common.errors import InputError
+from measure.readers.binary_vectors import Vectors, numbers_of, require_unpacked
+
+
+def main(arguments: list[str]) -> int:
+    """Write the vectors of a file as one .npz archive, `about` being names, units and notes as JSON; a sentence and status 2 otherwise."""
+    import h5py
+
+    path = Path(arguments[0])
+    try:
+        with h5py.File(path, "r") as file:
+            found = _vectors(path, file, h5py.Dataset)
+    except InputError as error:
+        print(error, file=sys.stderr)
+        return 2
+    except (OSError, RuntimeError, KeyError, ValueError, TypeError, MemoryError) as error:
+        print(f'{path}: cannot be read as HDF5: {error}. Save it with save("{path.name}", "-v7"), or export text.', file=sys.stderr)
+        return 2
+    about = json.dumps({"names": list(found.values), "units": found.units, "notes": found.notes})
+    arrays: dict[str, Any] = {"about": np.array(about), **{f"v{k}": v for k, v in enumerate(found.values.values())}}
+    np.savez(sys.stdout.buffer, **arrays)
+    return 0
+
+
+def _vectors(path: Path, file: Any, dataset: type) -> Vectors:
+    sets: list[tuple[str, Any]] = []
+    file.visititems(lambda name, item: sets.append((name, item)) if isinstance(item, dataset) and _is_here(name, item) else None)
+    require_unpacked(path, sum(int(item.size) for _, item in sets))
+    found = Vectors()
+    for name, item in sets:
+        values = numbers_of(item[()])
+        if values is not None and values.size:
+            # MATLAB writes the columns of a matrix as rows
+            shown = values.T if "MATLAB_class" in item.attrs else values
+            found.add(name.replace("/", "."), shown, _unit(item.attrs))
+    return found
+
+
+def _is_here(name: str, item: Any) -> bool:
+    """Whether a data set is an array of numbers in this very file; what MATLAB keeps for itself is not."""
+    plain = item.dtype.kind in "iufb" and item.shape is not None and len(item.shape) <= 2
+    empty = bool(item.attrs.get("MATLAB_empty", 0))
+    is_text = item.attrs.get("MATLAB_class", b"") in (b"char", "char")
+    return plain and not item.external and not item.is_virtual and not empty and not is_text and not name.startswith("#")
+
+
+def _unit(attributes: Any) -> str:
+    value = attributes.get("units", attributes.get("unit", ""))
+    value = value.item() if isinstance(value, np.ndarray) and value.size == 1 else value
+    text = value.decode("utf-8", "replace") if isinstance(value, bytes) else value
+    return text.strip() if isinstance(text, str) else ""
+
+
+if __name__ == "__main__":
+    raise SystemExit(main(sys.argv[1:]))

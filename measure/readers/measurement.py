@@ -1,0 +1,43 @@
+"""A measurement in whatever form it comes: a trajectory in the project's columns, or a loop as a laboratory wrote it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from measure.readers.column_mapping import ColumnMapping
+from measure.readers.loop_file import read_foreign
+from measure.tables.tables import CHANNELS, LOOP_COLUMNS, Loop, Trajectory, read_table
+from measure.tables.units import quantity_of, split_unit
+
+_FIRST_BYTES = 10_000
+
+
+def read_measurement(path: Path, mapping: ColumnMapping | None = None) -> Loop | Trajectory:
+    """Read a trajectory or a loop; the mapping concerns loops and leaves trajectories as they are.
+
+    Raises
+    ------
+    InputError
+        What `read_table` refuses of the project's own tables, and `read_foreign` of all others.
+    """
+    path, wanted = Path(path), mapping or ColumnMapping()
+    header = _first_cells(path)
+    own_loop = wanted == ColumnMapping() and set(LOOP_COLUMNS) <= header
+    if not path.is_file() or own_loop or _is_trajectory(header, wanted):
+        return read_table(path)
+    return read_foreign(path, wanted)[0]
+
+
+def _first_cells(path: Path) -> set[str]:
+    """The cells of the first line as a CSV has them; of a file of another kind, something that means nothing."""
+    if not path.is_file():
+        return set()
+    with open(path, "rb") as file:
+        line = file.read(_FIRST_BYTES).split(b"\n")[0]
+    return {cell.strip(' "\r') for cell in line.decode("utf-8-sig", errors="replace").split(",")}
+
+
+def _is_trajectory(header: set[str], wanted: ColumnMapping) -> bool:
+    """Whether a channel of a trajectory stands there; or at least a time, no force, and no mapping that speaks of one."""
+    forces = [name for name in header if quantity_of(split_unit(name)[1]) == "force"]
+    return bool(header & set(CHANNELS)) or ("time_s" in header and not forces and not wanted.columns)

@@ -1,0 +1,1 @@
+"""The tables that everybody exchanges, their units and their CSV files."""

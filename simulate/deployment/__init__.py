@@ -1,0 +1,1 @@
+"""One deployment: its error, its energy, the gravity study, the export to MuJoCo."""

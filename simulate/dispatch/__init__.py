@@ -1,0 +1,1 @@
+"""Formulas of effects as addresses that compiled kernels call."""

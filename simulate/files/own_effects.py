@@ -1,0 +1,55 @@
+"""Effects of one's own, from a Python file named on the command line; they join the catalogue and work like ours."""
+
+from __future__ import annotations
+
+import importlib.util
+import sys
+from collections.abc import Iterable
+from functools import cache
+from pathlib import Path
+
+from measure.common.command_line import existing_file
+from measure.common.errors import InputError
+from simulate.effects import CATALOGUE
+from simulate.model.effect import Effect
+
+
+def catalogue_with(files: Iterable[Path]) -> dict[str, type[Effect]]:
+    """The catalogue and the effects that these files define. The files are run: name only such as you trust.
+
+    Raises
+    ------
+    InputError
+        A file cannot be run, defines no effect, or one with the name of another.
+    """
+    catalogue = dict(CATALOGUE)
+    for file in files:
+        for kind in _effects_in(Path(file)):
+            if catalogue.setdefault(kind.name, kind) is not kind:
+                raise InputError(f'{file}: an effect is named "{kind.name}", and there is one of that name already. Give it another.')
+    return catalogue
+
+
+@cache
+def _effects_in(file: Path) -> list[type[Effect]]:
+    existing_file(file, what="a Python file with effects")
+    name = f"own_effects_{file.stem}"
+    specification = importlib.util.spec_from_file_location(name, file)
+    if specification is None or specification.loader is None:
+        raise InputError(f"{file}: is not a Python file; name one that ends in .py.")
+    module = importlib.util.module_from_spec(specification)
+    sys.modules[name] = module
+    try:
+        specification.loader.exec_module(module)
+    except Exception as error:
+        raise InputError(f"{file}: could not be run: {type(error).__name__}: {error}. Mend it and try again.") from error
+    found = [kind for kind in vars(module).values() if _is_effect(kind) and kind.__module__ == name]
+    if not found:
+        raise InputError(
+            f"{file}: defines no effect. Derive a frozen dataclass from simulate.model.effect.LegEffect or another, with a name."
+        )
+    return found
+
+
+def _is_effect(kind: object) -> bool:
+    return isinstance(kind, type) and issubclass(kind, Effect) and isinstance(getattr(kind, "name", None), str)

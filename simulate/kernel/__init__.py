@@ -1,0 +1,1 @@
+"""The compiled six-leg platform: memory layout, mechanics, integration, step size."""

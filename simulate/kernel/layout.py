@@ -1,0 +1,48 @@
+"""Where everything stands in the memory of a block of runs that are integrated side by side.
+
+One flat array, row after row, `lanes` numbers a row: entry i of row r is w[r * lanes + i], run i of the block. All rows are
+constants, so that the compiler sees that they do not overlap and works the lanes in vector registers. What a model gives
+stands in an array of its own, laid out alike.
+"""
+
+from __future__ import annotations
+
+from simulate.kernel.model_rows import LEG_SIZE
+
+LEGS = 6
+STATES = 13  # position of the centre of mass (3), unit quaternion (4), velocity (3), angular velocity (3), world axes
+POWERS = 3  # work done so far, or its rate, by legs, stops, weight; that of effects stands behind everything else
+
+STATE = 0
+SPENT = STATE + STATES
+TRIAL = SPENT + POWERS
+RATE = TRIAL + STATES  # of state and work
+TOTAL = RATE + STATES + POWERS
+# What the legs carry from step to step, six rows each.
+ELONGATION = TOTAL + STATES + POWERS
+STORED = ELONGATION + LEGS
+TURNED = STORED + LEGS
+HEADING = TURNED + LEGS
+ROTATION = HEADING + LEGS
+SYSTEM = ROTATION + 9  # lower half, row by row
+RIGHT = SYSTEM + 21
+KINETIC = RIGHT + 6
+# The leg at hand: its parameters, where it stood at the last step, and what it does now.
+LEG_VALUE = KINETIC + 1
+LEG_BEFORE = LEG_VALUE + LEG_SIZE  # elongation, hysteretic force, elongation at the last reversal
+LENGTH = LEG_BEFORE + 3
+U, V, BIAS, ARM, AXIS, LEVER = LENGTH + 1, LENGTH + 2, LENGTH + 3, LENGTH + 4, LENGTH + 7, LENGTH + 10
+H = LENGTH + 13  # lower and upper asymptote before, lower and upper now
+R, STOP_FORCE, ADDED, MASS, G, SLOPE, EACH = H + 4, H + 5, H + 6, H + 7, H + 8, H + 9, H + 10
+# What the legs do, six rows each: elongation, speed, hysteretic, stop and whole force.
+OUT = H + 11
+OUT_V, OUT_R, OUT_STOP, OUT_FORCE = OUT + LEGS, OUT + 2 * LEGS, OUT + 3 * LEGS, OUT + 4 * LEGS
+ROWS = OUT + 5 * LEGS
+
+# Behind the rows: room for what a formula wants to see as plain vectors, and then the work of effects, three rows for each
+# formula that does any (its power, the sum over the stages, what it has done so far).
+POSE, TWIST, WRENCH, MATRIX, PAIR = 0, 7, 13, 19, 55
+SCRATCH = 57
+
+# How many runs stand side by side: one alone, a few, or as many as fill the registers.
+ALONE, FEW, MANY = 1, 4, 16

@@ -1,0 +1,139 @@
+"""A model laid flat for the compiled six-leg kernel: one row of numbers a run."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from measure.common.arrays import Array
+from measure.common.errors import InputError
+from simulate.dispatch.formulas import WORKING, Program, flat_parameters, program
+from simulate.files.speed_polynomials import with_rate_as_effect
+from simulate.model.model import LEGS, Geometry, Model, per_leg
+
+# Offsets into the row. The kernel reads them as constants.
+MASS, INERTIA, WEIGHT, CENTRE = 0, 3, 6, 9
+POSITION, QUATERNION, VELOCITY, ANGULAR = 12, 15, 19, 22
+STOP = 25  # stiffness, damping, smoothing
+LEG, LEG_SIZE = 28, 15
+JOINT, STOWED, FULL, LOWEST, LINE, START_FORCE = 3, 6, 7, 8, 9, 14  # within a leg, behind its base joint
+PARAMETERS = LEG + LEGS * LEG_SIZE
+
+
+def row_of(model: Model) -> Array:
+    """The row of a model: (PARAMETERS + number of effect parameters,).
+
+    Effects that change the base model are worked in; of the others the parameters follow behind.
+
+    Raises
+    ------
+    InputError
+        The model has no geometry, or asymptotes that follow a cycling frequency, which a deployment does not have.
+    """
+    with np.errstate(all="ignore"):
+        row = _row(with_rate_as_effect(model))
+    if not np.all(np.isfinite(row)):
+        raise InputError(f'model "{model.name}": some of its numbers are too large, or too small, to be computed with. Check them.')
+    return row
+
+
+def _row(model: Model) -> Array:
+    at = model.adjusted()
+    geometry = geometry_of(at)
+    row = np.zeros(PARAMETERS)
+    centre = np.asarray(at.platform.centre_of_mass_m)
+    row[MASS : MASS + 3] = at.platform.mass_kg * at.gravity.mass_factor
+    row[INERTIA : INERTIA + 3] = np.asarray(at.platform.inertia_kg_m2) * at.gravity.mass_factor
+    row[WEIGHT + 2] = -at.platform.mass_kg * at.gravity.acceleration_m_per_s2
+    row[CENTRE : CENTRE + 3] = centre
+    _put_release(row, at, geometry, centre)
+    row[STOP : STOP + 3] = at.end_stop.stiffness_N_per_m, at.end_stop.damping_N_s_per_m, at.end_stop.smoothing_m
+    row[LEG:PARAMETERS] = _legs(at, geometry, centre, row).ravel()
+    return np.concatenate([row, flat_parameters(model.effects, at)])
+
+
+def without_idle(models: Sequence[Model]) -> list[Model]:
+    """The models without the effects that are switched off in all of them, so that these cost nothing."""
+    idle = {effect.name for effect in models[0].effects}
+    for model in models:
+        idle -= {effect.name for effect in model.effects if effect != type(effect)()}
+    if not idle:
+        return list(models)
+    return [replace(model, effects=tuple(effect for effect in model.effects if effect.name not in idle)) for model in models]
+
+
+def geometry_of(model: Model) -> Geometry:
+    """The geometry, or the sentence that there is none."""
+    if model.geometry is None:
+        raise InputError(f'model "{model.name}": no [geometry] table, which a deployment needs. Add base and platform joints.')
+    return model.geometry
+
+
+def program_of(model: Model) -> Program:
+    """The formulas that the row of this model is read by."""
+    return program(with_rate_as_effect(model).effects, PARAMETERS)
+
+
+def working_effects(model: Model) -> tuple[str, ...]:
+    """Names of the effects whose formulas do work, in the order of the kernel's ledger; one stands there once a formula."""
+    effects = with_rate_as_effect(model).effects
+    return tuple(effect.name for hook in WORKING for effect in effects if getattr(type(effect), hook) is not None)
+
+
+def _put_release(row: Array, model: Model, geometry: Geometry, centre: Array) -> None:
+    release = model.release
+    quaternion = quaternion_of(np.asarray(release.theta_rad))
+    arm = rotation_of(quaternion) @ centre
+    angular = np.asarray(release.angular_velocity_rad_per_s)
+    row[POSITION : POSITION + 3] = np.array([0.0, 0.0, geometry.stowed_height_m]) + release.position_m + arm
+    row[QUATERNION : QUATERNION + 4] = quaternion
+    row[VELOCITY : VELOCITY + 3] = np.asarray(release.velocity_m_per_s) + np.cross(angular, arm)
+    row[ANGULAR : ANGULAR + 3] = angular
+
+
+def _legs(model: Model, geometry: Geometry, centre: Array, row: Array) -> Array:
+    base = np.asarray(geometry.base_joints_m)
+    joints = np.asarray(geometry.platform_joints_m)
+    stowed = leg_lengths(base, joints, geometry.stowed_height_m)
+    full = leg_lengths(base, joints, geometry.deployed_height_m) - stowed
+    if np.any(stowed <= 0) or np.any(full <= 0):
+        leg = int(np.argmin(np.minimum(stowed, full))) + 1
+        raise InputError(
+            f'model "{model.name}": leg {leg} does not grow between stowed and deployed height. Check the joints and the heights.'
+        )
+    law, lowest = model.actuator, np.minimum(_lengths_at_release(row, base, joints - centre) - stowed, 0.0)
+    columns = (law.a_l_N_per_m, law.b_l_N, law.a_u_N_per_m, law.b_u_N, law.beta_per_m, law.initial_force_N)
+    return np.column_stack([base, joints - centre, stowed, full, lowest, *(per_leg(c) for c in columns)])
+
+
+def _lengths_at_release(row: Array, base: Array, arms: Array) -> Array:
+    """Lengths (6,) of the legs at the release; the lower stop of a leg that is shorter than stowed stands where it is held."""
+    turned = arms @ rotation_of(row[QUATERNION : QUATERNION + 4]).T
+    return np.linalg.norm(row[POSITION : POSITION + 3] + turned - base, axis=1)
+
+
+def leg_lengths(base: Array, joints: Array, height_m: float) -> Array:
+    """Lengths (6,) of the legs with the platform centred and upright at a height."""
+    return np.linalg.norm(joints + np.array([0.0, 0.0, height_m]) - base, axis=1)
+
+
+def quaternion_of(rotation_vector: Array) -> Array:
+    """Unit quaternion (4,), scalar first, of a rotation vector (3,) in rad."""
+    angle = float(np.linalg.norm(rotation_vector))
+    half_sinc = 0.5 if angle < 1e-12 else math.sin(angle / 2) / angle
+    return np.array([math.cos(angle / 2), *(half_sinc * np.asarray(rotation_vector))])
+
+
+def rotation_of(quaternion: Array) -> Array:
+    """Rotation matrix (3, 3), platform axes to world axes, of a unit quaternion (4,), scalar first."""
+    w, x, y, z = quaternion
+    return np.array(
+        [
+            [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
+            [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
+            [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
+        ]
+    )

@@ -1,0 +1,131 @@
+"""Deployments of which only the responses are kept: a sweep's kernel, with memory for a block of runs at a time."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numba import njit, prange
+
+from measure.common.arrays import Array
+from simulate.dispatch.formulas import Program
+from simulate.dispatch.intrinsics import uncounted
+from simulate.dispatch.programs import listed
+from simulate.kernel.integrator import (
+    Block,
+    begin_step,
+    bounded,
+    end_step,
+    rows_of_block,
+    start,
+    transposed,
+)
+from simulate.kernel.layout import LEGS, OUT_STOP, ROTATION, STATE
+from simulate.kernel.model_rows import CENTRE
+from simulate.model.responses import (
+    DIVERGED,
+    FULL_HEIGHT,
+    LATERAL,
+    STOP_FORCE,
+    THETA_Z,
+    TILT,
+)
+
+
+@njit(cache=True, parallel=True, error_model="numpy")
+def respond_kernel(
+    values: Array, called: Program, stage: int, n: int, step: float, stride: int, count: int, full_height: float, answers: Array
+) -> None:
+    """Responses of every row of `values`, on all cores, into answers (runs, COUNT); each run by itself, whatever the cores.
+
+    stage, n : address of a compiled stage without a ledger, and its width.
+    """
+    for block in prange((values.shape[0] + n - 1) // n):
+        respond_block(values, block * n, called, stage, n, step, stride, count, full_height, answers)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def respond_alone(
+    values: Array, called: Program, stage: int, n: int, step: float, stride: int, count: int, full_height: float, answers: Array
+) -> None:
+    """The same digits on one core, for a worker that has others beside it."""
+    for block in range((values.shape[0] + n - 1) // n):
+        respond_block(values, block * n, called, stage, n, step, stride, count, full_height, answers)
+
+
+@njit(cache=True, error_model="numpy")
+def respond_block(
+    values: Array, first: int, called: Program, stage: int, n: int, step: float, stride: int, count: int, full_height: float, answers: Array
+) -> None:
+    """Responses of one block of deployments, sampled `count` times."""
+    runs = min(n, values.shape[0] - first)
+    mine = rows_of_block(values, first, n)
+    fixed = transposed(mine, n)
+    w, table = start(fixed, n, 0), listed(called)
+    block = Block(uncounted(w), uncounted(fixed), uncounted(mine), uncounted(table), stage, n, 0)
+    respond_runs(block, step, stride, count, full_height, answers[first : first + runs])
+    w[0], fixed[0], mine[0], table[0] = 0.0, 0.0, 0.0, 0  # kept alive until here
+
+
+@njit(cache=True, error_model="numpy")
+def respond_runs(block: Block, step: float, stride: int, count: int, full_height: float, answers: Array) -> None:
+    """The deployments of one block, from the release on."""
+    runs, turn = answers.shape[0], np.zeros((block.n, 2))
+    answers[:] = 0.0
+    answers[:, FULL_HEIGHT] = answers[:, DIVERGED] = np.nan
+    for sample in range(count):
+        for j in range(stride):
+            time = (sample * stride + j) * step
+            begin_step(block, time, step)
+            if j == 0:
+                for i in range(runs):
+                    watch(block.w, block.fixed, i, block.n, time, full_height, turn[i], answers[i])
+                if sample + 1 == count:
+                    conclude(answers)
+                    return
+            end_step(block, time, step)
+
+
+@njit(cache=True, error_model="numpy")
+def watch(w: Array, fixed: Array, i: int, n: int, time: float, full_height: float, turn: Array, answer: Array) -> None:
+    """Work one sample of a run into its responses; turn holds theta_z so far, unwrapped, and its last raw value.
+
+    Lateral way and tilt stand there squared, the tilt as the squared sine of its half, until the run has ended.
+    """
+    if not math.isnan(answer[DIVERGED]):
+        return
+    if not bounded(w, i, n):
+        answer[:DIVERGED] = np.nan
+        answer[DIVERGED] = time
+        return
+    a, b, c, d = w[(STATE + 3) * n + i], w[(STATE + 4) * n + i], w[(STATE + 5) * n + i], w[(STATE + 6) * n + i]
+    raw = 2.0 * math.atan2(d, a)
+    gained = raw - turn[1]
+    turn[0] += gained - 2.0 * math.pi * np.rint(gained / (2.0 * math.pi)) if time > 0.0 else raw
+    turn[1] = raw
+    if abs(turn[0]) > abs(answer[THETA_Z]):
+        answer[THETA_Z] = turn[0]
+    x, y, z = origin(w, fixed, 0, i, n), origin(w, fixed, 1, i, n), origin(w, fixed, 2, i, n)
+    answer[LATERAL] = max(answer[LATERAL], x * x + y * y)
+    answer[TILT] = max(answer[TILT], b * b + c * c)
+    if math.isnan(answer[FULL_HEIGHT]) and z >= full_height:
+        answer[FULL_HEIGHT] = time
+    for leg in range(LEGS):
+        answer[STOP_FORCE] = max(answer[STOP_FORCE], abs(w[(OUT_STOP + leg) * n + i]))
+
+
+@njit(cache=True, error_model="numpy")
+def conclude(answers: Array) -> None:
+    """Turn the squares of ended runs into lateral way and tilt."""
+    for i in range(answers.shape[0]):
+        answers[i, LATERAL] = math.sqrt(answers[i, LATERAL])
+        answers[i, TILT] = 2.0 * math.asin(math.sqrt(min(answers[i, TILT], 1.0)))
+
+
+@njit(cache=True, error_model="numpy")
+def origin(w: Array, fixed: Array, k: int, i: int, n: int) -> float:
+    """A coordinate of the origin of the platform frame."""
+    at = w[(STATE + k) * n + i]
+    for j in range(3):
+        at -= w[(ROTATION + 3 * k + j) * n + i] * fixed[(CENTRE + j) * n + i]
+    return at

@@ -1,0 +1,103 @@
+"""The step of the integrator, chosen for the model at hand, and the grid of samples."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+
+from measure.common.errors import InputError
+from simulate.model.effect import Effect
+from simulate.model.model import LEGS, Model
+
+LONGEST_STEP_S = 5.0e-4
+_STEPS_A_RADIAN = 5.0
+_MOST_STEPS = 50_000_000
+_MOST_SAMPLES = 2_000_000  # some 600 MB
+_SLOW = 1e-5  # m/s and m: small against what eases friction in
+
+
+def step_of(model: Model, longest: float = LONGEST_STEP_S) -> float:
+    """The step for a model: a fraction of its stiffest time constant, at most half a millisecond unless told otherwise.
+
+    The sampling rate is not the step: a step of 1 ms loses most runs of the paper's design at the stops. Stiff are the
+    stops, as a spring, w = sqrt(6 k / m), and as a damper, 6 c / m, on the platform's mass and on its smallest inertia seen
+    at the joints, and likewise what effects add, dry friction by its slope at rest. The hysteresis is exact in the
+    elongation and asks for nothing.
+    """
+    if model.simulation.step_s is not None:
+        return model.simulation.step_s
+    at = model.adjusted()
+    mass = at.gravity.mass_factor * _lightest_mass(at)
+    added = [_stiffness(effect, at) for effect in at.effects]
+    spring = LEGS * at.end_stop.stiffness_N_per_m + sum(k for k, _ in added)
+    damper = LEGS * at.end_stop.damping_N_s_per_m + sum(c for _, c in added)
+    with np.errstate(over="ignore", divide="ignore", invalid="ignore"):
+        fastest = float(max(np.sqrt(np.float64(spring) / mass), np.float64(damper) / mass, 1e-9))
+    return min(longest, 1.0 / min(_STEPS_A_RADIAN * fastest, 1e300)) if math.isfinite(fastest) else 1e-300
+
+
+def _lightest_mass(model: Model) -> float:
+    """The platform's mass, or its inertia over the squared arm of a joint where that is less, kg."""
+    arm = longest_arm(model)
+    inertia = min(model.platform.inertia_kg_m2)
+    return min(model.platform.mass_kg, inertia / arm**2 if arm > 0 else math.inf)
+
+
+def longest_arm(model: Model) -> float:
+    """How far the platform's farthest joint is from its origin, m; zero without a geometry."""
+    geometry = model.geometry
+    return 0.0 if geometry is None else float(np.max(np.linalg.norm(np.asarray(geometry.platform_joints_m), axis=1)))
+
+
+def _stiffness(effect: Effect, model: Model) -> tuple[float, float]:
+    """Spring and damper that an effect adds as the platform feels it at rest, N/m and N s/m, from its own formulas."""
+    p = [*effect.flat().tolist(), *effect.constants_of(model)]
+    spring, damper = effect.stiffness(model)
+    if effect.leg_force is not None:
+        rest, fast, away = (effect.leg_force(0.1 + u, v, 0.0, 3.0, 1.0, p) for u, v in ((0.0, 0.0), (0.0, _SLOW), (_SLOW, 0.0)))
+        spring, damper = spring + LEGS * abs(away - rest) / _SLOW, damper + LEGS * abs(fast - rest) / _SLOW
+    if effect.platform_wrench is not None:
+        rest, fast, away = (_force(effect, p, x, v) for x, v in ((0.0, 0.0), (0.0, _SLOW), (_SLOW, 0.0)))
+        spring, damper = spring + _size(away - rest) / _SLOW, damper + _size(fast - rest) / _SLOW
+    if effect.joint_resistance is not None:
+        arm = longest_arm(model)
+        damper += LEGS * effect.joint_resistance(0.0, p) * (1.0 / max(arm, 0.02) ** 2 + 1.0 / 0.2**2)
+    return spring, damper
+
+
+def _force(effect: Effect, p: list[float], x: float, v: float) -> Any:
+    wrench = np.zeros(6)
+    effect.platform_wrench(0.0, np.array([x, 0.0, 0.3, 1.0, 0.0, 0.0, 0.0]), np.array([v, v, v, 0.0, 0.0, 0.0]), p, wrench)
+    return wrench[:3]
+
+
+def _size(force: Any) -> float:
+    return float(np.linalg.norm(force))
+
+
+def grid(model: Model, longest: float = LONGEST_STEP_S) -> tuple[float, int, int]:
+    """Step in s, steps between two samples, number of samples.
+
+    Raises
+    ------
+    InputError
+        The run would take more steps than anybody waits for, or more samples than fit into memory.
+    """
+    with np.errstate(all="ignore"):
+        simulation, step = model.simulation, step_of(model, longest)
+        between = float(np.float64(1.0) / simulation.sample_rate_Hz)
+        wanted = float(np.float64(simulation.duration_s) * simulation.sample_rate_Hz)
+        steps = float(np.float64(max(between, simulation.duration_s)) / step)
+    if not (steps <= _MOST_STEPS and wanted <= _MOST_STEPS):
+        raise InputError(
+            f'model "{model.name}": {max(steps, wanted):.3g} steps of {step:.3g} s; at most {_MOST_STEPS:.0e} are run. '
+            "Shorten duration_s, or soften the stops, or give a longer step_s."
+        )
+    stride, count = max(1, math.ceil(between / step - 1e-9)), math.floor(wanted + 1e-9) + 1
+    if count > _MOST_SAMPLES:
+        raise InputError(
+            f'model "{model.name}": {count:.3g} samples; at most {_MOST_SAMPLES:.0e} are kept. Shorten duration_s, or lower sample_rate_Hz.'
+        )
+    return between / stride, stride, count

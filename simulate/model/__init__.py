@@ -1,0 +1,1 @@
+"""A model as plain data: base quantities, effects, responses."""

@@ -1,0 +1,251 @@
+"""What a physical effect is to the rest of the program: a name, parameters with bounds, and formulas.
+
+An effect is a frozen dataclass in a file of its own. It carries no state, and its defaults switch it off. Whatever
+it does, it does through one or more of the hooks below; hooks that it does not define cost nothing.
+
+Formulas that run inside the compiled kernels (`leg_...`, `joint_...`, `platform_...`) are plain static functions of numbers. They
+are compiled from this very source, for the loop fit and for the six-leg model alike, so there is one formula. They may
+use `math`, and `p[i]`, the effect's parameters in the order of their declaration, vectors laid flat.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field, fields, replace
+from itertools import product
+from typing import TYPE_CHECKING, Any, ClassVar, Self
+
+import numpy as np
+
+from measure.common.arrays import Array
+from measure.common.errors import InputError, nearest
+
+if TYPE_CHECKING:
+    from simulate.model.model import Model
+
+Bounds = dict[str, tuple[float, float]]
+
+
+def parameter(
+    default: float | tuple[float, ...],
+    *,
+    low: float,
+    high: float,
+    typical: float,
+    doc: str,
+    source: str = "",
+    starts: tuple[float | tuple[float, ...], ...] = (),
+    straight: bool = True,
+) -> Any:
+    """A parameter of an effect; its unit stands in its name.
+
+    Parameters
+    ----------
+    default : the value that switches the effect off; a tuple for a vector.
+    low, high : bounds, the same for every entry of a vector. A sign that physics excludes is excluded here.
+    typical : a size at which the effect would be noticed; a search starts there.
+    doc, source : what it is, and where the formula or the bounds come from.
+    starts : values from which a search starts, for a parameter that shapes an effect (a time constant, a frequency) and shows
+        nothing of itself while the effect is off.
+    straight : whether the effect grows with it in a straight line from where it is switched off; a gap that opens does not.
+    """
+    limits = {"low": low, "high": high, "typical": typical, "doc": doc, "source": source}
+    return field(default=default, metadata={**limits, "starts": starts, "straight": straight})
+
+
+class Formulas:
+    """The compiled hooks of an effect, none by default (a plain class, so that they are not taken for parameters)."""
+
+    leg_force: Any = None
+    leg_mass: Any = None
+    leg_asymptotes: Any = None
+    leg_transverse: Any = None
+    joint_resistance: Any = None
+    platform_wrench: Any = None
+    platform_mass: Any = None
+
+
+@dataclass(frozen=True)
+class Effect(Formulas):
+    """One physical effect. Subclasses add parameters, made with `parameter`, and the hooks they need.
+
+    Hooks compiled into the kernels, all static, SI units (u elongation, v = u', R the hysteretic force of the leg,
+    travel = elongation since the last reversal, huge before the first, p parameters):
+
+        leg_force(u, v, t, R, travel, p) -> N        added to the leg's force, positive pushes the platform away
+        leg_mass(u, p) -> kg                         axial inertia: the leg's force falls by leg_mass * u''
+        leg_asymptotes(u, v, t, p, h)                changes h[0] = h_l and h[1] = h_u in place
+        leg_transverse(length, full_length, p, g)    adds inertia across the leg at its platform joint to g[0], kg,
+                                                     and its slope over the length to g[1], kg/m
+        joint_resistance(rate, p) -> N m s           moment over angular speed, against the rotation of each joint
+        platform_wrench(t, pose, twist, p, wrench)   adds force (3) and moment (3) at the centre of mass to wrench
+        platform_mass(pose, p, mass)                 changes the bare platform's 6 x 6 mass matrix, row by row, symmetric
+
+    pose is position of the centre of mass (3) and unit quaternion (4, scalar first), twist is velocity (3) and angular
+    velocity (3), everything in world axes. Behind its own parameters an effect finds in p what its `constants_of` gave.
+
+    Hooks in Python:
+
+        adjust(model) -> model                       changes the base model (a stop, a release, a leg's stored force)
+        constants_of(model) -> numbers               as many as `constants` says, for the formulas of a deployment
+        stiffness(model) -> (N/m, N s/m)             what the formulas do not show at rest, a contact; the step follows it
+        observe(time_s, channels) -> channels        what a camera makes of the motion
+        true_time(shown_s) -> s                      the rig's time at which the camera's clock showed this
+        observe_force(time_s, elongation, force)     what a load cell makes of the force
+    """
+
+    name: ClassVar[str]
+    acts_on: ClassVar[str]
+    constants: ClassVar[int] = 0
+
+    def __post_init__(self) -> None:
+        for item in fields(self):
+            value = getattr(self, item.name)
+            if isinstance(item.default, tuple):
+                value = tuple(float(v) for v in value)
+                object.__setattr__(self, item.name, value)
+            self._check(item.name, value, item.default, item.metadata)
+
+    def _check(self, key: str, value: Any, default: Any, limits: Mapping[str, Any]) -> None:
+        entries = value if isinstance(default, tuple) else (value,)
+        if isinstance(default, tuple) and len(entries) != len(default):
+            raise InputError(f'effect "{self.name}": {key} has {len(entries)} values; give {len(default)}.')
+        for entry in entries:
+            if isinstance(entry, bool) or not isinstance(entry, int | float | np.floating) or not math.isfinite(entry):
+                raise InputError(f'effect "{self.name}": {key} is {entry!r}; give a finite number.')
+            if not limits["low"] <= entry <= limits["high"]:
+                raise InputError(f'effect "{self.name}": {key} is {entry:g}; it must lie within {limits["low"]:g} and {limits["high"]:g}.')
+
+    def adjust(self, model: Model) -> Model:
+        """The base model as this effect changes it; most effects leave it alone."""
+        return model
+
+    def constants_of(self, model: Model) -> tuple[float, ...]:
+        """What the formulas need to know of the base model; most effects need nothing."""
+        del model
+        return ()
+
+    def stiffness(self, model: Model) -> tuple[float, float]:
+        """Spring and damper that the formulas do not show at rest, N/m and N s/m; the step is chosen by them."""
+        del model
+        return 0.0, 0.0
+
+    def observe(self, time_s: Array, channels: Mapping[str, Array]) -> Mapping[str, Array]:
+        """The channels of a trajectory as they are seen; most effects do not stand between rig and camera."""
+        del time_s
+        return channels
+
+    def true_time(self, shown_s: Array) -> Array:
+        """The rig's time for a time shown by the camera's clock; most effects leave the clock alone."""
+        return shown_s
+
+    def observe_force(self, time_s: Array, elongation_m: Array, force_N: Array) -> Array:
+        """The force as the load cell shows it; most effects do not stand between actuator and cell."""
+        del time_s, elongation_m
+        return force_N
+
+    @classmethod
+    def bounds(cls, model: Model | None = None) -> Bounds:
+        """Lower and upper bound of each flat parameter; an effect may narrow them for the model at hand."""
+        del model
+        return {name: (meta["low"], meta["high"]) for name, meta in cls._flat_metadata()}
+
+    def own_bounds(self, model: Model | None = None) -> Bounds:
+        """The bounds within which a search that starts from this effect may move; most effects may go wherever their kind may."""
+        return type(self).bounds(model)
+
+    @classmethod
+    def acts_on_shaker(cls) -> bool:
+        """Whether an actuator alone on a shaker shows it: a force, a mass or asymptotes of a leg, or what a load cell makes of it."""
+        formulas = (cls.leg_force, cls.leg_mass, cls.leg_asymptotes)
+        return any(formula is not None for formula in formulas) or cls.observe_force is not Effect.observe_force
+
+    @classmethod
+    def typical(cls) -> Array:
+        """A noticeable size of each flat parameter."""
+        return np.array([meta["typical"] for _, meta in cls._flat_metadata()])
+
+    @classmethod
+    def is_straight(cls) -> bool:
+        """Whether the effect begins as a straight line, so that its rate of change at zero says how it begins."""
+        return all(meta["straight"] for _, meta in cls._flat_metadata())
+
+    @classmethod
+    def flat_names(cls) -> list[str]:
+        """Names of the parameters with vectors laid flat: `force_N[0]`, `force_N[1]` ..."""
+        return [name for name, _ in cls._flat_metadata()]
+
+    @classmethod
+    def _flat_metadata(cls) -> list[tuple[str, Mapping[str, Any]]]:
+        rows = []
+        for item in fields(cls):
+            names = [f"{item.name}[{i}]" for i in range(len(item.default))] if isinstance(item.default, tuple) else [item.name]
+            rows += [(name, item.metadata) for name in names]
+        return rows
+
+    def flat(self) -> Array:
+        """The parameters as one vector, in the order of `flat_names`."""
+        values = [getattr(self, item.name) for item in fields(self)]
+        return np.array([entry for value in values for entry in (value if isinstance(value, tuple) else (value,))], dtype=float)
+
+    def starts(self) -> tuple[Self, ...]:
+        """The effect with its shape at every combination of the values from which a search starts; itself where there are none."""
+        shapes = [(item.name, item.metadata["starts"]) for item in fields(self) if item.metadata["starts"]]
+        return tuple(
+            replace(self, **dict(zip([name for name, _ in shapes], values, strict=True)))
+            for values in product(*(values for _, values in shapes))
+        )
+
+    def with_flat(self, vector: Array) -> Self:
+        """The same effect with other parameters, given as one vector."""
+        changed: dict[str, Any] = {}
+        place = 0
+        for item in fields(self):
+            size = len(item.default) if isinstance(item.default, tuple) else 1
+            entries = [float(v) for v in vector[place : place + size]]
+            changed[item.name] = tuple(entries) if isinstance(item.default, tuple) else entries[0]
+            place += size
+        return replace(self, **changed)
+
+
+class LegEffect(Effect):
+    """An effect inside every leg; it shows in a loop as well as in a deployment."""
+
+    acts_on = "leg"
+
+
+class PlatformEffect(Effect):
+    """An effect on the platform as a whole."""
+
+    acts_on = "platform"
+
+
+class ModelEffect(Effect):
+    """A base quantity that is not what the model file says (a stop, a release, the legs one by one)."""
+
+    acts_on = "model"
+
+
+class MeasurementEffect(Effect):
+    """An effect between the rig and the numbers: camera, clock or load cell."""
+
+    acts_on = "measurement"
+
+
+def effect_from(catalogue: Mapping[str, type[Effect]], name: str, parameters: Mapping[str, Any]) -> Effect:
+    """Make an effect from the words of a model file.
+
+    Raises
+    ------
+    InputError
+        No such effect, or no such parameter; the nearest known one is named.
+    """
+    if name not in catalogue:
+        raise InputError(f'no effect is named "{name}"; {nearest(name, catalogue)}')
+    kind = catalogue[name]
+    known = [item.name for item in fields(kind)]
+    for key in parameters:
+        if key not in known:
+            raise InputError(f'effect "{name}" has no parameter "{key}"; {nearest(key, known)}')
+    return kind(**parameters)

@@ -1,0 +1,1 @@
+"""Figures of simulations and the page that replays one."""

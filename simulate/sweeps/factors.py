@@ -1,0 +1,142 @@
+"""What a sweep varies: numbers of a model, each between two levels or with a spread.
+
+Coded levels run from -1 (low) to +1 (high); of a factor with a normal spread they are one standard deviation away.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from measure.common.errors import InputError
+from simulate.effects import CATALOGUE
+from simulate.files.model_file import Catalogue
+from simulate.model.model import LEGS, Model, value_of, with_value
+
+LETTERS = "ABCDEFGHJKLMNOPQRSTUVWXYZ"  # no I, as in the paper's Table 1
+FARTHEST = 6.0  # standard deviations; a normal spread ends there
+_SPREAD = re.compile(r"^(?:\+-|\+/-|±)(?P<size>[0-9.eE+-]+)(?P<percent>%?)$")
+_NORMAL = re.compile(r"^sigma:(?P<size>[0-9.eE+-]+)(?P<percent>%?)$")
+_RANGE = re.compile(r"^(?P<low>[-+0-9.eE]+)\.\.(?P<high>[-+0-9.eE]+)$")
+
+# What belongs together: a factor on the first moves the others of the same leg by as much.
+_TOGETHER = {"actuator.b_l_N": ("actuator.b_u_N", "actuator.initial_force_N")}
+
+
+@dataclass(frozen=True)
+class Factor:
+    """A value of the model that a sweep varies between two levels, or with a normal spread about their middle.
+
+    The stored force of a leg is one thing: a factor on `actuator.b_l_N[i]` moves b_l, b_u and the initial force of that
+    leg by the same amount. Any other key, a_l among them, moves alone.
+    """
+
+    letter: str
+    key: str
+    low: float
+    high: float
+    normal: bool = False
+
+    @property
+    def farthest(self) -> float:
+        """The coded level that no run goes beyond."""
+        return FARTHEST if self.normal else 1.0
+
+    def applied(self, model: Model, coded: float) -> Model:
+        """The model with this factor at a coded level.
+
+        Raises
+        ------
+        InputError
+            The model cannot have such a value.
+        """
+        value = (self.low + self.high) / 2 + coded * (self.high - self.low) / 2
+        shift = value - value_of(model, self.key)
+        name, bracket, index = self.key.partition("[")
+        try:
+            for other in _TOGETHER.get(name, ()):
+                model = _shifted(model, other + bracket + index, shift)
+            return with_value(model, self.key, value)
+        except ValueError as error:  # InputError among them, and the model's own checks
+            raise InputError(f"--factor {self.key}: the model cannot have {value:.6g}. Narrow its levels.") from error
+
+
+def _shifted(model: Model, key: str, shift: float) -> Model:
+    current = getattr(model.actuator, key.split(".")[1]) if "[" not in key else None
+    if isinstance(current, tuple):
+        return with_value(model, key, tuple(v + shift for v in current))
+    return with_value(model, key, value_of(model, key) + shift)
+
+
+def paper_factors(model: Model) -> list[Factor]:
+    """The paper's 12 factors: stored force and slope of each leg at +-10 %, letters A to M without I, leg by leg."""
+    keys = [f"actuator.{name}[{leg}]" for leg in range(LEGS) for name in ("b_l_N", "a_l_N_per_m")]
+    return [factor_of(model, f"{key}=+-10%", letter) for key, letter in zip(keys, LETTERS, strict=False)]
+
+
+def factors_of(model: Model, words: Sequence[str]) -> list[Factor]:
+    """The factors of `--factor`, or the paper's where none is given.
+
+    Raises
+    ------
+    InputError
+        A key that is no number of the model, a spread that cannot be read, a key named twice, too many factors.
+    """
+    if not words:
+        return paper_factors(model)
+    if len(words) > len(LETTERS):
+        raise InputError(f"{len(words)} factors; at most {len(LETTERS)} have a letter.")
+    made = [factor_of(model, word, letter) for word, letter in zip(words, LETTERS, strict=False)]
+    keys = [factor.key for factor in made]
+    if len(set(keys)) < len(keys):
+        double = next(key for key in keys if keys.count(key) > 1)
+        raise InputError(f"--factor {double} is given twice; keep one.")
+    return made
+
+
+def factor_of(model: Model, word: str, letter: str) -> Factor:
+    """A factor from `KEY=+-10%`, `KEY=+-0.02`, `KEY=2.6..3.0`, or with a normal spread `KEY=sigma:0.001`, `KEY=sigma:1%`."""
+    key, _, levels = (part.strip() for part in word.partition("="))
+    try:
+        value = value_of(model, key)
+    except KeyError as error:
+        raise InputError(
+            f"--factor {word}: {error.args[0]} is no number of the model. Name one as in the model file, such as actuator.b_l_N[0]."
+        ) from error
+    normal = _NORMAL.match(levels)
+    low, high = _about(value, normal, word) if normal else _levels(value, levels, word)
+    if not (math.isfinite(low) and math.isfinite(high) and low < high):
+        raise InputError(f"--factor {word}: its levels are {low:g} and {high:g}; give two different ones, as +-0.02 or 2.6..3.0.")
+    return Factor(letter, key, low, high, normal is not None)
+
+
+def with_named_effects(model: Model, words: Sequence[str], catalogue: Catalogue = CATALOGUE) -> Model:
+    """The model with the effects that `effect.NAME.PARAMETER=...` names and it has not, switched off."""
+    for word in words:
+        head, _, rest = word.partition(".")
+        name = rest.partition(".")[0]
+        if head == "effect" and name in catalogue and name not in [effect.name for effect in model.effects]:
+            model = model.with_effect(catalogue[name]())
+    return model
+
+
+def _levels(value: float, levels: str, word: str) -> tuple[float, float]:
+    spread, between = _SPREAD.match(levels), _RANGE.match(levels)
+    try:
+        if spread:
+            return _about(value, spread, word)
+        if between:
+            return float(between["low"]), float(between["high"])
+    except ValueError:
+        pass
+    raise InputError(f"--factor {word}: levels are written +-10%, +-0.02, 2.6..3.0 or sigma:0.001; found {levels!r}.")
+
+
+def _about(value: float, spread: re.Match[str], word: str) -> tuple[float, float]:
+    try:
+        size = float(spread["size"]) * (abs(value) / 100 if spread["percent"] else 1.0)
+    except ValueError as error:
+        raise InputError(f"--factor {word}: {spread['size']!r} is no number.") from error
+    return value - size, value + size

@@ -1,0 +1,221 @@
+"""A sweep: one model, factors and a design, and the responses of all its runs, piece by piece."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Iterator, Sequence
+from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Executor, wait
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import islice
+from typing import Any, NamedTuple
+
+import numpy as np
+from numba import get_num_threads, set_num_threads
+
+from measure.common.arrays import Array
+from measure.common.errors import InputError
+from simulate.deployment.deploy import grid
+from simulate.dispatch.formulas import Program
+from simulate.kernel import response_kernel as watching
+from simulate.kernel.layout import MANY
+from simulate.kernel.model_rows import geometry_of, program_of, row_of, without_idle
+from simulate.kernel.rk_stage import stage
+from simulate.model import responses
+from simulate.model.model import Model
+from simulate.sweeps.designs import Design
+from simulate.sweeps.factors import Factor
+
+PIECE = 512
+_CORES = get_num_threads()
+_AHEAD = 64  # pieces handed to an executor before the first has come back
+
+
+class Rows(NamedTuple):
+    """Rows of a design by straight lines: base + coded levels @ slopes."""
+
+    base: Array
+    slopes: Array
+
+
+@dataclass(frozen=True)
+class Sweep:
+    """What is swept: the model, its factors, and the design that combines them. Plain data: any process can be sent it."""
+
+    model: Model
+    factors: tuple[Factor, ...]
+    design: Design
+
+    def __getstate__(self) -> dict[str, Any]:
+        """What is sent: what was computed from it holds addresses, which are those of one process."""
+        return {"model": self.model, "factors": self.factors, "design": self.design}
+
+    def require_runnable(self) -> None:
+        """Refuse what no run of it can do, before anything is written.
+
+        Raises
+        ------
+        InputError
+            No geometry, asymptotes that a deployment cannot have, a level that the model cannot have, or more steps than anybody
+            waits for.
+        """
+        for model in self._extremes:
+            row_of(model)
+        self.rows_at(self.design.piece(0, 1))
+        _ = self.grid
+
+    def pieces(self) -> list[tuple[int, int]]:
+        """First and last run of each piece."""
+        runs = self.design.runs
+        return [(first, min(first + PIECE, runs)) for first in range(0, runs, PIECE)]
+
+    def responses(self, first: int, last: int, alone: bool = False) -> Array:
+        """Responses of some runs, (last - first, responses.COUNT), SI; NaN where there is none. On all cores, or alone on one."""
+        return self.responses_at(self.design.piece(first, last), alone)
+
+    def responses_at(self, coded: Array, alone: bool = False) -> Array:
+        """Responses at any coded levels (runs, factors), whether the design has them or not."""
+        full_height = geometry_of(self.model).deployed_height_m
+        return _respond(self.rows_at(coded), self._program, self.grid, full_height, alone)
+
+    def rows_at(self, coded: Array) -> Array:
+        """Rows of runs at these coded levels for the compiled kernel."""
+        if self._lines is not None:
+            return self._lines.base + coded @ self._lines.slopes
+        return np.array([row_of(self.model_at(levels)) for levels in coded])
+
+    def model_at(self, levels: Array) -> Model:
+        """The model of one run, from its coded levels."""
+        model = self._acting
+        for factor, level in zip(self.factors, levels, strict=True):
+            model = factor.applied(model, float(level))
+        return model
+
+    @cached_property
+    def grid(self) -> tuple[float, int, int]:
+        """Step, steps between samples, samples: the finest step that any single factor, as far out as it goes, asks for."""
+        return min((grid(model) for model in self._extremes), key=lambda found: found[0])
+
+    @cached_property
+    def _program(self) -> Program:
+        return program_of(self._acting)
+
+    @cached_property
+    def _extremes(self) -> list[Model]:
+        """The model, and each factor by itself as far out as it goes."""
+        return [self.model, *(f.applied(self.model, level) for f in self.factors for level in (-f.farthest, f.farthest))]
+
+    @cached_property
+    def _acting(self) -> Model:
+        """The model without the effects that are switched off, and that no factor switches on."""
+        return without_idle(self._extremes)[0]
+
+    @cached_property
+    def _lines(self) -> Rows | None:
+        """Straight lines through the rows at the levels, where the rows are such lines and no two factors meet in an entry."""
+        middle = self.model_at(np.zeros(len(self.factors)))
+        base = row_of(middle)
+        slopes = []
+        for factor in self.factors:
+            low, high = (row_of(factor.applied(middle, level)) for level in (-1.0, 1.0))
+            if np.max(np.abs(low + high - 2 * base)) > 1e-12 * np.max(np.abs(base)):
+                return None
+            slopes.append((high - low) / 2)
+        moved = np.array(slopes) != 0.0
+        meet = bool(np.any(moved.sum(axis=0) > 1))
+        return None if meet or not _same_shape(self.model, self.factors) else Rows(base, np.array(slopes))
+
+
+def _same_shape(model: Model, factors: tuple[Factor, ...]) -> bool:
+    """Whether no factor changes duration or sampling, which a row does not hold."""
+    return all(factor.applied(model, 1.0).simulation == model.simulation for factor in factors)
+
+
+def respond(models: Sequence[Model]) -> Array:
+    """Responses of models that share the kinds of their effects, duration and sampling, (models, responses.COUNT), SI."""
+    acting = without_idle(models)
+    finest = min((grid(model) for model in models), key=lambda found: found[0])
+    rows = np.array([row_of(model) for model in acting])
+    return _respond(rows, program_of(acting[0]), finest, geometry_of(models[0]).deployed_height_m)
+
+
+def _respond(rows: Array, called: Program, steps: tuple[float, int, int], full_height: float, alone: bool = False) -> Array:
+    answers = np.empty((len(rows), responses.COUNT))
+    kernel = watching.respond_alone if alone else watching.respond_kernel
+    kernel(rows, called, stage(MANY, False).address, MANY, *steps, full_height, answers)
+    return answers
+
+
+def run_on(sweep: Sweep, workers: int | None = None, only: Iterable[tuple[int, int]] | None = None) -> Iterator[tuple[int, Array]]:
+    """First run and responses of each piece, in order, on that many cores; every run is by itself, so their number changes nothing.
+
+    only : the pieces that are wanted, by default all.
+    """
+    set_num_threads(min(workers or _CORES, _CORES))
+    for first, last in sweep.pieces() if only is None else only:
+        yield first, sweep.responses(first, last)
+
+
+def run_by(executor: Executor, sweep: Sweep, only: Iterable[tuple[int, int]] | None = None) -> Iterator[tuple[int, Array]]:
+    """The same bytes by any executor (processes, threads, a cluster's): first run and responses of each piece, as they come back.
+
+    Raises
+    ------
+    InputError
+        The executor broke down. What came back before has been handed out.
+    """
+    todo = iter(sweep.pieces() if only is None else only)
+    waiting = {executor.submit(piece_of, sweep, *piece) for piece in islice(todo, _AHEAD)}
+    while waiting:
+        done, waiting = wait(waiting, return_when=FIRST_COMPLETED)
+        for future in done:
+            try:
+                yield future.result()
+            except BrokenExecutor as error:
+                raise InputError(f"a worker of the sweep died: {error}. What was computed is kept; go on with --resume.") from error
+            waiting |= {executor.submit(piece_of, sweep, *piece) for piece in islice(todo, 1)}
+
+
+def piece_of(sweep: Sweep, first: int, last: int) -> tuple[int, Array]:
+    """What a worker does: one piece, on one core."""
+    return first, sweep.responses(first, last, alone=True)
+
+
+class Tally(NamedTuple):
+    """How many runs diverged, and how many failed of those that did not."""
+
+    runs: int
+    diverged: int
+    failed: int
+
+    def __add__(self, other: tuple[Any, ...]) -> Tally:  # type: ignore[override]
+        """The tally of both."""
+        return Tally(*(a + b for a, b in zip(self, other, strict=True)))
+
+    @property
+    def failed_percent(self) -> float:
+        """Share of the runs that failed, diverged ones left out of both counts, %."""
+        good = self.runs - self.diverged
+        return 100.0 * self.failed / good if good else math.nan
+
+    def interval_percent(self) -> tuple[float, float]:
+        """95 % interval of the failure probability, %."""
+        low, high = wilson(self.failed, self.runs - self.diverged)
+        return 100.0 * low, 100.0 * high
+
+
+def wilson(hits: int, of: int) -> tuple[float, float]:
+    """95 % interval of a probability that was met so many times (Wilson); also where it was met never or always."""
+    if of == 0:
+        return math.nan, math.nan
+    z, share = 1.959963984540054, hits / of
+    centre = (share + z * z / (2 * of)) / (1 + z * z / of)
+    half = z / (1 + z * z / of) * math.sqrt(share * (1 - share) / of + z * z / (4 * of * of))
+    return max(centre - half, 0.0), min(centre + half, 1.0)
+
+
+def tally(answers: Array, failure_deg: float) -> Tally:
+    """Count runs that diverged, and runs whose theta_z goes beyond the failure angle."""
+    diverged = ~np.isnan(answers[:, responses.DIVERGED])
+    failed = np.abs(np.degrees(answers[~diverged, responses.THETA_Z])) > failure_deg
+    return Tally(len(answers), int(diverged.sum()), int(failed.sum()))

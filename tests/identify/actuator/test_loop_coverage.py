@@ -1,0 +1,53 @@
+"""Intervals that hold the truth as often as they say, over many made sets of loops."""
+
+import numpy as np
+import pytest
+
+from identify.actuator.fit_actuator import fit_actuator
+from identify.loops.loop_data import prepare
+from measure import Loop
+from simulate.effects import HubInertia, ViscousFriction
+from simulate.law import loop_force
+
+RATE, FINE = 300.0, 10
+
+
+def coloured(rng, n, correlation):
+    noise = rng.standard_normal(n)
+    for i in range(1, n):
+        noise[i] = correlation * noise[i - 1] + np.sqrt(1.0 - correlation**2) * noise[i]
+    return noise
+
+
+def shaken(rng, frequency, amplitude, lines, effects):
+    """Two to four cycles from any phase; coloured noise, drift and creep of the force; 5 um steps of the elongation."""
+    n = int(rng.uniform(2.3, 3.7) / frequency * RATE)
+    t = np.arange(n * FINE) / (RATE * FINE)
+    w, phase = 2 * np.pi * frequency, rng.uniform(0, 2 * np.pi)
+    wave, slope = np.sin(w * t + phase), w * np.cos(w * t + phase)
+    force = loop_force(lines, t, 0.25 + amplitude * wave, amplitude * slope, -amplitude * w**2 * wave, 2.85, effects)[::FINE]
+    force = force + 2e-3 * coloured(rng, n, rng.uniform(0.0, 0.8))
+    force += rng.uniform(0.0, 2e-3) * rng.standard_normal() * np.linspace(-1, 1, n)
+    force += rng.uniform(0.0, 1e-3) * np.cumsum(rng.standard_normal(n)) / np.sqrt(n)
+    u = np.round((0.25 + amplitude * wave[::FINE] + 2e-6 * rng.standard_normal(n)) / 5e-6) * 5e-6
+    return prepare(Loop(t[::FINE], u, force))
+
+
+@pytest.mark.slow
+def test_95_percent_intervals_hold_the_truth_in_90_to_99_percent_of_200_sets_of_loops():
+    held: dict[str, list[bool]] = {}
+    farthest = 0.0
+    for seed in range(200):
+        rng = np.random.default_rng(seed)
+        lines = np.array([rng.uniform(-0.4, -0.1), 2.79, rng.uniform(-0.4, -0.1), 2.89, np.exp(rng.uniform(np.log(150), np.log(900)))])
+        effects = (HubInertia(0.03), ViscousFriction(0.08))
+        loops = [shaken(rng, f, a, lines, effects) for f in (0.4, 1.0, 3.0) for a in (0.05, 0.02)]
+        fit = fit_actuator(loops, (HubInertia, ViscousFriction))
+        assert fit.verdict.word == "ok"
+        for (name, estimate), truth in zip(fit.estimates.items(), [*lines, 0.03, 0.08], strict=True):
+            held.setdefault(name, []).append(estimate.ci95[0] <= truth <= estimate.ci95[1])
+            farthest = max(farthest, abs(estimate.value - truth) / estimate.stderr)
+    shares = {name: float(np.mean(of)) for name, of in held.items()}
+    print(shares, farthest)
+    assert all(0.90 <= share <= 0.99 for share in shares.values()), shares
+    assert farthest < 5.0

@@ -1,0 +1,47 @@
+"""The demonstration as a user runs it, on the shipped data and on the same data with nothing hidden."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+
+from identify.commands.demo import main
+
+DATASETS = Path(__file__).resolve().parents[3] / "datasets"
+
+
+@pytest.mark.slow
+def test_the_demonstration_names_the_hidden_effect_from_film_and_loops(tmp_path, capsys, made_by):
+    assert main(["-o", str(tmp_path)]) == 0
+    result = json.loads((tmp_path / "result.json").read_text())
+    hidden = made_by.HIDDEN
+    assert result["verdict"] == "named"
+    (effect,) = result["effects"]
+    assert effect["name"] == hidden.name
+    low, high = effect["parameters"]["mass_kg"]["ci95"]
+    assert low <= hidden.mass_kg <= high
+    assert result["gap"]["before"]["rms_over_noise"] > 10
+    assert result["gap"]["after"]["rms_over_noise"] < 1.1
+    assert result["gap"]["held_out"]["after"]["rms_over_noise"] < 1.15
+    steps = [line.split()[0] for line in capsys.readouterr().out.splitlines() if not line.startswith(" ")]
+    assert steps == ["measure", "identify", "simulate", "compare", "explain", "report"]
+    assert "://" not in (tmp_path / "report.html").read_text()
+
+
+@pytest.mark.slow
+def test_the_same_film_and_loops_without_the_effect_show_no_gap(tmp_path, made_by):
+    made_by.make(tmp_path / "data", hidden=None)
+    assert main(["-o", str(tmp_path / "out"), "--data", str(tmp_path / "data" / "demo"), "--quiet"]) == 0
+    result = json.loads((tmp_path / "out" / "result.json").read_text())
+    assert result["verdict"] == "no-gap", result["sentence"]
+
+
+@pytest.mark.slow
+def test_the_script_makes_the_shipped_tables_to_the_byte(tmp_path, made_by):
+    made_by.make(tmp_path)
+    shipped = [path for path in DATASETS.rglob("*") if path.suffix in (".csv", ".toml")]
+    assert len(shipped) == 12
+    for path in shipped:
+        assert (tmp_path / path.relative_to(DATASETS)).read_bytes() == path.read_bytes(), path.name

@@ -1,0 +1,109 @@
+"""Behind the stops a release has several valleys; the right one is found again from a wrong one."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from identify.campaign.runs import Run, read_campaign
+from identify.estimation.least_squares import Fit, before_the_stops, solve
+from identify.estimation.multistart import from_elsewhere, released_again, searched_everywhere
+from identify.estimation.problem import problem_of
+from identify.selection.gap_test import GAP_P, gap_test
+from measure.readers.measurement import read_measurement
+from simulate.files.model_file import read_model
+
+DEMO = Path(__file__).resolve().parents[3] / "datasets" / "demo"
+
+
+def wrong_valleys(problem, own, draws):
+    """Fits that end in a wrong valley, from releases drawn as the motion before the stops allows; base as it is."""
+    early = solve(before_the_stops(problem), free=own)
+    chance = np.random.default_rng(1)
+    for _ in range(draws):
+        start = early.q.copy()
+        start[own] = chance.multivariate_normal(early.q[own], early.covariance)
+        fit = solve(problem, start, free=own, most_steps=60)
+        if gap_test(fit).p_value < GAP_P:
+            yield fit
+
+
+def second_deployment(made_by):
+    """Of the demonstration, with the very model that it was made with."""
+    start = {"geometry": {"stowed_height_m": 0.30}}
+    model = replace(made_by.truth(), simulation=made_by.rig().simulation)
+    return problem_of(model, [Run(read_measurement(DEMO / "deployment-2.csv"), start)])
+
+
+@pytest.mark.slow
+def test_a_release_in_a_wrong_valley_is_brought_into_the_right_one(made_by):
+    problem = second_deployment(made_by)
+    own = list(range(problem.first_nuisance, problem.first_effect))
+    wrong = list(wrong_valleys(problem, own, 12))
+    assert len(wrong) >= 3
+    for fit in wrong:
+        again = released_again(fit, own)
+        assert gap_test(again).p_value > GAP_P
+        assert again.cost < 0.95 * fit.cost
+
+
+def test_a_film_that_a_fit_misses_before_its_stops_too_is_looked_for_again(made_by):
+    """Runs fitted together can leave one of them far off from its release on; alone, up to the stops, it would be met."""
+    problem = second_deployment(made_by)
+    own = list(range(problem.first_nuisance, problem.first_effect))
+    q = solve(before_the_stops(problem), free=own).q
+    q[own] += 0.5
+    gaps, slopes = problem.jacobian(q, own, problem.gaps(q))
+    far_off = Fit(problem, q, gaps, slopes, converged=True)
+    early = np.concatenate([far_off.part(block)[: len(far_off.part(block)) // 2] for block in problem.blocks])
+    assert np.sqrt(np.mean(early**2)) > 2.0
+    assert gap_test(released_again(far_off, own)).p_value > GAP_P
+
+
+PLANAR = {"position_x": 0.3, "position_z": 0.2, "theta_y": -0.5, "instant": 0.1}
+
+
+def released(problem, **across):
+    """Knobs of a problem with one film: a release in its spreads, `across` what one camera does not see of it."""
+    values = PLANAR | across
+    return np.array([values.get(knob.name.rpartition(":")[2], 0.0) for knob in problem.knobs])
+
+
+def shown_by(problem, q, chance):
+    """The same problem with a film that shows the release `q`, with noise."""
+    film, gaps = problem.films[0], problem.gaps(q)
+    values = film.values + film.sigma * chance.normal(size=film.values.shape)
+    for block in problem.blocks:
+        channel = film.channels.index(block.channel)
+        values[channel, block.samples] -= gaps[block.rows] * film.sigma[channel, block.samples]
+    return replace(problem, films=(replace(film, values=values),))
+
+
+@pytest.mark.parametrize("wrong", [(-1.7, 2.9, 0.4), pytest.param((0.7, 1.5, -2.9), marks=pytest.mark.slow)])
+def test_a_release_across_the_camera_is_found_from_where_it_is_as_far_off_another_way(campaign, wrong):
+    """Though what the motion before the stops says of it leads nowhere else."""
+    folder = campaign(None, 641, loops=(), deployments=({"geometry.stowed_height_m": 0.30},), hold_out=False)
+    model_alone = problem_of(read_model(folder / "model.toml"), read_campaign([folder / "campaign.toml"]))
+    truth = released(model_alone, position_y=-3.0, theta_x=-1.5, theta_z=0.0)
+    problem = shown_by(model_alone, truth, np.random.default_rng(3))
+    own = list(range(problem.first_nuisance, problem.first_effect))
+    right = solve(problem, truth, free=own)
+    start = released(problem, **dict(zip(("position_y", "theta_x", "theta_z"), wrong, strict=True)))
+    stuck = solve(problem, start, free=own, most_steps=60)
+    assert stuck.cost > right.cost + 300.0
+    assert from_elsewhere(stuck, 0, stuck.q, np.zeros((len(stuck.q), len(stuck.q)))).cost < right.cost
+    assert searched_everywhere(stuck).cost < right.cost
+
+
+@pytest.mark.parametrize(
+    "known", [("release_position_m", "release_theta_rad"), ("release_position_m", "release_theta_rad", "release_instant_s")]
+)
+def test_a_release_that_is_known_has_no_other_valley(campaign, known):
+    folder = campaign(None, 642, loops=(), deployments=({},), hold_out=False)
+    model = read_model(folder / "model.toml")
+    exact = replace(model, nuisance=replace(model.nuisance, **dict.fromkeys(known, 0.0)))
+    fit = solve(problem_of(exact, read_campaign([folder / "campaign.toml"])))
+    assert searched_everywhere(fit).cost == pytest.approx(fit.cost, rel=1e-3)

@@ -1,0 +1,49 @@
+"""An actuator takes energy: its loops run anticlockwise, however a laboratory counted."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from identify.campaign.runs import read_campaign, remarks
+from identify.loops.loop_data import area, prepare
+from identify.loops.sign import oriented
+from measure import Loop, write_loop
+from simulate.law import loop_force
+
+
+def loop():
+    t = np.arange(1500) / 300.0
+    w = 2 * np.pi
+    u = 0.05 * np.sin(w * t)
+    force = loop_force(np.array([-0.25, 2.79, -0.3, 2.89, 400.0]), t, u, 0 * t, 0 * t, 2.8)
+    return Loop(t, u, force)
+
+
+def enclosed(given):
+    data = prepare(given)
+    return area(data, data.force_N)
+
+
+@pytest.mark.parametrize(("elongation", "force", "word"), [(-1, 1, "elongation"), (1, -1, "force"), (1, 1, ""), (-1, -1, "")])
+def test_a_sign_that_was_counted_the_other_way_is_turned_and_said(elongation, force, word):
+    given = replace(loop(), elongation_m=elongation * loop().elongation_m, force_N=force * loop().force_N)
+    loops, turned = oriented([given])
+    assert enclosed(loops[0]) > 0.0
+    assert turned.quantity == word
+    assert f"{word}" in turned.sentence
+
+
+def test_loops_that_disagree_are_left_as_they_are():
+    other = replace(loop(), elongation_m=-loop().elongation_m)
+    loops, turned = oriented([loop(), other])
+    assert not turned.sentence
+    assert enclosed(loops[1]) < 0.0
+
+
+def test_a_campaign_turns_its_loops_too_and_says_so(tmp_path):
+    write_loop(replace(loop(), elongation_m=-loop().elongation_m), tmp_path / "loop.csv")
+    (run,) = read_campaign([tmp_path / "loop.csv"])
+    assert isinstance(run.table, Loop)
+    assert run.table.elongation_m == pytest.approx(loop().elongation_m, abs=1e-9)
+    assert remarks([run]) == ["loop.csv: the loops run clockwise as given, so the elongation was counted the other way round"]

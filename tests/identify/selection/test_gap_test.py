@@ -1,0 +1,88 @@
+"""The tests that decide: quiet on noise, loud on a gap, and blind to how much noise there is."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from identify.campaign.runs import Run
+from identify.estimation.least_squares import solve
+from identify.estimation.problem import problem_of
+from identify.gap.localise import locate
+from identify.selection.gap_test import gain, gap_test, likeness, signature
+from identify.selection.screening import kinds_to_try, screen
+from measure.tables.tables import Loop
+from simulate.effects import CATALOGUE, HubInertia, ViscousFriction
+from simulate.files.model_file import read_model
+from simulate.law import loop_force
+
+MODEL = read_model(Path(__file__).resolve().parents[1].joinpath("rig.toml"))
+
+
+def loops(seed, extra=(), sigma=2e-3):
+    chance = np.random.default_rng(seed)
+    law = MODEL.actuator
+    lines = np.array([law.a_l_N_per_m, law.b_l_N, law.a_u_N_per_m, law.b_u_N, law.beta_per_m])
+    effects = extra or MODEL.effects
+    runs = []
+    for frequency in (0.5, 2.0):
+        time = np.linspace(0.0, 3.0 / frequency, 8001)
+        w = 2 * np.pi * frequency
+        u = 0.1 + 0.03 * np.sin(w * time)
+        force = loop_force(lines, time, u, 0.03 * w * np.cos(w * time), -0.03 * w**2 * np.sin(w * time), 2.84, effects)[::20]
+        noisy = Loop(time[::20], u[::20] + chance.normal(0, 1e-5, 401), force + chance.normal(0, sigma, 401), name=f"{frequency} Hz")
+        runs.append(Run(noisy))
+    return runs
+
+
+def test_the_gap_test_is_calibrated_on_noise_alone():
+    chances = [gap_test(solve(problem_of(MODEL, loops(seed)))).p_value for seed in range(40)]
+    assert sum(p < 0.05 for p in chances) <= 6
+    assert min(chances) > 1e-3
+
+
+def test_the_gap_test_does_not_mind_how_loud_the_noise_is():
+    assert gap_test(solve(problem_of(MODEL, loops(3, sigma=2e-2)))).p_value > 1e-3
+
+
+MORE = (HubInertia(0.746), ViscousFriction(0.12))
+
+
+def test_a_missing_friction_is_a_gap_and_goes_with_speed():
+    fit = solve(problem_of(MODEL, loops(1, MORE)))
+    assert gap_test(fit).p_value < 1e-9
+    places = locate(fit)
+    assert sum(place.share_percent for place in places) == pytest.approx(100.0)
+    assert places[0].run == "2.0 Hz"
+    assert {place.phase for place in places} <= {"uncoiling", "coiling", "reversal"}
+
+
+def test_the_screen_puts_the_true_effect_first_and_its_fit_closes_the_gap():
+    fit = solve(problem_of(MODEL, loops(2, MORE)))
+    found = screen(fit, kinds_to_try(CATALOGUE, fit))
+    assert "viscous-friction" in [one.effect.name for one in found[:3]]
+    problem = fit.problem.with_effects((MODEL.effect(ViscousFriction),))
+    closed = solve(problem, np.append(fit.q, 0.1))
+    gained = gain(fit, closed)
+    assert gained.p_value < 1e-9
+    assert gained.delta_bic > 100
+    assert gap_test(closed).p_value > 1e-3
+    effect = problem.effects_at(closed.q)[0]
+    stderr = np.sqrt(closed.covariance[-1, -1]) * problem.scales[-1]
+    assert abs(effect.flat()[0] - 0.12) < 3 * stderr
+
+
+def test_a_signature_that_base_parameters_can_make_themselves_shows_nothing():
+    fit = solve(problem_of(MODEL, loops(4)))
+    made_by_base = fit.jacobian[:, :2] @ np.array([[1.0], [2.0]])
+    assert signature(fit, made_by_base).knobs == 0
+
+
+def test_a_signature_is_like_itself_and_unlike_one_across_it():
+    fit = solve(problem_of(MODEL, loops(5)))
+    chance = np.random.default_rng(0)
+    a, b = (signature(fit, chance.normal(size=(len(fit.gaps), 1))) for _ in range(2))
+    assert likeness(a, a) == pytest.approx(1.0)
+    assert likeness(a, b) < 0.2

@@ -1,0 +1,25 @@
+"""Unusable input is answered in a sentence that helps."""
+
+from __future__ import annotations
+
+import pytest
+
+from measure.common.errors import InputError, nearest
+
+
+@pytest.mark.parametrize(("word", "meant"), [("elongaton_m", "elongation_m"), ("force_n", "force_N"), ("time", "time_s")])
+def test_a_word_with_a_slip_is_answered_with_the_word_that_was_meant(word, meant):
+    assert nearest(word, ["time_s", "elongation_m", "force_N"]) == f'did you mean "{meant}"?'
+
+
+def test_a_word_like_no_other_is_answered_with_all_that_are_known():
+    assert nearest("banana", ["time_s", "force_N"]) == "known: time_s, force_N."
+
+
+def test_known_words_may_come_from_an_iterator():
+    assert nearest("banana", iter(["time_s", "force_N"])) == "known: time_s, force_N."
+
+
+def test_callers_who_catch_value_errors_catch_unusable_input():
+    with pytest.raises(ValueError, match="line 3"):
+        raise InputError("loop.csv, line 3: 2 cells and 3 columns.")

@@ -1,0 +1,147 @@
+"""Sub-pixel refinement against pictures whose shift is known exactly."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from measure.common.errors import InputError
+from measure.correlation.reference_image import AFFINE, EUCLIDEAN, TRANSLATION, reference
+from measure.correlation.refinement import Match, Usual, recognise, refine, surface_near
+from measure.correlation.template_matching import correlation_map, search
+
+CENTRE, SUBSET = 36, 41
+
+
+def _refined(picture, mark, guess=None, scale=None) -> Match:
+    start = mark.start if guess is None else guess
+    near = surface_near(picture, mark.half, start)
+    assert near is not None
+    found = refine(near, mark, start, scale)
+    assert found is not None
+    return found
+
+
+def _shifts(speckled, shift, warp, repeats, **made):
+    """Errors (n, 2) of the refined position, and the same over their stated sigma."""
+    errors, ratios = [], []
+    for n in range(repeats):
+        mark = reference(speckled(seed=n, noise_seed=2 * n, **made), CENTRE, CENTRE, SUBSET, warp)
+        found = _refined(speckled(shift, seed=n, noise_seed=2 * n + 1, **made), mark)
+        errors.append(mark.point(found.warp) - CENTRE - shift)
+        ratios.append(errors[-1] / np.sqrt(np.diag(found.covariance)))
+    return np.array(errors), np.array(ratios)
+
+
+@pytest.mark.parametrize("warp", [TRANSLATION, AFFINE])
+@pytest.mark.parametrize("grain", [1.0, 1.6])
+def test_known_shifts_come_back_without_bias_and_with_an_honest_sigma(speckled, warp, grain):
+    errors, ratios = zip(*(_shifts(speckled, (s, 0.3), warp, 8, grain=grain) for s in (0.0, 0.25, 0.5)), strict=True)
+    assert np.abs(np.mean(errors, axis=1)).max() < 0.004
+    assert np.sqrt(np.mean(np.square(errors))) < 0.0075
+    assert 0.88 < np.mean(np.abs(ratios) < 1.96) <= 1.0
+    assert 0.8 < np.std(ratios) < 1.25
+
+
+def test_light_that_changes_by_a_third_changes_nothing(speckled):
+    mark = reference(speckled(), CENTRE, CENTRE, SUBSET)
+    bright = speckled((0.4, 0.2), noise_seed=1).astype(float)
+    places = [mark.point(_refined(np.rint(g * bright + o).clip(0, 255).astype(np.uint8), mark).warp) for g, o in ((1, 0), (0.7, 20))]
+    assert np.abs(places[0] - places[1]).max() < 0.01
+
+
+def test_light_that_changes_across_the_mark_is_told_from_motion(speckled):
+    mark = reference(speckled(), CENTRE, CENTRE, SUBSET)
+    x = np.arange(72) - CENTRE
+    current = np.rint(speckled((0.4, 0.2), noise_seed=1) * (1.0 + 0.3 * x / SUBSET)).clip(0, 255).astype(np.uint8)
+    found = recognise(current, mark, mark.start, Usual(0.7, 0.001))
+    assert found is not None
+    assert np.abs(mark.point(found.warp) - CENTRE - [0.4, 0.2]).max() < 0.02
+    assert np.abs(mark.point(_refined(current, mark).warp) - CENTRE - [0.4, 0.2]).max() > 0.03
+
+
+def test_a_turned_mark_needs_a_warp_that_turns(speckled):
+    turn = np.radians(8.0)
+    mark = reference(speckled(), CENTRE, CENTRE, 31, EUCLIDEAN)
+    guess = mark.start
+    guess[[0, 1, 3, 4]] = np.cos(turn - 0.03), -np.sin(turn - 0.03), np.sin(turn - 0.03), np.cos(turn - 0.03)
+    found = _refined(speckled((0.3, -0.2), turn=turn, noise_seed=1), mark, guess)
+    assert np.abs(mark.point(found.warp) - CENTRE - [0.3, -0.2]).max() < 0.02
+    assert abs(np.arctan2(found.warp[3], found.warp[0]) - turn) < 1e-3
+
+
+def test_a_rod_in_front_hardly_moves_a_robustly_refined_mark(speckled):
+    mark = reference(speckled(), CENTRE, CENTRE, SUBSET)
+    current = speckled((0.4, 0.3), noise_seed=1)
+    current[:, 40:46] = 30
+    plain, robust = _refined(current, mark), _refined(current, mark, scale=1.0)
+    assert np.abs(mark.point(robust.warp) - CENTRE - [0.4, 0.3]).max() < 0.03
+    assert np.abs(mark.point(plain.warp) - CENTRE - [0.4, 0.3]).max() > 0.03
+    assert 0.1 < robust.hidden < 0.3
+
+
+def test_what_the_mask_leaves_out_moves_nothing(speckled):
+    """A round mark on a background that stays behind: the whole square errs, its disc does not."""
+    y, x = np.mgrid[:72, :72] - CENTRE
+    errors = {}
+    for name, mask in (("disc", np.hypot(x, y) < 14), ("square", None)):
+        pictures = []
+        for n, shift in enumerate(((0.0, 0.0), (0.6, 0.4))):
+            moved = np.hypot(x - shift[0], y - shift[1]) < 17
+            pictures.append(np.where(moved, speckled(shift, seed=1, noise_seed=n), speckled(seed=8, noise_seed=n + 5)).astype(np.uint8))
+        mark = reference(pictures[0], CENTRE, CENTRE, SUBSET, mask=mask)
+        errors[name] = np.abs(mark.point(_refined(pictures[1], mark).warp) - CENTRE - [0.6, 0.4]).max()
+    assert errors["disc"] < 0.02
+    assert errors["square"] > 0.05
+
+
+def test_what_the_mask_leaves_out_is_not_searched_for(speckled):
+    """A small round mark moved far over a background that stays: with its square it is taken to be where the background is."""
+    y, x = np.mgrid[:72, :72] - CENTRE
+    disc, shift = np.hypot(x, y) < 6, (9.0, -7.0)
+    before = np.where(disc, speckled(seed=1), speckled(seed=8, noise_seed=5)).astype(np.uint8)
+    moved = np.hypot(x - shift[0], y - shift[1]) < 6
+    after = np.where(moved, speckled(shift, seed=1, noise_seed=1), speckled(seed=8, noise_seed=6)).astype(np.uint8)
+    square = slice(CENTRE - 15, CENTRE + 16), slice(CENTRE - 15, CENTRE + 16)
+    masked, whole = (search(after, before[square], CENTRE, CENTRE, None, mask) for mask in (disc[square], None))
+    assert masked is not None
+    assert whole is not None
+    assert (masked.x - CENTRE, masked.y - CENTRE) == shift
+    assert masked.zncc > 0.9
+    assert (whole.x - CENTRE, whole.y - CENTRE) == (0, 0)
+
+
+def test_under_a_mask_the_correlation_is_numpys_and_a_flat_place_has_none(speckled):
+    picture = speckled().astype(np.float32)
+    picture[:, 50:] = 90.0
+    mask = np.hypot(*(np.mgrid[:15, :15] - 7)) < 6
+    patch = picture[20:35, 22:37]
+    scores = correlation_map(picture, patch, mask)
+    for row, column in ((20, 22), (3, 11), (40, 30)):
+        under = picture[row : row + 15, column : column + 15][mask]
+        assert scores[row, column] == pytest.approx(np.corrcoef(under, patch[mask])[0, 1], abs=1e-4)
+    assert np.all(scores[:, 52:] == -1.0)
+
+
+def test_a_mask_that_leaves_nothing_is_refused(speckled):
+    with pytest.raises(InputError, match="leaves 0 pixels"):
+        reference(speckled(), CENTRE, CENTRE, SUBSET, mask=np.zeros((72, 72), bool))
+
+
+def test_a_round_dot_cannot_tell_its_rotation():
+    y, x = np.mgrid[:72, :72]
+    dot = np.rint(60 + 130 / (1 + np.exp((np.hypot(x - 36, y - 36) - 12) / 0.7))).astype(np.uint8)
+    assert reference(dot, 36, 36, 41, EUCLIDEAN).warp == TRANSLATION
+
+
+def test_a_mark_on_bare_metal_is_refused(speckled):
+    with pytest.raises(InputError, match="too little texture"):
+        reference(np.full((72, 72), 90, np.uint8), CENTRE, CENTRE, SUBSET)
+    edge = np.repeat(np.where(np.arange(72) < 36, 50, 200)[None], 72, axis=0).astype(np.uint8)
+    with pytest.raises(InputError, match="edges in two directions"):
+        reference(edge, CENTRE, CENTRE, SUBSET)
+
+
+def test_a_subset_over_the_border_is_refused(speckled):
+    with pytest.raises(InputError, match="reaches over the border"):
+        reference(speckled(), 5, CENTRE, SUBSET)

@@ -1,0 +1,164 @@
+"""Marks to one rigid body, against made footage and exact geometry."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from measure.correlation.curved_marks import EVEN, NODES, Response
+from measure.correlation.marks import OK, Marks
+from measure.film.track import track_platform
+from measure.footage.footage import from_array
+from measure.geometry.camera import Camera, on_cylinder, rotation
+from measure.geometry.film_project import MarkList
+from measure.geometry.rigid_body import (
+    CYLINDER,
+    PERSPECTIVE,
+    PLANE,
+    Body,
+    body_points,
+    fit_platform,
+    trajectory,
+)
+from measure.geometry.scale import sized, view
+from measure.synthetic.made_film import pictures, project_for, true_motion
+from measure.tables.tables import CHANNELS
+
+CAMERA = Camera(0.5e-3, (100.0, 400.0), np.radians(3.0), 2.5, (160.0, 240.0))
+
+
+def even_response(reference_px, subset):
+    """The response of marks whose texture is the same everywhere."""
+    nodes = reference_px[:, None] + subset / 2 * NODES
+    return Response(reference_px, nodes, np.broadcast_to(EVEN, (len(nodes), 9, 2, 2)), np.full(len(nodes), 6))
+
+
+def _still(places, subset=31):
+    """Marks in a single frame."""
+    count = len(places)
+    x, y = places.T[:, None]
+    none = np.zeros((1, count))
+    return Marks(
+        np.zeros(1), [""] * count, even_response(places, subset), x, y, np.zeros((1, count, 2, 2)), none, none, np.full((1, count), OK)
+    )
+
+
+def _seen(camera, points, pose, response, sigma=0.005):
+    """Exact sightings of body points (n, 9, 3) under poses (t, 6)."""
+    at = Body(camera, points, response).seen(pose)
+    n = at.shape[:2]
+    covariance = np.broadcast_to(sigma**2 * np.eye(2), (*n, 2, 2)).copy()
+    names = [f"m{i}" for i in range(n[1])]
+    return Marks(np.arange(n[0]) / 250, names, response, at[..., 0], at[..., 1], covariance, np.ones(n), np.zeros(n), np.full(n, OK))
+
+
+def test_projection_and_its_inverse_agree():
+    points = np.random.default_rng(0).normal(0, 0.05, (20, 3))
+    assert np.allclose(CAMERA.place(CAMERA.project(points), points[:, 1]), points, atol=1e-12)
+
+
+def test_points_on_the_cylinder_are_on_the_cylinder():
+    points = on_cylinder(CAMERA, np.array([[60.0, 380.0], [100.0, 400.0], [170.0, 420.0]]), 0.06)
+    assert np.allclose(np.hypot(points[:, 0], points[:, 1]), 0.06, atol=1e-12)
+    assert (points[:, 1] < 0).all()
+
+
+def test_positive_roll_turns_the_vertical_towards_the_right_of_the_picture():
+    turned = rotation(np.array([0.0, 0.3, 0.0])) @ [0.0, 0.0, 1.0]
+    assert turned[0] > 0
+    assert np.allclose(turned[1], 0)
+
+
+@pytest.mark.parametrize("free", [PLANE, CYLINDER, PERSPECTIVE])
+def test_an_exact_picture_gives_the_exact_pose(free):
+    reference = np.array([[60.0, 380.0], [100.0, 380.0], [170.0, 385.0], [62.0, 420.0], [101.0, 424.0], [165.0, 420.0]])
+    radius = None if free is PLANE else 0.06
+    camera = Camera(0.5e-3, (100.0, 400.0)) if free is PLANE else CAMERA
+    still = _still(reference)
+    points = body_points(still, camera, radius)
+    pose = np.zeros((5, 6))
+    channels = ("x_m", "y_m", "z_m", "theta_x_rad", "theta_y_rad", "theta_z_rad")
+    for i, c in enumerate(channels):
+        if c in free:
+            pose[1:, i] = np.random.default_rng(i).normal(0, 0.05, 4)
+    marks = _seen(camera, points, pose, still.response)
+    fit = fit_platform(marks, camera, points, free)
+    assert np.abs(fit.pose - pose).max() < 1e-7
+
+
+def test_one_mark_that_slipped_is_left_out():
+    at = np.array([[40, 350], [160, 350], [40, 450], [160, 450], [100, 330.0]])
+    camera = Camera(0.5e-3, (100.0, 400.0))
+    still = _still(at)
+    points = body_points(still, camera, None)
+    pose = np.array([[0, 0, 0, 0, 0, 0], [0.01, 0, 0.02, 0, 0.1, 0.0]])
+    marks = _seen(camera, points, pose, still.response)
+    marks.x_px[1, 2] += 3.0
+    fit = fit_platform(marks, camera, points, PLANE)
+    assert list(fit.used[1]) == [True, True, False, True, True]
+    assert np.abs(fit.pose - pose).max() < 1e-7
+    assert trajectory(marks, fit, 0.252).status[1] == "partial"
+
+
+def _tracked(rig, seed=1, **changed):
+    motion, scene = rig(**changed)
+    truth = true_motion(motion, scene, 100.0)
+    film = from_array(np.array(list(pictures(motion, scene, fps=100.0, seed=seed))))
+    tracked = track_platform(film, project_for(scene, 100.0, 0.252))
+    assert tracked.summary["verdict"] == "ok"
+    assert tracked.trajectory is not None
+    return tracked.trajectory, truth.trajectory
+
+
+def test_the_made_rig_comes_back_within_hundredths_of_a_millimetre(rig):
+    seen, truth = _tracked(rig)
+    for channel, limit in (("x_m", 5e-5), ("z_m", 5e-5), ("theta_y_rad", 5e-4)):
+        gap = seen.channels[channel] - truth.channels[channel]
+        assert np.abs(gap).max() < limit, channel
+
+
+def test_rotation_about_the_vertical_is_read_from_one_camera_to_thirty_degrees(rig):
+    seen, truth = _tracked(rig, theta_z=np.radians(30.0))
+    gap = seen.channels["theta_z_rad"] - truth.channels["theta_z_rad"]
+    assert np.degrees(np.abs(gap).max()) < 0.05
+    assert np.degrees(np.median(seen.sigma["theta_z_rad"])) < 0.05
+    assert np.abs(seen.channels["x_m"] - truth.channels["x_m"]).max() < 4e-5
+
+
+def test_the_stated_sigma_of_a_turning_platform_is_what_its_errors_are(rig):
+    ratios = []
+    for seed in range(4):
+        seen, truth = _tracked(rig, theta_z=np.radians(30.0), seed=seed)
+        ratios.append([(seen.channels[c] - truth.channels[c])[1:] / seen.sigma[c][1:] for c in seen.channels])
+    assert 0.85 < np.mean(np.abs(ratios) < 1.96) <= 1.0
+    assert 0.6 < np.sqrt(np.mean(np.square(ratios))) < 1.4
+
+
+def test_a_bent_mark_seems_to_be_where_its_own_texture_puts_it(rig):
+    """On a cylinder that turns, a subset's refined place departs from the mean of its nodes, and by how much its texture says."""
+    motion, scene = rig(theta_z=np.radians(30.0), noise=0.3, roll=0.0)
+    film = from_array(np.array(list(pictures(motion, scene, fps=100.0, seed=1))))
+    project = project_for(scene, 100.0, 0.252)
+    marks, truth = track_platform(film, project).marks, true_motion(motion, scene, 100.0).trajectory
+    assert project.platform.origin_px is not None
+    size = sized(project, next(picture for _, picture in film.pictures()))
+    assert size is not None
+    camera = view(project, size, project.platform.origin_px, (256, 256))
+    points = body_points(marks, camera, project.platform.radius_m)
+    pose = np.stack([truth.channels[c] for c in CHANNELS], axis=-1).astype(np.float64) - [0.0, 0.0, 0.252, 0.0, 0.0, 0.0]
+    seen = np.stack([marks.x_px, marks.y_px], axis=-1)
+    by_texture = np.abs(seen - Body(camera, points, marks.response).seen(pose)).max()
+    by_area = np.abs(seen - Body(camera, points, even_response(marks.reference_px, 25)).seen(pose)).max()
+    assert by_texture < 0.015
+    assert by_area > 2 * by_texture
+
+
+def test_marks_are_found_where_none_are_named(rig):
+    motion, scene = rig(seconds=0.1)
+    film = from_array(np.array(list(pictures(motion, scene, fps=100.0, seed=1))))
+    known = project_for(scene, 100.0, 0.252)
+    tracked = track_platform(film, known.model_copy(update={"marks": MarkList(subset_px=25)}))
+    assert len(tracked.marks.names) >= 4
+    assert tracked.trajectory is not None
+    truth = true_motion(motion, scene, 100.0).trajectory
+    assert np.abs(tracked.trajectory.channels["z_m"] - truth.channels["z_m"]).max() < 2e-4

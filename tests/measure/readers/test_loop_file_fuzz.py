@@ -1,0 +1,119 @@
+"""Whatever bytes a file holds, the reader gives a loop or one sentence."""
+
+import random
+import time
+
+import h5py
+import numpy as np
+import pytest
+from nptdms import ChannelObject, TdmsWriter
+from scipy.io import savemat
+
+from measure import InputError, Loop
+from measure.readers.column_mapping import ColumnMapping
+from measure.readers.loop_file import read_foreign
+
+_T = np.arange(30) * 0.1
+_TABLE = np.stack([_T, 12.0 * np.sin(_T), 2.8 + 0.1 * np.cos(_T)], axis=1)
+_PIECES = [
+    b",",
+    b";",
+    b"\t",
+    b"\n",
+    b"\r",
+    b'"',
+    b"'",
+    b"nan",
+    b"inf",
+    b"1e999",
+    b"-",
+    b".",
+    b",,",
+    b"\xff",
+    b"\x00",
+    b"\xef\xbb\xbf",
+    b"kN",
+    b"=1+1",
+    b"\n\n",
+    b"#",
+    b"1,000",
+]
+_MAPPINGS = [
+    ColumnMapping(),
+    ColumnMapping({"time": "1", "elongation": "2", "force": "3"}, {"time": "s", "elongation": "mm", "force": "N"}),
+]
+
+
+def seeds(folder):
+    header = "time_s,elongation_mm,force_N\n"
+    body = "\n".join(",".join(f"{value:.4f}" for value in row) for row in _TABLE) + "\n"
+    savemat(folder / "seed.mat", {"time_s": _T, "elongation_mm": _TABLE[:, 1], "force_N": _TABLE[:, 2]})
+    texts = [header + body, body, (header + body).replace(",", ";").replace(".", ","), (header + "s,mm,N\n" + body).replace(",", "\t")]
+    return [text.encode() for text in texts] + [texts[0].encode("utf-16"), (folder / "seed.mat").read_bytes(), *of_extras(folder)]
+
+
+def of_extras(folder):
+    """LabVIEW's text and binary file, and HDF5 packed and plain."""
+    columns = dict(zip(("time", "elongation", "force"), _TABLE.T, strict=True))
+    with TdmsWriter(folder / "seed.tdms") as writer:
+        writer.write_segment([ChannelObject("Test", name, values, {"unit_string": "mm"}) for name, values in columns.items()])
+    with h5py.File(folder / "seed.h5", "w") as file:
+        for name, values in columns.items():
+            file.create_dataset(name, data=values, compression="gzip" if name == "force" else None).attrs["units"] = "mm"
+    rows = "\n".join("\t".join(f"{value:.4f}" for value in row) for row in _TABLE)
+    head = "LabVIEW Measurement\t\nSeparator\tTab\nX_Columns\tOne\n***End_of_Header***\t\n\t\nChannels\t2\t\nSamples\t30\t30\n"
+    lvm = head + "Y_Unit_Label\tmm\tN\nX0\t0.0\t0.0\nDelta_X\t0.1\t0.1\n***End_of_Header***\t\t\nX_Value\telongation\tforce\n" + rows
+    return [(folder / "seed.tdms").read_bytes(), (folder / "seed.h5").read_bytes(), lvm.encode()]
+
+
+def mutated(raw, rng):
+    data = bytearray(raw)
+    for _ in range(rng.randint(1, 6)):
+        place = rng.randrange(len(data) + 1)
+        kind = rng.randrange(5)
+        if kind == 0:
+            data[place:place] = rng.choice(_PIECES)
+        elif kind == 1:
+            del data[place : place + rng.randint(1, 40)]
+        elif kind == 2 and place < len(data):
+            data[place] = rng.randrange(256)
+        elif kind == 3:
+            data = data[:place] or data
+        else:
+            data[place:place] = data[place : place + rng.randint(1, 60)]
+    return bytes(data)
+
+
+def fuzz(folder, rounds, seconds, seed):
+    rng, end = random.Random(seed), time.monotonic() + seconds
+    sources = seeds(folder)
+    for _ in range(rounds):
+        path = folder / "fuzzed.csv"
+        path.write_bytes(mutated(rng.choice(sources), rng))
+        try:
+            loop, understood = read_foreign(path, rng.choice(_MAPPINGS))
+        except InputError:
+            continue
+        assert isinstance(loop, Loop)
+        assert understood.sentences()
+        if time.monotonic() > end:
+            break
+
+
+def test_damaged_files_end_in_a_loop_or_one_sentence(tmp_path):
+    fuzz(tmp_path, 1500, 20.0, seed=1)
+
+
+@pytest.mark.slow
+def test_damaged_files_of_another_seed_do_too(tmp_path):
+    fuzz(tmp_path, 30_000, 20.0, seed=2)
+
+
+if __name__ == "__main__":  # python tests/measure/test_foreign_fuzz.py SECONDS
+    import sys
+    import tempfile
+    from pathlib import Path
+
+    with tempfile.TemporaryDirectory() as here:
+        fuzz(Path(here), 10**9, float(sys.argv[1]), seed=int(sys.argv[1]))
+    print("nothing but loops and sentences")
