@@ -1,1 +1,43 @@
-"""What explains what was seen."""
+"""What explains what was seen.
+
+from identify import compare, explain, fit_actuator, prepare, read_campaign
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from measure.common.front_door import loaded_late
+
+if TYPE_CHECKING:
+    from identify.actuator.fit_actuator import ActuatorFit as ActuatorFit
+    from identify.actuator.fit_actuator import fit_actuator as fit_actuator
+    from identify.campaign.runs import Run as Run
+    from identify.campaign.runs import read_campaign as read_campaign
+    from identify.gap.compare import Comparison as Comparison
+    from identify.gap.compare import compare as compare
+    from identify.loops.loop_data import prepare as prepare
+    from identify.selection.explain import Explanation as Explanation
+    from identify.selection.explain import explain as explain
+    from identify.selection.explain import extended as extended
+
+_HOMES = {
+    "prepare": "loops.loop_data",
+    "fit_actuator": "actuator.fit_actuator",
+    "ActuatorFit": "actuator.fit_actuator",
+    "Run": "campaign.runs",
+    "read_campaign": "campaign.runs",
+    "compare": "gap.compare",
+    "Comparison": "gap.compare",
+    "explain": "selection.explain",
+    "Explanation": "selection.explain",
+    "extended": "selection.explain",
+}
+
+__all__ = ["ActuatorFit", "Comparison", "Explanation", "Run", "compare", "explain", "extended", "fit_actuator", "prepare", "read_campaign"]
+
+__getattr__ = loaded_late(__name__, _HOMES)
+
+
+def __dir__() -> list[str]:
+    return sorted(_HOMES)

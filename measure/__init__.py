@@ -1,33 +1,72 @@
 """What was seen: footage and files become tables.
 
-from measure import Loop, Trajectory, read_loop, read_trajectory
+from measure import Loop, Trajectory, read_loop, read_trajectory, track
 """
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
-from measure.common.errors import InputError
+from measure.common.front_door import loaded_late
 
 if TYPE_CHECKING:
-    from measure.tables.tables import (
-        CHANNELS,
-        Loop,
-        Trajectory,
-        read_loop,
-        read_table,
-        read_trajectory,
-        write_loop,
-        write_trajectory,
-    )
+    from measure.common.errors import InputError as InputError
+    from measure.film.smoothing import smooth as smooth
+    from measure.film.track import track as track
+    from measure.footage.footage import open_footage as open_footage
+    from measure.geometry.film_project import Project as Project
+    from measure.geometry.film_project import read_project as read_project
+    from measure.readers.column_mapping import ColumnMapping as ColumnMapping
+    from measure.readers.loop_file import read_loop_file as read_loop_file
+    from measure.tables.tables import CHANNELS as CHANNELS
+    from measure.tables.tables import Loop as Loop
+    from measure.tables.tables import Trajectory as Trajectory
+    from measure.tables.tables import read_loop as read_loop
+    from measure.tables.tables import read_table as read_table
+    from measure.tables.tables import read_trajectory as read_trajectory
+    from measure.tables.tables import write_loop as write_loop
+    from measure.tables.tables import write_trajectory as write_trajectory
 
-__all__ = ["CHANNELS", "InputError", "Loop", "Trajectory", "read_loop", "read_table", "read_trajectory", "write_loop", "write_trajectory"]
+_HOMES = {
+    "InputError": "common.errors",
+    "Loop": "tables.tables",
+    "Trajectory": "tables.tables",
+    "CHANNELS": "tables.tables",
+    "read_loop": "tables.tables",
+    "read_trajectory": "tables.tables",
+    "read_table": "tables.tables",
+    "write_loop": "tables.tables",
+    "write_trajectory": "tables.tables",
+    "ColumnMapping": "readers.column_mapping",
+    "read_loop_file": "readers.loop_file",
+    "open_footage": "footage.footage",
+    "Project": "geometry.film_project",
+    "read_project": "geometry.film_project",
+    "track": "film.track",
+    "smooth": "film.smoothing",
+}
+
+__all__ = [
+    "CHANNELS",
+    "ColumnMapping",
+    "InputError",
+    "Loop",
+    "Project",
+    "Trajectory",
+    "open_footage",
+    "read_loop",
+    "read_loop_file",
+    "read_project",
+    "read_table",
+    "read_trajectory",
+    "smooth",
+    "track",
+    "write_loop",
+    "write_trajectory",
+]
+
+__getattr__ = loaded_late(__name__, _HOMES)
 
 
-def __getattr__(name: str) -> Any:
-    """Load the tables when one of their names is asked for; numpy behind them would delay every `--help`."""
-    if name not in __all__:
-        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    from measure.tables import tables
-
-    return getattr(tables, name)
+def __dir__() -> list[str]:
+    return sorted(_HOMES)

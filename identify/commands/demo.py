@@ -74,7 +74,7 @@ class _Steps:
 
 def _measure(steps: _Steps, work: Path) -> None:
     steps.under_way("following the marks")
-    from measure.film.track import track_platform
+    from measure.film.track import track
     from measure.footage.footage import open_footage
     from measure.geometry.film_project import read_project
     from measure.tables.tables import write_trajectory
@@ -84,7 +84,7 @@ def _measure(steps: _Steps, work: Path) -> None:
     def watch(frames: Any) -> Any:
         return progress(frames, what="frames", total=footage.frames, quiet=steps.quiet)
 
-    tracked = track_platform(footage, read_project(work / "film.toml"), watch)
+    tracked = track(footage, read_project(work / "film.toml"), watch)
     assert tracked.trajectory is not None
     write_trajectory(tracked.trajectory, work / "film.csv")
     result = tracked.summary

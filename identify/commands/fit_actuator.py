@@ -91,12 +91,12 @@ def _check_before(given: Namespace) -> None:
 
 def _read(given: Namespace, mapping: ColumnMapping) -> tuple[list[Loop], list[Understood], list[str]]:
     from measure.common.output import sha256
-    from measure.readers.loop_file import read_foreign
+    from measure.readers.loop_file import read_loop_file
 
     loops, understood, notes = [], [], []
     seen: dict[str, Path] = {}
     for path in given.loops:
-        loop, how = read_foreign(path, mapping)
+        loop, how = read_loop_file(path, mapping)
         twin = seen.setdefault(sha256(path), path)
         if twin is not path:
             notes.append(f"{path} is the same file as {twin}; it was left out")

@@ -31,7 +31,7 @@ def _work(arguments: Sequence[str]) -> int:
     _require_folders(output, given.marks, given.json, given.project, given.pictures, given.overlay)
     _require_files(given)
     from measure.film.summary import dispersion_lines, lines_for_people
-    from measure.film.track import track_platform
+    from measure.film.track import track
     from measure.footage.footage import open_footage
 
     footage = open_footage(footage_path)
@@ -39,7 +39,7 @@ def _work(arguments: Sequence[str]) -> int:
     def watch(frames: Any) -> Any:
         return command.progress(frames, what="frames", total=footage.frames, quiet=given.quiet)
 
-    tracked = track_platform(footage, project, watch, _mask(given, project, footage))
+    tracked = track(footage, project, watch, _mask(given, project, footage))
     compared = _compared(given, tracked)
     note = _note(arguments, footage_path)
     written = _write(given, tracked, compared, note, footage_path, output)

@@ -51,7 +51,7 @@ class Tracked:
     summary: dict[str, Any]
 
 
-def track_platform(
+def track(
     footage: Footage,
     project: Project,
     watch: Callable[[Iterator], Iterator] = iter,

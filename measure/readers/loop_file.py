@@ -67,7 +67,7 @@ def _quoted(table: TextTable, place: int) -> str:
     return f'"{table.header[place]}"' if table.header else "(no name)"
 
 
-def read_foreign(path: Path, mapping: ColumnMapping | None = None) -> tuple[Loop, Understood]:
+def read_loop_file(path: Path, mapping: ColumnMapping | None = None) -> tuple[Loop, Understood]:
     """Read a loop from a laboratory's text file; also this project's own columns.
 
     Raises

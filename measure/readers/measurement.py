@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from measure.readers.column_mapping import ColumnMapping
-from measure.readers.loop_file import read_foreign
+from measure.readers.loop_file import read_loop_file
 from measure.tables.tables import CHANNELS, LOOP_COLUMNS, Loop, Trajectory, read_table
 from measure.tables.units import quantity_of, split_unit
 
@@ -18,14 +18,14 @@ def read_measurement(path: Path, mapping: ColumnMapping | None = None) -> Loop |
     Raises
     ------
     InputError
-        What `read_table` refuses of the project's own tables, and `read_foreign` of all others.
+        What `read_table` refuses of the project's own tables, and `read_loop_file` of all others.
     """
     path, wanted = Path(path), mapping or ColumnMapping()
     header = _first_cells(path)
     own_loop = wanted == ColumnMapping() and set(LOOP_COLUMNS) <= header
     if not path.is_file() or own_loop or _is_trajectory(header, wanted):
         return read_table(path)
-    return read_foreign(path, wanted)[0]
+    return read_loop_file(path, wanted)[0]
 
 
 def _first_cells(path: Path) -> set[str]:

@@ -21,7 +21,7 @@ from identify.actuator.fit_actuator import ActuatorFit, fit_actuator
 from identify.loops.loop_data import LoopData, prepare
 from identify.report.loop_result import result_of, summary
 from measure import Loop, write_loop
-from measure.readers.loop_file import read_foreign
+from measure.readers.loop_file import read_loop_file
 from simulate.law import force_rate, loop_force
 
 LINES = np.array([-0.25, 2.79, -0.3, 2.89, 400.0])
@@ -44,7 +44,7 @@ def made(folder: Path) -> list[Path]:
 
 def whole(paths: Sequence[Path]) -> tuple[list[LoopData], ActuatorFit]:
     """From files to the lines that are printed."""
-    loops = [prepare(read_foreign(path)[0]) for path in paths]
+    loops = [prepare(read_loop_file(path)[0]) for path in paths]
     fit = fit_actuator(loops)
     summary(result_of(fit, loops))
     return loops, fit

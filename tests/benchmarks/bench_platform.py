@@ -22,7 +22,7 @@ from tracking_scenes import MIDDLE
 
 from measure.correlation.reference_image import AFFINE, TRANSLATION
 from measure.correlation.tracking import follow
-from measure.film.track import track_platform
+from measure.film.track import track
 from measure.footage.footage import from_array, open_footage
 from measure.footage.writers import Clock, write_film
 from measure.geometry.camera import Camera
@@ -79,7 +79,7 @@ def _gaps(motion, scene, project, seeds, units):
     truth = true_motion(motion, scene, fps).trajectory
     for seed in range(seeds):
         film = from_array(np.array(list(pictures(motion, scene, fps=fps, seed=seed))))
-        seen = track_platform(film, project).trajectory
+        seen = track(film, project).trajectory
         for channel, values in seen.channels.items():
             gaps.setdefault(channel, []).append((values - truth.channels[channel])[1:])
             sigmas.setdefault(channel, []).append(seen.sigma[channel][1:])

@@ -12,7 +12,7 @@ from identify.loops.loop_data import prepare
 from identify.report.loop_result import model_of
 from identify.selection.explain import explain
 from measure.readers.column_mapping import ColumnMapping
-from measure.readers.loop_file import read_foreign
+from measure.readers.loop_file import read_loop_file
 from measure.tables.tables import Loop
 
 REAL = Path(__file__).resolve().parents[3].parent / "shared" / "real" / "loops" / "mr-damper-0V"
@@ -23,7 +23,7 @@ def test_the_missing_friction_of_a_real_damper_is_viscous_and_mends_a_frequency_
     if not REAL.is_dir():
         pytest.skip(f"real loops are not there: {REAL}")
     files = sorted(REAL.glob("*.csv"))
-    read = [read_foreign(path, ColumnMapping(units={"elongation": "mm"}))[0] for path in files]
+    read = [read_loop_file(path, ColumnMapping(units={"elongation": "mm"}))[0] for path in files]
     # the machine counts its travel the other way round, and its cell is off by about 130 N
     loops = [Loop(loop.time_s, -loop.elongation_m, loop.force_N - 130.0, name=path.name) for loop, path in zip(read, files, strict=True)]
     law = model_of(fit_actuator([prepare(loop) for loop in loops]))

@@ -7,7 +7,7 @@ import pytest
 
 from measure.correlation.curved_marks import EVEN, NODES, Response
 from measure.correlation.marks import OK, Marks
-from measure.film.track import track_platform
+from measure.film.track import track
 from measure.footage.footage import from_array
 from measure.geometry.camera import Camera, on_cylinder, rotation
 from measure.geometry.film_project import MarkList
@@ -104,7 +104,7 @@ def _tracked(rig, seed=1, **changed):
     motion, scene = rig(**changed)
     truth = true_motion(motion, scene, 100.0)
     film = from_array(np.array(list(pictures(motion, scene, fps=100.0, seed=seed))))
-    tracked = track_platform(film, project_for(scene, 100.0, 0.252))
+    tracked = track(film, project_for(scene, 100.0, 0.252))
     assert tracked.summary["verdict"] == "ok"
     assert tracked.trajectory is not None
     return tracked.trajectory, truth.trajectory
@@ -139,7 +139,7 @@ def test_a_bent_mark_seems_to_be_where_its_own_texture_puts_it(rig):
     motion, scene = rig(theta_z=np.radians(30.0), noise=0.3, roll=0.0)
     film = from_array(np.array(list(pictures(motion, scene, fps=100.0, seed=1))))
     project = project_for(scene, 100.0, 0.252)
-    marks, truth = track_platform(film, project).marks, true_motion(motion, scene, 100.0).trajectory
+    marks, truth = track(film, project).marks, true_motion(motion, scene, 100.0).trajectory
     assert project.platform.origin_px is not None
     size = sized(project, next(picture for _, picture in film.pictures()))
     assert size is not None
@@ -157,7 +157,7 @@ def test_marks_are_found_where_none_are_named(rig):
     motion, scene = rig(seconds=0.1)
     film = from_array(np.array(list(pictures(motion, scene, fps=100.0, seed=1))))
     known = project_for(scene, 100.0, 0.252)
-    tracked = track_platform(film, known.model_copy(update={"marks": MarkList(subset_px=25)}))
+    tracked = track(film, known.model_copy(update={"marks": MarkList(subset_px=25)}))
     assert len(tracked.marks.names) >= 4
     assert tracked.trajectory is not None
     truth = true_motion(motion, scene, 100.0).trajectory

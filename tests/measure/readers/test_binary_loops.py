@@ -9,7 +9,7 @@ from nptdms import ChannelObject, GroupObject, RootObject, TdmsWriter
 
 from measure import InputError
 from measure.readers.column_mapping import ColumnMapping
-from measure.readers.loop_file import read_foreign
+from measure.readers.loop_file import read_loop_file
 from measure.readers.stated_conditions import Claim
 
 T = np.arange(40) * 0.5
@@ -19,7 +19,7 @@ NAMED = ColumnMapping({"elongation": "Laser", "force": "Load"}, {"elongation": "
 
 
 def check(path, mapping=NAMED, time=T):
-    loop, understood = read_foreign(path, mapping)
+    loop, understood = read_loop_file(path, mapping)
     assert loop.time_s == pytest.approx(time)
     assert loop.elongation_m == pytest.approx(U / 1000.0)
     assert loop.force_N == pytest.approx(F)
@@ -69,7 +69,7 @@ def test_segments_that_follow_each_other_are_one_record(tmp_path):
 
 def test_segments_that_overlap_are_two_tests(tmp_path):
     with pytest.raises(InputError, match="segment 2 begins at 5 s"):
-        read_foreign(lvm(tmp_path, segment(0, 15), segment(10, 40)), NAMED)
+        read_loop_file(lvm(tmp_path, segment(0, 15), segment(10, 40)), NAMED)
 
 
 def test_no_pickle_beside_a_labview_file_is_opened_or_written(tmp_path):
@@ -155,14 +155,14 @@ def test_an_hdf5_file_cannot_have_another_file_read(tmp_path):
         layout[:] = h5py.VirtualSource("other.h5", "force", (40,))
         file.create_virtual_dataset("virtual", layout)
     with pytest.raises(InputError, match='found "elongation", "time"'):
-        read_foreign(tmp_path / "bench.h5", ColumnMapping(units={"time": "s", "elongation": "mm"}))
+        read_loop_file(tmp_path / "bench.h5", ColumnMapping(units={"time": "s", "elongation": "mm"}))
 
 
 def test_a_file_that_promises_more_than_a_loop_holds_is_refused_unread(tmp_path):
     with h5py.File(tmp_path / "bomb.h5", "w") as file:
         file.create_dataset("force", (1_000_000_000,), "f8", compression="gzip", chunks=(1_000_000,))
     with pytest.raises(InputError, match="1000000000 numbers"):
-        read_foreign(tmp_path / "bomb.h5")
+        read_loop_file(tmp_path / "bomb.h5")
 
 
 @pytest.mark.parametrize(
@@ -173,7 +173,7 @@ def test_a_file_on_which_the_library_hangs_or_falls_ends_in_a_sentence(tmp_path,
     monkeypatch.setattr("measure.readers.hdf5._PATIENCE_S", 1.0)
     monkeypatch.setattr("measure.readers.hdf5._CALL", call)
     with pytest.raises(InputError, match=rf"new.mat: .* {sentence}.*; it is damaged. Save it"):
-        read_foreign(path, NAMED)
+        read_loop_file(path, NAMED)
 
 
 @pytest.mark.parametrize(("module", "extra"), [("h5py", "hdf5"), ("nptdms", "labview"), ("lvm_read", "labview")])
@@ -188,7 +188,7 @@ def test_a_missing_extra_is_named_with_what_to_do(tmp_path, monkeypatch, module,
     with pytest.raises(
         InputError, match=rf"{module}, which reads it, is not installed. Install it with pip install \"unspool\[{extra}\]\""
     ):
-        read_foreign(path, NAMED)
+        read_loop_file(path, NAMED)
 
 
 @pytest.mark.parametrize("kind", ["lvm", "tdms", "hdf5"])
@@ -201,12 +201,12 @@ def test_a_cut_file_is_refused_in_a_sentence(tmp_path, kind):
     path = made[kind]()
     path.write_bytes(path.read_bytes()[: {"lvm": 150, "tdms": 90, "hdf5": 700}[kind]])
     with pytest.raises(InputError, match=r"cannot be read as|is cut|holds no|no two"):
-        read_foreign(path, NAMED)
+        read_loop_file(path, NAMED)
 
 
 def test_a_tdms_file_that_is_a_few_bytes_short_is_not_read_as_far_as_it_goes(tmp_path, capfd):
     path = tdms(tmp_path, [channel("Time", T), channel("Laser", U), channel("Load", F)])
     path.write_bytes(path.read_bytes()[:-30])
     with pytest.raises(InputError, match="less data than expected"):
-        read_foreign(path, NAMED)
+        read_loop_file(path, NAMED)
     assert capfd.readouterr().err == ""

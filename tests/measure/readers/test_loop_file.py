@@ -8,7 +8,7 @@ from scipy.io import savemat
 
 from measure import InputError
 from measure.readers.column_mapping import ColumnMapping, pairs, read_mapping, write_mapping
-from measure.readers.loop_file import read_foreign
+from measure.readers.loop_file import read_loop_file
 from measure.readers.mat5 import read_mat5
 from measure.readers.stated_conditions import Claim
 
@@ -34,12 +34,12 @@ def check(loop, time=T, elongation=U / 1000.0, force=F):
 
 
 def test_own_columns_need_no_options(tmp_path):
-    loop, _ = read_foreign(written(tmp_path, ["time_s,elongation_m,force_N", *rows(T, U / 1000, F, form="{:.9f}")]))
+    loop, _ = read_loop_file(written(tmp_path, ["time_s,elongation_m,force_N", *rows(T, U / 1000, F, form="{:.9f}")]))
     check(loop)
 
 
 def test_a_unit_in_the_header_is_taken(tmp_path):
-    loop, _ = read_foreign(
+    loop, _ = read_loop_file(
         written(tmp_path, ["Time [ms];Elongation (mm);Force (kN)", *rows(T * 1e3, U, F / 1e3, delimiter=";", form="{:.9f}")])
     )
     check(loop)
@@ -47,7 +47,7 @@ def test_a_unit_in_the_header_is_taken(tmp_path):
 
 def test_tab_without_header_by_number(tmp_path):
     mapping = ColumnMapping({"time": "1", "elongation": "4", "force": "3"}, {"time": "ms", "elongation": "mm", "force": "kN"})
-    loop, understood = read_foreign(written(tmp_path, rows(T * 1e3, U * 0 + 3.4, F / 1e3, U, delimiter="\t", form="{:.7f}")), mapping)
+    loop, understood = read_loop_file(written(tmp_path, rows(T * 1e3, U * 0 + 3.4, F / 1e3, U, delimiter="\t", form="{:.7f}")), mapping)
     check(loop)
     assert understood.table.delimiter == "tab"
     assert "column 2" in loop.other
@@ -56,25 +56,25 @@ def test_tab_without_header_by_number(tmp_path):
 @pytest.mark.parametrize("delimiter", [";", "\t"])
 def test_decimal_commas(tmp_path, delimiter):
     lines = [line.replace(".", ",") for line in rows(T, U, F, delimiter=delimiter)]
-    loop, understood = read_foreign(written(tmp_path, [delimiter.join(("time_s", "elongation_mm", "force_N")), *lines]))
+    loop, understood = read_loop_file(written(tmp_path, [delimiter.join(("time_s", "elongation_mm", "force_N")), *lines]))
     check(loop)
     assert understood.table.decimal == "comma"
 
 
 def test_quoted_numbers_with_decimal_commas_between_commas(tmp_path):
     lines = [",".join(f'"{value:.4f}"'.replace(".", ",") for value in row) for row in zip(T, U, F, strict=True)]
-    check(read_foreign(written(tmp_path, ['"time_s","elongation_mm","force_N"', *lines]))[0])
+    check(read_loop_file(written(tmp_path, ['"time_s","elongation_mm","force_N"', *lines]))[0])
 
 
 @pytest.mark.parametrize("encoding", ["utf-8-sig", "utf-16", "cp1252"])
 def test_encodings_and_byte_order_marks(tmp_path, encoding):
     lines = ["Prüfstand 3, Federweg", "time_s,elongation (µm),force_N", *rows(T, U * 1e3, F)]
-    check(read_foreign(written(tmp_path, lines, encoding, end="\r\n"))[0])
+    check(read_loop_file(written(tmp_path, lines, encoding, end="\r\n"))[0])
 
 
 def test_a_row_of_units_below_the_names_and_lines_above_them(tmp_path):
     lines = ["Rig: A", "Date: today", "Zeit,Weg,Kraft", "s,mm,kN", *rows(T, U, F / 1e3, form="{:.8f}")]
-    loop, understood = read_foreign(written(tmp_path, lines), ColumnMapping({"time": "Zeit", "elongation": "Weg", "force": "Kraft"}))
+    loop, understood = read_loop_file(written(tmp_path, lines), ColumnMapping({"time": "Zeit", "elongation": "Weg", "force": "Kraft"}))
     check(loop)
     assert understood.table.preamble == ("Rig: A", "Date: today")
 
@@ -87,34 +87,34 @@ def test_two_rows_below_the_names_are_no_data(tmp_path):
         *rows(T, U, F / 1e3, delimiter="\t", form="{:.8f}"),
     ]
     mapping = ColumnMapping({"elongation": "Axial Displacement", "force": "Axial Force"})
-    check(read_foreign(written(tmp_path, lines), mapping)[0])
+    check(read_loop_file(written(tmp_path, lines), mapping)[0])
 
 
 def test_a_first_step_of_280_ms_and_jitter_keep_their_times(tmp_path):
     t = np.concatenate([[0.0], 280.0 + np.cumsum(np.random.default_rng(0).integers(9, 13, 39))])
-    check(read_foreign(written(tmp_path, ["time_ms,elongation_mm,force_N", *rows(t, U, F)]))[0], time=t / 1e3)
+    check(read_loop_file(written(tmp_path, ["time_ms,elongation_mm,force_N", *rows(t, U, F)]))[0], time=t / 1e3)
 
 
 def test_rows_in_the_wrong_order_are_sorted_and_it_is_said(tmp_path):
     order = np.concatenate([np.arange(20, 40), np.arange(20)])
     order[3], order[4] = order[4], order[3]
-    loop, _ = read_foreign(written(tmp_path, ["time_s,elongation_mm,force_N", *rows(T[order], U[order], F[order])]))
+    loop, _ = read_loop_file(written(tmp_path, ["time_s,elongation_mm,force_N", *rows(T[order], U[order], F[order])]))
     check(loop)
     assert loop.remarks[0].startswith("time goes back at 2 of 40 rows")
 
 
 def test_a_record_written_backwards_is_turned_round(tmp_path):
-    loop, _ = read_foreign(written(tmp_path, ["time_s,elongation_mm,force_N", *rows(T[::-1], U[::-1], F[::-1])]))
+    loop, _ = read_loop_file(written(tmp_path, ["time_s,elongation_mm,force_N", *rows(T[::-1], U[::-1], F[::-1])]))
     check(loop)
 
 
 def test_doubled_rows_count_once_and_rows_of_one_instant_by_their_mean(tmp_path):
     lines = rows(T, U, F)
-    loop, _ = read_foreign(written(tmp_path, ["time_s,elongation_mm,force_N", *lines, *lines[-7:]]))
+    loop, _ = read_loop_file(written(tmp_path, ["time_s,elongation_mm,force_N", *lines, *lines[-7:]]))
     check(loop)
     assert "7 of 47 rows have the time of another one; they are the same and count once" in loop.remarks
     twice = np.repeat(T, 2)
-    loop, _ = read_foreign(
+    loop, _ = read_loop_file(
         written(
             tmp_path, ["time_s,elongation_mm,force_N", *rows(twice, np.interp(twice, T, U), np.repeat(F, 2) + np.tile([-0.01, 0.01], 40))]
         )
@@ -125,37 +125,37 @@ def test_doubled_rows_count_once_and_rows_of_one_instant_by_their_mean(tmp_path)
 
 def test_gaps_and_an_uneven_clock_are_said(tmp_path):
     t = np.concatenate([[0.0], 280.0 + np.cumsum(np.random.default_rng(0).integers(9, 15, 39))])
-    loop, _ = read_foreign(written(tmp_path, ["time_ms,elongation_mm,force_N", *rows(t, U, F)]))
+    loop, _ = read_loop_file(written(tmp_path, ["time_ms,elongation_mm,force_N", *rows(t, U, F)]))
     assert loop.remarks[0].startswith("no samples for 0.294 s after 0 s")
     assert "the clock is uneven" in loop.remarks[1]
-    even, _ = read_foreign(written(tmp_path, ["time_ms,elongation_mm,force_N", *rows(T, U, F)]))
+    even, _ = read_loop_file(written(tmp_path, ["time_ms,elongation_mm,force_N", *rows(T, U, F)]))
     assert even.remarks == []
 
 
 def test_two_clocks_are_said(tmp_path):
-    loop, _ = read_foreign(written(tmp_path, ["time_s,elongation_mm,force_N", *rows(T, U, F)]), ColumnMapping(sample_period_s=0.4))
+    loop, _ = read_loop_file(written(tmp_path, ["time_s,elongation_mm,force_N", *rows(T, U, F)]), ColumnMapping(sample_period_s=0.4))
     assert loop.time_s[-1] == pytest.approx(0.4 * 39)
     assert 'column "time_s" says 0.5 s from sample to sample, and 0.4 s were given' in loop.remarks[0]
 
 
 def test_trailing_comma_and_empty_first_column_are_no_columns(tmp_path):
     lines = [",time_s,elongation_mm,force_N,", *("," + line + "," for line in rows(T, U, F))]
-    check(read_foreign(written(tmp_path, lines))[0])
+    check(read_loop_file(written(tmp_path, lines))[0])
 
 
 def test_blanks_as_delimiter(tmp_path):
     lines = ["  time_s   elongation_mm  force_N", *("   " + "    ".join(line.split(",")) for line in rows(T, U, F))]
-    check(read_foreign(written(tmp_path, lines))[0])
+    check(read_loop_file(written(tmp_path, lines))[0])
 
 
 def test_volts_with_a_factor_and_a_sign_turned_round(tmp_path):
     path = written(tmp_path, ["time_s,u,f", *rows(T, -U / 25.4, F / 50.0, form="{:.9f}")])
     mapping = ColumnMapping({"elongation": "u", "force": "f"}, {"elongation": "in*-1", "force": "V*50"})
-    check(read_foreign(path, mapping)[0])
+    check(read_loop_file(path, mapping)[0])
 
 
 def test_a_sample_period_stands_in_for_a_missing_time(tmp_path):
-    check(read_foreign(written(tmp_path, ["elongation_mm,force_N", *rows(U, F)]), ColumnMapping(sample_period_s=0.5))[0])
+    check(read_loop_file(written(tmp_path, ["elongation_mm,force_N", *rows(U, F)]), ColumnMapping(sample_period_s=0.5))[0])
 
 
 def test_a_mapping_file_says_again_what_the_options_said(tmp_path):
@@ -165,7 +165,7 @@ def test_a_mapping_file_says_again_what_the_options_said(tmp_path):
 
 
 def test_what_was_understood_is_shown_with_five_rows(tmp_path):
-    _, understood = read_foreign(written(tmp_path, ["time_s,elongation_mm,force_N", *rows(T, U, F)]))
+    _, understood = read_loop_file(written(tmp_path, ["time_s,elongation_mm,force_N", *rows(T, U, F)]))
     shown = understood.sentences()
     assert "delimiter comma, decimal point, header in line 1, 40 rows" in shown[0]
     assert len(shown) == 1 + 3 + 5
@@ -206,14 +206,14 @@ REFUSED = {
 def test_unusable_files_end_in_one_sentence(tmp_path, case):
     lines, options, sentence = REFUSED[case]
     with pytest.raises(InputError, match=sentence):
-        read_foreign(written(tmp_path, lines), ColumnMapping(**options))
+        read_loop_file(written(tmp_path, lines), ColumnMapping(**options))
 
 
 def test_a_comma_that_may_be_a_thousand_is_not_guessed(tmp_path):
     lines = ["time_s\telongation_um\tforce_N", *(f"{1 + k}\t{1 + k},250\t{2 + k},500" for k in range(30))]
     with pytest.raises(InputError, match="decimal comma or a thousand"):
-        read_foreign(written(tmp_path, lines))
-    loop, _ = read_foreign(written(tmp_path, lines), ColumnMapping(decimal="comma"))
+        read_loop_file(written(tmp_path, lines))
+    loop, _ = read_loop_file(written(tmp_path, lines), ColumnMapping(decimal="comma"))
     assert loop.force_N[0] == 2.5
 
 
@@ -221,7 +221,7 @@ def test_a_binary_file_is_no_table(tmp_path):
     path = tmp_path / "x.csv"
     path.write_bytes(bytes(range(256)) * 10)
     with pytest.raises(InputError, match="is not text"):
-        read_foreign(path)
+        read_loop_file(path)
 
 
 def test_an_option_for_an_unknown_quantity_names_the_nearest():
@@ -234,7 +234,7 @@ def test_an_option_for_an_unknown_quantity_names_the_nearest():
 def test_a_matlab_file_is_read_by_the_names_of_its_variables(tmp_path):
     savemat(tmp_path / "run.mat", {"dist": U[:, None], "rig": {"forc": F}, "Ts": 0.5, "f": 1.5, "note": "x"})
     mapping = ColumnMapping({"elongation": "dist", "force": "rig.forc"}, {"elongation": "mm", "force": "N"}, sample_period_s=0.5)
-    loop, understood = read_foreign(tmp_path / "run.mat", mapping)
+    loop, understood = read_loop_file(tmp_path / "run.mat", mapping)
     check(loop)
     assert understood.claims == [Claim("a note in it", "frequency", 1.5)]
 
@@ -242,7 +242,7 @@ def test_a_matlab_file_is_read_by_the_names_of_its_variables(tmp_path):
 def test_a_matlab_file_without_options_names_its_variables(tmp_path):
     savemat(tmp_path / "run.mat", {"dist": U, "forc": F, "Ts": 0.5})
     with pytest.raises(InputError, match=r'found "dist", "forc"(.|\n)*Ts = 0.5'):
-        read_foreign(tmp_path / "run.mat")
+        read_loop_file(tmp_path / "run.mat")
 
 
 def test_a_matlab_file_that_is_cut_or_new_is_refused_with_what_to_do(tmp_path):
@@ -252,11 +252,11 @@ def test_a_matlab_file_that_is_cut_or_new_is_refused_with_what_to_do(tmp_path):
     (tmp_path / "new.mat").write_bytes(b"MATLAB 7.3 MAT-file, Platform: GLNXA64".ljust(124) + b"\x00\x02IM" + bytes(600))
     for name in ("cut.mat", "new.mat"):
         with pytest.raises(InputError, match="-v7"):
-            read_foreign(tmp_path / name)
+            read_loop_file(tmp_path / name)
 
 
 def test_a_frequency_in_the_name_is_a_claim(tmp_path):
-    _, understood = read_foreign(written(tmp_path, ["time_s,elongation_mm,force_N", *rows(T, U, F)], name="A_0.25Hz_12mm.csv"))
+    _, understood = read_loop_file(written(tmp_path, ["time_s,elongation_mm,force_N", *rows(T, U, F)], name="A_0.25Hz_12mm.csv"))
     assert understood.claims == [Claim("its name", "frequency", 0.25), Claim("its name", "travel", 0.012)]
 
 
@@ -282,7 +282,7 @@ REAL = Path("../shared/real/loops/mr-damper-0V")
 @pytest.mark.skipif(not REAL.is_dir(), reason="../shared/real is absent")
 def test_a_real_matlab_file_holds_what_its_table_holds():
     mapping = ColumnMapping({"elongation": "dist", "force": "forc"}, {"elongation": "mm", "force": "N"}, sample_period_s=0.01)
-    loop, _ = read_foreign(REAL / "ensaio1.1.mat", mapping)
-    table, _ = read_foreign(REAL / "f0.840Hz_A12.19mm.csv")
+    loop, _ = read_loop_file(REAL / "ensaio1.1.mat", mapping)
+    table, _ = read_loop_file(REAL / "f0.840Hz_A12.19mm.csv")
     assert loop.elongation_m == pytest.approx(table.elongation_m, abs=1e-9)
     assert loop.force_N == pytest.approx(table.force_N, abs=1e-3)

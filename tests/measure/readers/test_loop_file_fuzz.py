@@ -11,7 +11,7 @@ from scipy.io import savemat
 
 from measure import InputError, Loop
 from measure.readers.column_mapping import ColumnMapping
-from measure.readers.loop_file import read_foreign
+from measure.readers.loop_file import read_loop_file
 
 _T = np.arange(30) * 0.1
 _TABLE = np.stack([_T, 12.0 * np.sin(_T), 2.8 + 0.1 * np.cos(_T)], axis=1)
@@ -91,7 +91,7 @@ def fuzz(folder, rounds, seconds, seed):
         path = folder / "fuzzed.csv"
         path.write_bytes(mutated(rng.choice(sources), rng))
         try:
-            loop, understood = read_foreign(path, rng.choice(_MAPPINGS))
+            loop, understood = read_loop_file(path, rng.choice(_MAPPINGS))
         except InputError:
             continue
         assert isinstance(loop, Loop)
