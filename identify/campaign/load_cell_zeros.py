@@ -25,7 +25,7 @@ def zeros_differ(fit: Fit) -> bool:
 
 
 def _scatter(fit: Fit, own: slice) -> float:
-    """Root mean square of knobs about their mean, in standard errors."""
+    """Root mean square of parameters about their mean, in standard errors."""
     count = own.stop - own.start
     centred = (np.eye(count) - 1.0 / count) * fit.problem.scales[own]
     variances = np.diag(centred @ fit.covariance[own, own] @ centred.T)

@@ -38,6 +38,11 @@ class Run:
             object.__setattr__(self, "name", self.table.name)
 
     @property
+    def label(self) -> str:
+        """The name without its ending, with which the run's own parameters begin: `test2` of test2.csv."""
+        return self.name.removesuffix(".csv")
+
+    @property
     def is_loop(self) -> bool:
         """Whether this is a force-elongation loop; else it is a deployment."""
         return isinstance(self.table, Loop)

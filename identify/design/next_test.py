@@ -109,7 +109,7 @@ def _foreseen(best: _Side, rivals: Mapping[str, _Side], condition: Condition, *,
 
 def _chance(best: Fit, rival: _Side, shown: Sequence[Array]) -> float:
     """How likely a test that shows so much tells the two apart, whichever is true."""
-    before = float(np.sum(rival.fit.free_of_knobs((best.gaps - rival.fit.gaps)[:, None]) ** 2))
+    before = float(np.sum(rival.fit.free_of_parameters((best.gaps - rival.fit.gaps)[:, None]) ** 2))
     if_best, if_rival = shown
     return chance_of_split(rival.fit.cost - best.cost, rival.dearer, before, (if_best, if_rival))
 
@@ -148,32 +148,32 @@ def _excluding_lead(whole: Array) -> Array:
 
 @dataclass(frozen=True)
 class _Side:
-    """One of the rivals: its fit, knobs as it has them and as they might be, and the root (k, k) of the information so far.
+    """One of the rivals: its fit, parameters as it has them and as they might be, and the root (k, k) of the information so far.
 
     dearer : how much more than those of the foremost its numbers are charged for.
     """
 
     fit: Fit
-    knobs: Sequence[Array]
+    parameters: Sequence[Array]
     root: Array
     dearer: float
 
     @classmethod
     def of(cls, fit: Fit, dearer: float = 0.0) -> _Side:
-        """With its own knobs first."""
+        """With its own parameters first."""
         root = np.asarray(np.linalg.qr(fit.jacobian, mode="r"))
-        return cls(fit, [fit.q, *likely_knobs(fit)], root, dearer)
+        return cls(fit, [fit.q, *likely_parameters(fit)], root, dearer)
 
 
-def likely_knobs(fit: Fit) -> list[Array]:
-    """Knobs (k,) from a fit's covariance, within their bounds, a dozen at most; always the same draws.
+def likely_parameters(fit: Fit) -> list[Array]:
+    """Parameters (k,) from a fit's covariance, within their bounds, a dozen at most; always the same draws.
 
-    Where an effect bends, a straight line leads to knobs that the measurements do not bear out: one is kept as rarely as the sum of
+    Where an effect bends, a straight line leads to parameters that the measurements do not bear out: one is kept as rarely as the sum of
     squares is there above the parabola.
     """
     power, turn = np.linalg.eigh(fit.covariance)
     spread = turn * np.sqrt(np.maximum(power, 0.0))
-    bounds = np.array([(knob.low, knob.high) for knob in fit.problem.knobs]).T
+    bounds = np.array([(parameter.low, parameter.high) for parameter in fit.problem.parameters]).T
     chance = np.random.default_rng(_SEED)
     drawn = [np.clip(fit.q + spread @ chance.normal(size=len(fit.q)), *bounds) for _ in range(_DRAWS)]
     costs = [float(np.sum(gaps**2)) for gaps in fit.problem.gaps_beside([fit.q, *drawn])[1:]]
@@ -185,7 +185,7 @@ def likely_knobs(fit: Fit) -> list[Array]:
 class _Line:
     """A rival before a further run, in straight lines from where it would be if it knew the release, (r,).
 
-    rows : (m, k), what its knobs do to that run, to what it knew, and to the release.
+    rows : (m, k), what its parameters do to that run, to what it knew, and to the release.
     further : (m,), which of them come anew with each run.
     """
 
@@ -228,8 +228,10 @@ class _Line:
         of = self.side.fit.problem.until(np.inf)
         problem = replace(of, films=(*of.films, *made.films), loops=(*of.loops, *made.loops))
         alone = _meeting(self.side, made)
-        own = dict(zip((knob.name for knob in alone.knobs[alone.first_nuisance : alone.first_effect]), self.release, strict=True))
-        start = laid_out(self.side.fit, problem) + np.array([own.get(knob.name, 0.0) for knob in problem.knobs])
+        own = dict(
+            zip((parameter.name for parameter in alone.parameters[alone.first_nuisance : alone.first_effect]), self.release, strict=True)
+        )
+        start = laid_out(self.side.fit, problem) + np.array([own.get(parameter.name, 0.0) for parameter in problem.parameters])
         found = solve(problem, start, most_steps=_STEPS, enough=ROUGHLY)
         return max(0.0, found.cost - self.side.fit.cost - float(self.release @ self.release))
 
@@ -269,7 +271,7 @@ class _Shows:
 
 
 def _placed(fit: Fit, problem: Problem, release: Array) -> Array:
-    """The knobs of a fit for a problem with a single run of which only the release is given."""
+    """The parameters of a fit for a problem with a single run of which only the release is given."""
     q = laid_out(fit, problem)
     q[problem.first_nuisance : problem.first_effect] = release
     return q
@@ -283,12 +285,12 @@ def _blank(problem: Problem, condition: Condition) -> Problem:
 
 
 def likely_releases(problem: Problem, condition: Condition, many: int) -> Array:
-    """How a further run may be let go, (many, r) in knobs; a single row of zeros for a loop."""
+    """How a further run may be let go, (many, r) in parameters; a single row of zeros for a loop."""
     blank = _blank(problem, condition)
     count = blank.first_effect - blank.first_nuisance
     if condition.frequency_Hz:
         return np.zeros((1, count))
-    spreads = np.array([knob.spread for knob in blank.knobs[blank.first_nuisance : blank.first_effect]])
+    spreads = np.array([parameter.spread for parameter in blank.parameters[blank.first_nuisance : blank.first_effect]])
     return spreads * np.random.default_rng(_SEED).normal(size=(many, count))
 
 
@@ -298,12 +300,12 @@ def _meeting(side: _Side, made: Problem) -> Problem:
 
 
 def _made(side: _Side, condition: Condition, releases: Array) -> list[list[Problem]]:
-    """The further run as an effect would make it, without noise: for each release, with some of the effect's sets of knobs."""
+    """The further run as an effect would make it, without noise: for each release, with some of the effect's sets of parameters."""
     blank = _blank(side.fit.problem, condition)
     make = _loop_made if condition.frequency_Hz else _film_made
     made = []
     for i, release in enumerate(releases):
-        some = side.knobs[i :: len(releases)] or side.knobs[:1]
+        some = side.parameters[i :: len(releases)] or side.parameters[:1]
         made.append(make(blank, [_placed(replace(side.fit, q=q), blank, release) for q in some]))
     return made
 

@@ -1,4 +1,4 @@
-"""Least squares over a problem's knobs, and what a fit is worth."""
+"""Least squares over a problem's parameters, and what a fit is worth."""
 
 from __future__ import annotations
 
@@ -18,16 +18,16 @@ from simulate.model.effect import Effect
 ENOUGH, ROUGHLY = 0.05, 1.0  # fall of the sum of squares at which a fit stops, in units of the noise squared
 NEAR = 50.0  # in units of the noise squared: two fits so close that either may turn out the deeper one
 _SAME_COURSE, _SAME_PLACE = 1e-3, 0.2  # relative change of the sum of squares, and way in scales, within which a Jacobian is still good
-_AT_BOUND, _OFF_BOUND = 1e-6, 1e-3  # in scales: nearer than this a knob is at its bound, and starts so far off it
+_AT_BOUND, _OFF_BOUND = 1e-6, 1e-3  # in scales: nearer than this a parameter is at its bound, and starts so far off it
 _EARLY_SPREAD = 30.0  # typical sizes
 _FIRST_LEG, _NEXT_LEG, _LAST_LEG = 12, 6, 60
-_NOTHING, _UNDONE = 1e-3, 1e-6  # of the noise, by a typical size of a knob; of what the knob does
+_NOTHING, _UNDONE = 1e-3, 1e-6  # of the noise, by a typical size of a parameter; of what the parameter does
 _CLOSE = 1.5  # times the noise: worth being taken to the very end
 
 
 @dataclass(frozen=True)
 class Fit:
-    """A problem with its knobs at the least squares: gaps (m,) in units of the noise, their Jacobian (m, k).
+    """A problem with its parameters at the least squares: gaps (m,) in units of the noise, their Jacobian (m, k).
 
     converged : whether the solver stopped because nothing improved any more.
     """
@@ -45,27 +45,27 @@ class Fit:
 
     @cached_property
     def basis(self) -> Array:
-        """Orthonormal columns (m, k) of what the knobs can do to the gaps, each knob by its own measure."""
+        """Orthonormal columns (m, k) of what the parameters can do to the gaps, each parameter by its own measure."""
         norms = np.linalg.norm(self.jacobian, axis=0)
         return np.linalg.qr(self.jacobian[:, norms > 0] / norms[norms > 0])[0]
 
-    def free_of_knobs(self, columns: Array) -> Array:
-        """Columns (m, n) freed of what the knobs can do themselves: projected on what is perpendicular to that."""
+    def free_of_parameters(self, columns: Array) -> Array:
+        """Columns (m, n) freed of what the parameters can do themselves: projected on what is perpendicular to that."""
         return columns - self.basis @ (self.basis.T @ columns)
 
     def beyond(self, first: int) -> Array:
-        """What the knobs from `first` on do to the gaps, (m, k), freed of what those before them can do themselves."""
-        return replace(self, jacobian=self.jacobian[:, :first]).free_of_knobs(self.jacobian[:, first:])
+        """What the parameters from `first` on do to the gaps, (m, k), freed of what those before them can do themselves."""
+        return replace(self, jacobian=self.jacobian[:, :first]).free_of_parameters(self.jacobian[:, first:])
 
-    def moves(self, knob: int) -> bool:
-        """Whether moving a knob does anything to the gaps."""
-        return float(np.linalg.norm(self.jacobian[:, knob])) > _NOTHING
+    def moves(self, parameter: int) -> bool:
+        """Whether moving a parameter does anything to the gaps."""
+        return float(np.linalg.norm(self.jacobian[:, parameter])) > _NOTHING
 
-    def shows(self, knob: int) -> bool:
-        """Whether moving a knob does anything to the gaps that all others together cannot undo."""
-        column = self.jacobian[:, knob]
-        free = replace(self, jacobian=np.delete(self.jacobian, knob, axis=1)).free_of_knobs(column)
-        return self.moves(knob) and float(np.linalg.norm(free)) > _UNDONE * float(np.linalg.norm(column))
+    def shows(self, parameter: int) -> bool:
+        """Whether moving a parameter does anything to the gaps that all others together cannot undo."""
+        column = self.jacobian[:, parameter]
+        free = replace(self, jacobian=np.delete(self.jacobian, parameter, axis=1)).free_of_parameters(column)
+        return self.moves(parameter) and float(np.linalg.norm(free)) > _UNDONE * float(np.linalg.norm(column))
 
     @property
     def measured_gaps(self) -> Array:
@@ -78,7 +78,7 @@ class Fit:
         return float(np.sqrt(np.mean(self.measured_gaps**2)))
 
     @cached_property
-    def dilution(self) -> float:
+    def variance_inflation(self) -> float:
         """Samples per independent sample, one where neighbours are independent; never below one."""
         parts = [self.gaps[block.rows] for block in self.problem.blocks]
         independent = sum(effective_number(part) for part in parts if len(part))
@@ -87,16 +87,16 @@ class Fit:
     @property
     def unit(self) -> float:
         """Of a sum of squares, one independent sample's worth of the noise that is left."""
-        return self.dilution * max(1.0, self.rms**2)
+        return self.variance_inflation * max(1.0, self.rms**2)
 
     @property
     def effective_samples(self) -> float:
         """Number of independent samples."""
-        return self.problem.measured / self.dilution
+        return self.problem.measured / self.variance_inflation
 
     @cached_property
     def covariance(self) -> Array:
-        """Covariance of the knobs, (k, k), in scales.
+        """Covariance of the parameters, (k, k), in scales.
 
             H^-1 (sum over runs and channels of d J'J) H^-1,   H the whole J'J
 
@@ -114,7 +114,7 @@ class Fit:
         return inverse @ weighted @ inverse
 
     @cached_property
-    def words(self) -> float:
+    def effective_parameters(self) -> float:
         """Number of parameters that the effects speak with, never more than they have.
 
         A direction of the parameters, in typical sizes, counts as far as it moves the measurements beyond what base and releases
@@ -139,19 +139,19 @@ class Fit:
 def solve(
     problem: Problem, start: Array | None = None, *, free: Sequence[int] | None = None, most_steps: int = 25, enough: float = ENOUGH
 ) -> Fit:
-    """Find the knobs with the least sum of squares, within their bounds (trust region reflective, scipy).
+    """Find the parameters with the least sum of squares, within their bounds (trust region reflective, scipy).
 
     Parameters
     ----------
-    start : knobs to start from; by default the model file's values.
-    free : indices of the knobs that may move; by default all.
+    start : parameters to start from; by default the model file's values.
+    free : indices of the parameters that may move; by default all.
     most_steps : bound on the number of evaluations.
     enough : a fall of the sum of squares below which it stops.
     """
-    knobs = problem.knobs
-    moving = np.arange(len(knobs)) if free is None else np.asarray(free, dtype=int)
-    low, high = (np.array([getattr(knobs[i], side) for i in moving]) for side in ("low", "high"))
-    q = np.zeros(len(knobs)) if start is None else np.array(start, dtype=float)
+    parameters = problem.parameters
+    moving = np.arange(len(parameters)) if free is None else np.asarray(free, dtype=int)
+    low, high = (np.array([getattr(parameters[i], side) for i in moving]) for side in ("low", "high"))
+    q = np.zeros(len(parameters)) if start is None else np.array(start, dtype=float)
     if not len(moving):
         return Fit(problem, q, problem.gaps(q), np.empty((len(problem.gaps(q)), 0)), True)
     inside = np.minimum(_OFF_BOUND, 0.25 * (high - low))
@@ -207,7 +207,7 @@ class _Course:
 def solve_from_afar(problem: Problem, start: Array | None = None, *, free: Sequence[int] | None = None, most_steps: int = 20) -> Fit:
     """Fit the films up to the stops first, then ever further, and whole at last.
 
-    Behind the stops errors grow, so a start that is far off can lead into a wrong valley. What does not show yet is held
+    Behind the stops errors grow, so a start that is far off can lead into a wrong local minimum. What does not show yet is held
     near its start meanwhile.
     """
     q = start
@@ -231,19 +231,19 @@ def refitted(fit: Fit, effects: Sequence[Effect]) -> Fit:
 
 
 def laid_out(fit: Fit, other: Problem) -> Array:
-    """The knobs of a fit, by their names, for another problem of the same model; unknown ones (releases of other runs) are zero."""
-    known = {knob.name: value * knob.scale for knob, value in zip(fit.problem.knobs, fit.q, strict=True)}
-    return np.array([known.get(knob.name, 0.0) / knob.scale for knob in other.knobs])
+    """The parameters of a fit, by their names, for another problem of the same model; unknown ones (releases of other runs) are zero."""
+    known = {parameter.name: value * parameter.scale for parameter, value in zip(fit.problem.parameters, fit.q, strict=True)}
+    return np.array([known.get(parameter.name, 0.0) / parameter.scale for parameter in other.parameters])
 
 
-def price(problem: Problem) -> float:
-    """What a knob costs by the BIC, samples taken as independent: for fits that leave little but noise."""
+def bic_penalty(problem: Problem) -> float:
+    """What a parameter costs by the BIC, samples taken as independent: for fits that leave little but noise."""
     return float(np.log(problem.measured))
 
 
 def bic(fit: Fit) -> float:
-    """Sum of squares and the price of the knobs: of base and releases all, of effects those that speak."""
-    return fit.cost + (fit.problem.first_effect + fit.words) * price(fit.problem)
+    """Sum of squares and the price of the parameters: of base and releases all, of effects those that speak."""
+    return fit.cost + (fit.problem.first_effect + fit.effective_parameters) * bic_penalty(fit.problem)
 
 
 def horizons(problem: Problem) -> list[float]:

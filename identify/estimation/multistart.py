@@ -1,6 +1,6 @@
 """Releases looked for again where films can be met before their stops and are missed behind them.
 
-Behind the stops errors grow, and a release has several valleys there. A model that is right up to the stops and wrong behind
+Behind the stops errors grow, and a release has several local minima there. A model that is right up to the stops and wrong behind
 them has most likely found the wrong one; a model that is wrong before the stops already has no right one.
 """
 
@@ -35,11 +35,11 @@ _FARTHER = 0.7, 1.3  # times as far off
 
 
 def released_again(fit: Fit, free: Sequence[int] | None = None) -> Fit:
-    """The same fit, or a better one that another valley of a film's release leads to.
+    """The same fit, or a better one that another local minimum of a film's release leads to.
 
     Parameters
     ----------
-    free : indices of the knobs that may move; by default all.
+    free : indices of the parameters that may move; by default all.
     """
     missed = _missed_behind_the_stops(fit)
     if gap_test(fit).p_value > GAP_P or not missed:
@@ -53,7 +53,7 @@ def released_again(fit: Fit, free: Sequence[int] | None = None) -> Fit:
 def searched_everywhere(fit: Fit) -> Fit:
     """The same fit, or a better one: every film's release looked for again, whether or not the film seems to have strayed.
 
-    A wrong valley can be so shallow that it is only told from noise by an effect that mends it.
+    A wrong local minimum can be so shallow that it is only told from noise by an effect that mends it.
     """
     if not fit.problem.films:
         return fit
@@ -69,7 +69,7 @@ def _searched(fit: Fit, early: Fit, films: Sequence[int], free: Sequence[int] | 
 
 
 def _missed_behind_the_stops(fit: Fit) -> list[int]:
-    """The films that are missed behind their stops; a fit in a wrong valley can miss them before these, too, for the sake of the rest."""
+    """The films that are missed behind their stops; a fit in a wrong local minimum can miss them before these, too."""
     found = []
     for index, film in enumerate(fit.problem.films):
         stop = first_stop_s(replace(fit.problem, films=(film,)))
@@ -85,31 +85,31 @@ def _rms(gaps: Array) -> float:
 
 
 def from_elsewhere(fit: Fit, index: int, early: Array, spread: Array, free: Sequence[int] | None = None) -> Fit:
-    """A film's release from many places, each followed into its valley by itself, and the whole fitted on from the deepest.
+    """A film's release from many places, each followed into its local minimum by itself, and the whole fitted on from the deepest.
 
     Parameters
     ----------
-    index : of the film. early, spread : knobs (k,) as the motion before the stops has them, and their covariance (k, k).
-    free : indices of the knobs that may move; by default all.
+    index : of the film. early, spread : parameters (k,) as the motion before the stops has them, and their covariance (k, k).
+    free : indices of the parameters that may move; by default all.
     """
     problem = fit.problem
-    first = problem.first_nuisance + sum(len(own) for own in problem.own_knobs[:index])
-    own = list(range(first, first + len(problem.own_knobs[index])))
+    first = problem.first_nuisance + sum(len(own) for own in problem.own_parameters[:index])
+    own = list(range(first, first + len(problem.own_parameters[index])))
     alone = replace(problem, films=(problem.films[index],), loops=(), covariate="")  # nothing else depends on where the film was released
     own_alone = list(range(alone.first_nuisance, alone.first_nuisance + len(own)))
     across = _across(problem.films[index])
-    unseen = [k for k, i in enumerate(own) if problem.knobs[i].name.rpartition(":")[2] in across]
+    unseen = [k for k, i in enumerate(own) if problem.parameters[i].key in across]
     places = _places(fit.q[own], early[own], spread[np.ix_(own, own)], unseen)
     here, *starts = (laid_out(replace(fit, q=_with(fit.q, own, place)), alone) for place in (fit.q[own], *places))
-    valleys = _followed(alone, starts, own_alone)
+    minima = _followed(alone, starts, own_alone)
     gaps = alone.gaps(here)
-    # the rest was fitted to the valley the film stands in, so another shows how deep it is only when everything moves
-    elsewhere = [_with(fit.q, own, valley.q[own_alone]) for valley in _distinct(valleys, float(gaps @ gaps))]
+    # the rest was fitted to the local minimum the film stands in, so another shows how deep it is only when everything moves
+    elsewhere = [_with(fit.q, own, minimum.q[own_alone]) for minimum in _distinct(minima, float(gaps @ gaps))]
     return min([fit, *(solve(problem, q, free=free) for q in elsewhere)], key=lambda f: f.cost)
 
 
 def _followed(alone: Problem, starts: Sequence[Array], own: Sequence[int]) -> list[Fit]:
-    """The valleys that a film's release leads to: a few steps from each of many places, on to the end from those that are deepest then."""
+    """The local minima that a film's release leads to: a few steps from each of many places, on to the end from the deepest of them."""
 
     def led(places: Sequence[Array], steps: int) -> list[Fit]:
         found = side_by_side(lambda i: solve(alone, places[i], free=own, most_steps=steps, enough=ROUGHLY), len(places))
@@ -122,10 +122,10 @@ def _followed(alone: Problem, starts: Sequence[Array], own: Sequence[int]) -> li
 
 def _across(film: Film) -> set[str]:
     """What of a release is across all that a film shows: its mirror image would have looked the same."""
-    seen = {"position_z"}
+    seen = {"position_z_m"}
     for moved, turned in (("x", "y"), ("y", "x")):
         if f"{moved}_m" in film.channels or f"theta_{turned}_rad" in film.channels:
-            seen |= {f"position_{moved}", f"theta_{turned}"}
+            seen |= {f"position_{moved}_m", f"theta_{turned}_rad"}
     return set(POSE) - seen
 
 
@@ -145,19 +145,19 @@ def _places(here: Array, early: Array, spread: Array, unseen: Sequence[int]) -> 
     return places + [_with(here, unseen, way) for way in ways]
 
 
-def _distinct(valleys: Sequence[Fit], here: float) -> list[Fit]:
+def _distinct(minima: Sequence[Fit], here: float) -> list[Fit]:
     """The two deepest of different depth that are not far above the one the film stands in; mirror images are equally deep."""
     found: list[Fit] = []
     depths = [here]
-    for valley in sorted(valleys, key=lambda f: f.cost):
-        if valley.cost < here + NEAR and all(abs(valley.cost - depth) > ROUGHLY for depth in depths):
-            found.append(valley)
-            depths.append(valley.cost)
+    for minimum in sorted(minima, key=lambda f: f.cost):
+        if minimum.cost < here + NEAR and all(abs(minimum.cost - depth) > ROUGHLY for depth in depths):
+            found.append(minimum)
+            depths.append(minimum.cost)
     return found[:2]
 
 
 def _own_covariance(fit: Fit, free: Sequence[int]) -> Array:
-    """The covariance of the knobs that moved, set into a matrix of all."""
+    """The covariance of the parameters that moved, set into a matrix of all."""
     whole = np.zeros((len(fit.q), len(fit.q)))
     whole[np.ix_(list(free), list(free))] = fit.covariance
     return whole

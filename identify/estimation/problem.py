@@ -83,7 +83,7 @@ class Problem(Unknowns):
         return replace(self, until_s=horizon_s)
 
     def gaps(self, q: Array) -> Array:
-        """Measured minus modelled, over the noise, film by film and loop by loop; behind them the knobs over their priors."""
+        """Measured minus modelled, over the noise, film by film and loop by loop; behind them the parameters over their priors."""
         films = side_by_side(lambda i: self._film_gap(self.films[i], observe(self._view(q, i)), *self.datum_at(q, i)), len(self.films))
         return np.concatenate([*films, *self._loop_gaps(q), self.prior(q)])
 
@@ -108,7 +108,7 @@ class Problem(Unknowns):
         ]
 
     def _moves_loops(self, q: Array, first: Array) -> bool:
-        """Whether the loops of a point can differ from those of the first: by a knob of the base, of a zero, of what a shaker shows."""
+        """Whether the loops of a point can differ from those of the first: by a parameter of base, zeros or what a shaker shows."""
         return bool(self.loops) and bool(np.any((q != first) & self._seen_by_loops))
 
     @cached_property
@@ -167,12 +167,12 @@ class Problem(Unknowns):
         return replace(data, force_N=data.force_N - share)
 
     def jacobian(self, q: Array, columns: Sequence[int] | None = None, known: Array | None = None) -> tuple[Array, Array]:
-        """Gaps (m,) and their rate of change with the knobs (m, k), by forward differences, all simulations side by side.
+        """Gaps (m,) and their rate of change with the parameters (m, k), by forward differences, all simulations side by side.
 
-        A knob at its upper bound is stepped downwards. known : the gaps, where they have been worked out before.
+        A parameter at its upper bound is stepped downwards. known : the gaps, where they have been worked out before.
         """
         chosen = list(range(len(q))) if columns is None else list(columns)
-        steps = [-_STEP if q[i] + _STEP > self.knobs[i].high else _STEP for i in chosen]
+        steps = [-_STEP if q[i] + _STEP > self.parameters[i].high else _STEP for i in chosen]
         points = [q, *(_stepped(q, i, step) for i, step in zip(chosen, steps, strict=True))]
         here, *there = self.gaps_beside(points, [None, *(self.owner_of(i) for i in chosen)], known)
         return here, np.stack([(g - here) / step for g, step in zip(there, steps, strict=True)], axis=1)

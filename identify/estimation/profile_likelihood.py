@@ -25,7 +25,7 @@ _INSIDE = 0.1  # of a bracket: no nearer to its ends
 
 
 def profile_interval(fit: Fit, index: int) -> tuple[float, float]:
-    """Ends of the 95 % interval of a knob, in scales; an end that its bound cuts off is the bound.
+    """Ends of the 95 % interval of a parameter, in scales; an end that its bound cuts off is the bound.
 
     The sum of squares may rise by 1.96^2 times what makes a unit of it one variance, as the fit's covariance has it.
     """
@@ -35,7 +35,7 @@ def profile_interval(fit: Fit, index: int) -> tuple[float, float]:
 
 @dataclass(frozen=True)
 class _Place:
-    """All knobs with one held, the others fitted. back : (k - 1, m), the way of the others to the least squares from there.
+    """All parameters with one held, the others fitted. back : (k - 1, m), the way of the others to the least squares from there.
 
     along : (k - 1,), how they follow where the held one moves.
     """
@@ -52,7 +52,7 @@ class _Place:
 
 
 class _Profile:
-    """The sum of squares along one knob, all others fitted on from the nearest place that is known."""
+    """The sum of squares along one parameter, all others fitted on from the nearest place that is known."""
 
     def __init__(self, fit: Fit, index: int) -> None:
         self.fit, self.index = fit, index
@@ -61,7 +61,7 @@ class _Profile:
         alone = fit.jacobian[:, index] + fit.jacobian[:, self.others] @ along
         self.sigma = float(np.sqrt(max(fit.covariance[index, index], 0.0)))
         self.unit = float(alone @ alone) * self.sigma**2
-        self.bounds = np.array([(knob.low, knob.high) for knob in fit.problem.knobs])
+        self.bounds = np.array([(parameter.low, parameter.high) for parameter in fit.problem.parameters])
         self.known = [_Place(fit.q, fit.gaps, back, along)]
 
     def end(self, sign: float) -> float:
@@ -93,18 +93,18 @@ class _Profile:
         return float(np.linalg.norm(at.gaps - straight)) / max(REACH * float(np.sqrt(self.unit)), 1e-300)
 
     def _look_again(self, at: _Place) -> None:
-        """Work out the slopes anew at a place and fit on from there: where a valley bends, those of the fit mislead."""
+        """Work out the slopes anew at a place and fit on from there: where a local minimum bends, those of the fit mislead."""
         jacobian = self.fit.problem.jacobian(at.q, range(len(at.q)), at.gaps)[1]
         self.known.append(self._fitted_on(at.q, *self._ways(jacobian)))
 
     def _ways(self, jacobian: Array) -> tuple[Array, Array]:
-        """The ways of the other knobs, to the least squares and along with the held one, by these slopes."""
+        """The ways of the other parameters, to the least squares and along with the held one, by these slopes."""
         slopes = jacobian[:, self.others]
         back = np.linalg.pinv(slopes.T @ slopes, rcond=1e-14, hermitian=True) @ slopes.T
         return back, -back @ jacobian[:, self.index]
 
     def _rise(self, value: float) -> float:
-        """Rise of the sum of squares with the knob held at a value."""
+        """Rise of the sum of squares with the parameter held at a value."""
         start = self._nearest(value)
         q = start.q.copy()
         q[self.others] += start.along * (value - q[self.index])

@@ -82,18 +82,18 @@ def leg_force(fit: Fit) -> LegForce | None:
     spread = np.linalg.pinv(free.T @ free, rcond=1e-8, hermitian=True)
     typical = ForceAlongElongation.typical()[:PLACES]
     first, last = _reach(fit.problem)
-    sigma = typical * np.sqrt(np.diag(spread) * fit.dilution)
+    sigma = typical * np.sqrt(np.diag(spread) * fit.variance_inflation)
     return LegForce(np.linspace(first, last, PLACES), -typical * (spread @ (free.T @ fit.gaps)), sigma, min(1.0, closed / excess))
 
 
 def _free_columns(fit: Fit) -> Array:
-    """What the table can do to the gaps, (m, PLACES), freed of what the knobs can do themselves."""
+    """What the table can do to the gaps, (m, PLACES), freed of what the parameters can do themselves."""
     first, last = _reach(fit.problem)
     table = ForceAlongElongation(first_m=first, spacing_m=(last - first) / (PLACES - 1))
     problem = fit.problem.with_another(table)
     old = len(fit.q)
     start = np.concatenate([fit.q, np.zeros(len(table.flat()))])
-    return fit.free_of_knobs(problem.jacobian(start, range(old, old + PLACES), fit.gaps)[1])
+    return fit.free_of_parameters(problem.jacobian(start, range(old, old + PLACES), fit.gaps)[1])
 
 
 def _reach(problem: Problem) -> tuple[float, float]:

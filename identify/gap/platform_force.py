@@ -205,10 +205,10 @@ def estimate(before: Fit) -> MissingForce:
     early = before_the_stops(before.problem)
     hint = before if early is before.problem else solve(early, before.q)
     hint = hint if gap_test(hint).p_value < GAP_P else before
-    costs = {along: fitted(hint, along, seen_knobs(hint, along)).cost for along in _WORDS}
+    costs = {along: fitted(hint, along, seen_parameters(hint, along)).cost for along in _WORDS}
     best = min(costs, key=lambda along: costs[along])
     leads = named_leads(best, {along: cost - costs[best] for along, cost in costs.items()}, hint.cost - costs[best])
-    return read(fitted(before, best, seen_knobs(before, best)), best, leads)
+    return read(fitted(before, best, seen_parameters(before, best)), best, leads)
 
 
 def named_leads(best: Along, short: Mapping[Along, float], closed: float) -> dict[str, float]:
@@ -219,7 +219,7 @@ def named_leads(best: Along, short: Mapping[Along, float], closed: float) -> dic
 def at_once(before: Fit) -> MissingForce:
     """The missing force along time by a single step along a fit's straight lines: where the gap is, before anything is named."""
     problem, start = with_table(before, ForceAlongTime)
-    free = seen_knobs(before, ForceAlongTime)
+    free = seen_parameters(before, ForceAlongTime)
     new = [i for i in free if i >= len(before.q)]
     jacobian = np.hstack([before.jacobian, problem.jacobian(start, new, before.gaps)[1]])
     step = np.linalg.lstsq(jacobian, -before.gaps, rcond=1e-12)[0]
@@ -235,7 +235,7 @@ def chance_of_force(fit: Fit) -> float:
     if not fit.problem.films:
         return 1.0
     found = at_once(fit).fit
-    return chance_of_columns(fit, fit.free_of_knobs(found.jacobian[:, len(fit.q) :]))
+    return chance_of_columns(fit, fit.free_of_parameters(found.jacobian[:, len(fit.q) :]))
 
 
 def _spread_out(jacobian: Array, columns: list[int], size: int) -> Array:
@@ -245,20 +245,20 @@ def _spread_out(jacobian: Array, columns: list[int], size: int) -> Array:
 
 
 def with_table(before: Fit, along: Along) -> tuple[Problem, Array]:
-    """The problem with a table that is unknown, and its knobs where the table is zero."""
+    """The problem with a table that is unknown, and its parameters where the table is zero."""
     problem = before.problem.with_another(along())
     return problem, laid_out(before, problem)
 
 
 def fitted(before: Fit, along: Along, free: list[int]) -> Fit:
-    """A table fitted with base and releases; only the knobs `free` may move."""
+    """A table fitted with base and releases; only the parameters `free` may move."""
     problem, start = with_table(before, along)
     found = solve(problem, start, free=free, most_steps=_MOST_STEPS, enough=ROUGHLY)
     return replace(found, jacobian=_spread_out(found.jacobian, free, len(found.q)))
 
 
-def seen_knobs(before: Fit, along: Along) -> list[int]:
-    """All knobs that were there, and of the table those behind which a film still runs, of the axes along which films tell the motion.
+def seen_parameters(before: Fit, along: Along) -> list[int]:
+    """All parameters that were there, and of the table those behind which a film still runs, of the axes along which films tell the motion.
 
     A moment moves the platform sideways as a lateral force does; without its rotation the two would only stand against each other.
     """

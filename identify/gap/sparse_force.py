@@ -12,7 +12,7 @@ from itertools import takewhile
 
 import numpy as np
 
-from identify.estimation.least_squares import Fit, bic, price
+from identify.estimation.least_squares import Fit, bic, bic_penalty
 from identify.gap.platform_force import (
     ALONGS,
     Along,
@@ -20,7 +20,7 @@ from identify.gap.platform_force import (
     fitted,
     named_leads,
     read,
-    seen_knobs,
+    seen_parameters,
     with_table,
 )
 from identify.selection.comparison import RIVAL_P, STRONG_BIC
@@ -52,16 +52,16 @@ def push(before: Fit, reached: float) -> Push | None:
 
     None where no place is worth its words, or where straight lines promise nothing near the BIC that others have reached.
     """
-    knobs = {along: [knob for knob in seen_knobs(before, along) if knob >= len(before.q)] for along in ALONGS}
-    tables = {along: _table(before, along, new) for along, new in knobs.items()}
-    gaps = before.free_of_knobs(before.gaps[:, None])[:, 0]
+    parameters = {along: [parameter for parameter in seen_parameters(before, along) if parameter >= len(before.q)] for along in ALONGS}
+    tables = {along: _table(before, along, new) for along, new in parameters.items()}
+    gaps = before.free_of_parameters(before.gaps[:, None])[:, 0]
     found = {along: _worth_saying(before, table, gaps) for along, table in tables.items()}
     along = max(found, key=lambda one: found[one][1] - _words(before, len(found[one][0])))
     places, gained = found[along]
-    said = len(before.q) * price(before.problem) + _words(before, len(places))
+    said = len(before.q) * bic_penalty(before.problem) + _words(before, len(places))
     if not places or before.cost - _OPTIMISM * gained + said > reached:
         return None
-    fit = fitted(before, along, [*range(len(before.q)), *(knobs[along][place] for place in places)])
+    fit = fitted(before, along, [*range(len(before.q)), *(parameters[along][place] for place in places)])
     leads = named_leads(along, {other: gained - found[other][1] for other in ALONGS}, gained)
     return Push(read(fit, along, leads), fit.cost + said, len(places), tuple(tables.values()))
 
@@ -87,11 +87,11 @@ def chance_of_push(before: Fit, after: Fit, pushed: Push) -> float:
     strength that was found, e noise. Few words are no virtue where a few places can follow most of what the effects can do.
     The gap's own lead is taken along the same straight lines: fitted whole, a push with all places to choose from bends more.
     """
-    unit = after.dilution * max(1.0, after.rms**2)
+    unit = after.variance_inflation * max(1.0, after.rms**2)
     strength = (before.cost - after.cost) / unit
     if strength <= 0.0:
         return 0.0
-    gaps = before.free_of_knobs(before.gaps[:, None]) / np.sqrt(unit)
+    gaps = before.free_of_parameters(before.gaps[:, None]) / np.sqrt(unit)
     effects, gaps, *tables = _in_one_frame([after.beyond(len(before.q)), gaps, *pushed.tables])
     left, sizes, _ = np.linalg.svd(effects, full_matrices=False)
     span = left[:, sizes > _LEFT * sizes[0]]
@@ -118,12 +118,12 @@ def _in_one_frame(parts: Sequence[Array]) -> list[Array]:
 
 def _table(before: Fit, along: Along, new: list[int]) -> Array:
     problem, start = with_table(before, along)
-    return before.free_of_knobs(problem.jacobian(start, new, before.gaps)[1])
+    return before.free_of_parameters(problem.jacobian(start, new, before.gaps)[1])
 
 
 def _words(before: Fit, places: int) -> float:
     """What it costs to say so many places."""
-    return _WORDS * places * price(before.problem)
+    return _WORDS * places * bic_penalty(before.problem)
 
 
 def _worth_saying(before: Fit, table: Array, gaps: Array) -> tuple[list[int], float]:

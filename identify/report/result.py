@@ -120,11 +120,11 @@ def base_moves(found: Explanation) -> dict[str, Any]:
     """How the force law was bent without the effects, and how it moved back with them, in its units."""
     rows = {}
     for i in range(found.before.problem.first_nuisance):
-        knob = found.before.problem.knobs[i]
-        stderr = float(np.sqrt(max(found.after.covariance[i, i], 0.0))) * knob.scale
-        rows[knob.name] = {
-            "shift_before": float(found.before.q[i] * knob.scale),
-            "shift_after": float(found.after.q[i] * knob.scale),
+        parameter = found.before.problem.parameters[i]
+        stderr = float(np.sqrt(max(found.after.covariance[i, i], 0.0))) * parameter.scale
+        rows[parameter.name] = {
+            "shift_before": float(found.before.q[i] * parameter.scale),
+            "shift_after": float(found.after.q[i] * parameter.scale),
             "stderr": stderr,
         }
     return rows

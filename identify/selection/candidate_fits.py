@@ -48,7 +48,7 @@ class Candidate:
 def fit_screened(before: Fit, screened: Screened) -> Candidate:
     """Fit an effect jointly, from one start after the other until the fit keeps what its signature promised; then from other shapes."""
     problem = before.problem.with_another(screened.effect)
-    promised = before.cost - _SHORT_OF_PROMISE * screened.promise * before.dilution
+    promised = before.cost - _SHORT_OF_PROMISE * screened.promise * before.variance_inflation
     found: Fit | None = None
     for start in _starts(problem, before, screened):
         fit = _fitted(problem, start, promised)
@@ -76,9 +76,9 @@ def _starts(problem: Problem, before: Fit, screened: Screened) -> Iterator[Array
 
 
 def as_planned(problem: Problem, q: Array) -> Array:
-    """The same knobs, every film released where it was planned to be."""
+    """The same parameters, every film released where it was planned to be."""
     planned = q.copy()
-    planned[[i for i, knob in enumerate(problem.knobs) if knob.name.rpartition(":")[2] in POSE]] = 0.0
+    planned[[i for i, parameter in enumerate(problem.parameters) if parameter.key in POSE]] = 0.0
     return planned
 
 
@@ -101,7 +101,7 @@ def carried_on(before: Fit, tried: Sequence[Candidate]) -> list[Candidate]:
 def carried_to_the_end(before: Fit, foremost: Sequence[Candidate]) -> list[Candidate]:
     """Candidates that were fitted up to the stops, or in a hurry, fitted whole.
 
-    Once one of them leaves only noise, its releases, looked for anew, lie in the right valleys; the others start from those. An effect more
+    Once one of them leaves only noise, its releases, searched again, lie in the right minima; the others start from those. An effect more
     cannot fit worse than none: a fit that does has lost its way behind the stops, and begins again where nothing was added.
     """
     closing: Fit | None = None
@@ -117,7 +117,7 @@ def carried_to_the_end(before: Fit, foremost: Sequence[Candidate]) -> list[Candi
 
 def _from_nothing(before: Fit, candidate: Candidate) -> Fit:
     problem = candidate.fit.problem
-    return to_the_end(solve(problem, np.concatenate([before.q, np.zeros(len(problem.knobs) - len(before.q))]), most_steps=_LAST_STEPS))
+    return to_the_end(solve(problem, np.concatenate([before.q, np.zeros(len(problem.parameters) - len(before.q))]), most_steps=_LAST_STEPS))
 
 
 def _whole(before: Fit, candidate: Candidate) -> Fit:
@@ -151,9 +151,9 @@ def _refitted(candidate: Candidate, before: Fit, fit: Fit) -> Candidate:
 
 def _signs(problem: Problem, first: int) -> tuple[float, ...]:
     """Which ways an effect of its typical size may go; of one with many numbers all of them at once are no likely place."""
-    if len(problem.knobs) - first > _FEW:
+    if len(problem.parameters) - first > _FEW:
         return ()
-    return (1.0, -1.0) if all(knob.low < -1.0 for knob in problem.knobs[first:]) else (1.0,)
+    return (1.0, -1.0) if all(parameter.low < -1.0 for parameter in problem.parameters[first:]) else (1.0,)
 
 
 def held_out_rms(fit: Fit) -> float:
@@ -182,7 +182,7 @@ def _left_out(fit: Fit, fold: set[str]) -> Array:
     out = np.zeros(len(fit.gaps), dtype=bool)
     for block in problem.blocks:
         out[block.rows] = block.run in fold
-    own = np.array([knob.name.rpartition(":")[0] in fold for knob in problem.knobs])
+    own = np.array([parameter.run in fold for parameter in problem.parameters])
     prior = np.arange(len(out)) >= problem.measured
     of_own = prior & np.any(fit.jacobian[:, own] != 0.0, axis=1)
     rest = ~out & ~of_own

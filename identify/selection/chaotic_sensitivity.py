@@ -23,7 +23,7 @@ def unforeseen(problem: Problem, q: Array) -> tuple[str, ...]:
 
     Parameters
     ----------
-    q : (k,) knobs; those of the releases are drawn anew, as the spreads of the model have them.
+    q : (k,) parameters; those of the releases are drawn anew, as the spreads of the model have them.
     """
     chance, own = np.random.default_rng(SEED), slice(problem.first_nuisance, problem.first_zero)
     seen = []

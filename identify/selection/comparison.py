@@ -32,7 +32,7 @@ RIVAL_P = 0.01  # a rival that would be led so far less often than this is exclu
 LIKENESS_P = 1e-3  # one that would look so much like the best; rarer, for it rests on where its parameters could have pointed
 STRONG_BIC, _ROUGH_LEAD = 10.0, 25.0
 _HOPELESS, _CLOSED_BY_FAR = 0.5, 1000.0
-_FAR_ABOVE = 2.0  # times the sum of squares: a release may lie in a wrong valley
+_FAR_ABOVE = 2.0  # times the sum of squares: a release may lie in a wrong local minimum
 _LAST_SHARE = 0.25  # of the excess over noise; a signature is a straight line's guess
 
 Say = Callable[[str], None]
@@ -98,7 +98,7 @@ def next_effect(
 ) -> tuple[Look, Step | None]:
     """The effect that closes most of what is left, or None where only noise is left or nothing helps; and where it was looked for.
 
-    An effect can show that the fit lay in a wrong valley, from where every signature is wrong; then it is looked at again from the
+    An effect can show that the fit lay in a wrong local minimum, from where every signature is wrong; then it is looked at again from the
     right one. last : no other may follow, so the effect has to close all that is left, and those whose signature is far from
     that are not tried.
     """
@@ -110,7 +110,7 @@ def next_effect(
         return look, None
     moved = _without(current, tried.whole[0].fit)
     if moved is not current:
-        say("looking again from another valley of the releases")
+        say("looking again from another local minimum of the releases")
         return next_effect(moved, catalogue, budget, say, last=last)
     return look, _step(look, tried)
 
@@ -126,7 +126,7 @@ class Tried:
 def _tried(look: Look, least: float, budget: Budget, say: Say) -> Tried:
     """The effects whose signature promises to close `least` of the sum of squares, fitted."""
     quick: list[Candidate] = []
-    for one in [s for s in look.screened if s.worth_fitting and s.promise * look.hint.dilution >= least][: budget.fitted]:
+    for one in [s for s in look.screened if s.worth_fitting and s.promise * look.hint.variance_inflation >= least][: budget.fitted]:
         if not _hopeless(one, quick):
             say(f"trying {one.effect.name}")
             quick.append(fit_screened(look.hint, one))
@@ -155,7 +155,7 @@ def _hint(current: Fit) -> Fit:
 
 def _promising(look: Look) -> bool:
     """Whether a single signature is too strong for chance, all that were looked at counted; it is keener than the gap's own test."""
-    single = min((float(stats.chi2.sf(s.promise, max(s.signature.knobs, 1))) for s in look.screened), default=1.0)
+    single = min((float(stats.chi2.sf(s.promise, max(s.signature.parameters, 1))) for s in look.screened), default=1.0)
     return look.tests.p_value(single) < GAP_P
 
 
@@ -188,10 +188,10 @@ def _step(look: Look, tried: Tried) -> Step | None:
 
 
 def _without(current: Fit, best: Fit) -> Fit:
-    """The fit before, or a better one without the effect: then it lay in a wrong valley of the releases.
+    """The fit before, or a better one without the effect: then it lay in a wrong local minimum of the releases.
 
     One far above the best is fitted again from where the effect has led. Where only the effect shows that something is missing, every
-    release is looked for anew, for what lies in a shallow wrong valley looks like noise and an effect can mend it.
+    release is looked for anew, for what lies in a shallow wrong local minimum looks like noise and an effect can mend it.
     """
     if current.cost >= _FAR_ABOVE * best.cost:
         found = to_the_end(solve(current.problem, best.q[: len(current.q)]))
@@ -218,16 +218,16 @@ def _not_fitted_whole(look: Look, tried: Tried) -> list[Rival]:
 
 def _gain(before: Fit, after: Fit, noise: Array, tests: Family) -> Gain:
     """What an effect gains, in units of what chance gains in the noise that is left, all effects that were looked at counted."""
-    knobs = len(after.q) - len(before.q)
-    chi2 = max(0.0, before.cost - after.cost) / inflation(after, knobs, noise)
-    bic = chi2 - knobs * float(np.log(max(after.effective_samples, 2.0)))
-    return Gain(chi2, knobs, tests.p_value(float(stats.chi2.sf(chi2, knobs))), bic)
+    parameters = len(after.q) - len(before.q)
+    chi2 = max(0.0, before.cost - after.cost) / inflation(after, parameters, noise)
+    bic = chi2 - parameters * float(np.log(max(after.effective_samples, 2.0)))
+    return Gain(chi2, parameters, tests.p_value(float(stats.chi2.sf(chi2, parameters))), bic)
 
 
 def _excluded(before: Fit, rival: Candidate, best: Candidate, noise: Array, *, hurried: bool = False) -> bool:
     """Whether a rival is led by more than chance explains, were it the truth; or would hardly ever look so much like the best one.
 
-    A lead of a few units excludes nobody: behind the stops the sum of squares has valleys, and fits end up that far apart; farther
+    A lead of a few units excludes nobody: behind the stops the sum of squares has local minima, and fits end up that far apart; farther
     still where they were hurried. An effect that can bend itself into many others is no rival of the one that it imitates.
     """
     least, slack = (_ROUGH_LEAD, STRONG_BIC) if hurried else (STRONG_BIC, ROUGHLY)
@@ -254,6 +254,6 @@ def price_of_words(before: Fit, fit: Fit, best: Fit) -> float:
     1 + ln(gain per word) is the price under a prior as wide as what was found (Hansen and Yu 2001). Else a faint effect with many
     numbers came behind each plainer one that imitates it.
     """
-    gained, words = (before.cost - fit.cost) / best.unit, fit.words - before.words
+    gained, words = (before.cost - fit.cost) / best.unit, fit.effective_parameters - before.effective_parameters
     found = 1.0 + float(np.log(max(gained / words, 1.0))) if words > 0.0 else 0.0
     return words * min(float(np.log(max(best.effective_samples, 2.0))), found)

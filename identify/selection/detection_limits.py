@@ -42,18 +42,18 @@ def sight(fit: Fit, effects: Sequence[Effect], noise: Array, tests: Family) -> t
     chi^2_needed is what a name asks for, all effects that are looked at counted; the inflation is that of slow noise.
     """
     single = -np.expm1(np.log1p(-EFFECT_P) / tests.tests)
-    wanted = float(np.sqrt(stats.chi2.isf(single, 1)) + stats.norm.ppf(POWER)) * float(np.sqrt(fit.dilution))
+    wanted = float(np.sqrt(stats.chi2.isf(single, 1)) + stats.norm.ppf(POWER)) * float(np.sqrt(fit.variance_inflation))
     return tuple(_sight(fit, effect, noise, wanted) for effect in effects)
 
 
 def _sight(fit: Fit, effect: Effect, noise: Array, wanted: float) -> Sight:
     problem = fit.problem.with_another(effect)
     if effect.is_straight():
-        looks = [_straight(fit.free_of_knobs(columns), noise, wanted) for _, _, columns in columns_of_shapes(fit, effect)]
+        looks = [_straight(fit.free_of_parameters(columns), noise, wanted) for _, _, columns in columns_of_shapes(fit, effect)]
     else:
         looks = [_bent(fit, problem, noise, wanted)]
     new = slice(len(fit.q), None)
-    farthest = np.array([max(abs(knob.low), abs(knob.high)) for knob in problem.knobs[new]])
+    farthest = np.array([max(abs(parameter.low), abs(parameter.high)) for parameter in problem.parameters[new]])
     sizes = np.array(looks or [np.full(len(farthest), np.inf)])
     sizes[sizes > farthest] = np.inf
     ends = [np.where(np.isfinite(end), end * problem.scales[new], np.nan) for end in (sizes.max(axis=0), sizes.min(axis=0))]
@@ -74,12 +74,12 @@ def _inflation(free: Array, noise: Array) -> float:
 def _bent(fit: Fit, problem: Problem, noise: Array, wanted: float) -> Array:
     """Typical sizes of an effect that has no straight beginning (a gap that opens), all its parameters grown together."""
     new = slice(len(fit.q), None)
-    steps = 2.0 ** _OCTAVES[:, None] * np.ones(len(problem.knobs[new]))
-    low, high = (np.array([getattr(knob, side) for knob in problem.knobs[new]]) for side in ("low", "high"))
+    steps = 2.0 ** _OCTAVES[:, None] * np.ones(len(problem.parameters[new]))
+    low, high = (np.array([getattr(parameter, side) for parameter in problem.parameters[new]]) for side in ("low", "high"))
     inside = np.clip(steps, low, high)
     shown = []
     for gaps in problem.gaps_many([np.concatenate([fit.q, step]) for step in inside]):
-        free = fit.free_of_knobs((gaps - fit.gaps)[:, None])
+        free = fit.free_of_parameters((gaps - fit.gaps)[:, None])
         shown.append(float(np.linalg.norm(free)) / _inflation(free, noise))
     seen = np.flatnonzero(np.array(shown) > wanted)
     return inside[seen[0]] if len(seen) else np.full(inside.shape[1], np.inf)

@@ -1,6 +1,6 @@
 """Every shape (a frequency, a time constant, a clearance) with which an effect that was found suits the measurements as well.
 
-A shaken base has a valley of the sum of squares at each of several frequencies, and some are as deep as one another. What is told
+A shaken base has a local minimum of the sum of squares at each of several frequencies, and some are as deep as one another. What is told
 comes from the deepest of them, and an interval spans all that cannot be told from it.
 """
 
@@ -19,19 +19,19 @@ from identify.selection.screening import ShapeLook, looks_at_shapes
 from measure.common.arrays import Array
 
 _FIRST_STEPS, _FOLLOWED, _STEPS = 6, 4, 25  # from every shape; the deepest ones then, and how far these are followed
-_NEAR = 10.0  # units above the deepest valley, within which a hurried fit may turn out as deep
+_NEAR = 10.0  # units above the deepest local minimum, within which a hurried fit may turn out as deep
 
 
 @dataclass(frozen=True)
-class Valley:
-    """The parameters of an effect (k,) in one of its valleys, with their standard errors."""
+class LocalMinimum:
+    """The parameters of an effect (k,) in one of its local minima, with their standard errors."""
 
     values: Array
     stderr: Array
 
 
-def deepest_shape(after: Fit, name: str) -> tuple[Fit, tuple[Valley, ...]]:
-    """The same fit, or one with another shape of an effect that is deeper; and the other valleys that cannot be told from it.
+def deepest_shape(after: Fit, name: str) -> tuple[Fit, tuple[LocalMinimum, ...]]:
+    """The same fit, or one with another shape of an effect that is deeper; and the other local minima that cannot be told from it.
 
     Parameters
     ----------
@@ -42,11 +42,11 @@ def deepest_shape(after: Fit, name: str) -> tuple[Fit, tuple[Valley, ...]]:
     if deepest.cost > after.cost - ROUGHLY:
         deepest = after
     limit = deepest.cost + REACH**2 * deepest.unit
-    return deepest, tuple(_valley(fit, name) for fit in fits if fit.cost < limit and _elsewhere(fit, deepest))
+    return deepest, tuple(_minimum(fit, name) for fit in fits if fit.cost < limit and _elsewhere(fit, deepest))
 
 
 def _elsewhere(fit: Fit, deepest: Fit) -> bool:
-    """Whether two fits say something different of the measurements: one valley can be written with several sets of numbers."""
+    """Whether two fits say something different of the measurements: one local minimum can be written with several sets of numbers."""
     return float(np.sum((fit.gaps - deepest.gaps) ** 2)) > deepest.unit
 
 
@@ -83,7 +83,7 @@ def _followed(starts: Sequence[tuple[Problem, Array]], steps: int) -> list[Fit]:
     return sorted(found, key=lambda fit: fit.cost)
 
 
-def _valley(fit: Fit, name: str) -> Valley:
+def _minimum(fit: Fit, name: str) -> LocalMinimum:
     (effect,) = (effect for effect in fit.problem.effects_at(fit.q) if effect.name == name)
     rows = fit.problem.rows_of(name)
-    return Valley(effect.flat(), np.sqrt(np.maximum(np.diag(fit.covariance)[rows], 0.0)) * fit.problem.scales[rows])
+    return LocalMinimum(effect.flat(), np.sqrt(np.maximum(np.diag(fit.covariance)[rows], 0.0)) * fit.problem.scales[rows])

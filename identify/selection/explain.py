@@ -28,7 +28,7 @@ from identify.selection.candidate_fits import Candidate, carried_over
 from identify.selection.chaotic_sensitivity import unforeseen
 from identify.selection.comparison import BUDGETS, Budget, Rival, Say, Step
 from identify.selection.detection_limits import Sight, sight
-from identify.selection.equivalent_shapes import Valley, deepest_shape
+from identify.selection.equivalent_shapes import LocalMinimum, deepest_shape
 from identify.selection.forward_selection import joined, share_closed, without_superfluous
 from identify.selection.gap_test import GAP_P, Gain, GapTest, gap_test
 from identify.selection.null_hypothesis import noise_like
@@ -221,8 +221,8 @@ def _explained(problem: Problem, runs: Sequence[Run], catalogue: Mapping[str, ty
     return Explanation(verdict, findings, *fits, *gaps, ranking, rivals, held, missing, located, sights, to_split, nearest=nearest)
 
 
-def _told_best(fit: Fit, names: Sequence[str], say: Say) -> tuple[Fit, dict[str, tuple[Valley, ...]]]:
-    """What is told, from the deepest valleys of releases and shapes; and for each effect the other valleys that may as well hold."""
+def _told_best(fit: Fit, names: Sequence[str], say: Say) -> tuple[Fit, dict[str, tuple[LocalMinimum, ...]]]:
+    """What is told, from the deepest local minima of releases and shapes; and for each effect the other minima that may as well hold."""
     fit, doubts = _settled(fit, say), {}
     for name in names:
         fit, doubts[name] = deepest_shape(fit, name)
@@ -230,7 +230,7 @@ def _told_best(fit: Fit, names: Sequence[str], say: Say) -> tuple[Fit, dict[str,
 
 
 def _settled(fit: Fit, say: Say) -> Fit:
-    """What is told, from the deepest valley of every film's release: a shallower one can look like noise and bend an effect's size."""
+    """What is told, from the deepest local minimum of every film's release: a shallower one can look like noise and bias an effect."""
     if not fit.problem.films:
         return fit
     say("looking for every release anew")
@@ -259,13 +259,13 @@ def _held(run: Run, before: Fit, after: Fit) -> Held:
     return Held(carried_over(before, problem), carried_over(after, problem.with_effects(after.problem.effects)))
 
 
-def _findings(after: Fit, before: Fit, steps: Sequence[Step], doubts: Mapping[str, Sequence[Valley]]) -> tuple[Finding, ...]:
+def _findings(after: Fit, before: Fit, steps: Sequence[Step], doubts: Mapping[str, Sequence[LocalMinimum]]) -> tuple[Finding, ...]:
     """The effects with their evidence, in order of weight: of what the sum of squares would grow without each."""
     found = [_finding(after, before, step, doubts[step.best.name]) for step in steps]
     return tuple(sorted(found, key=lambda finding: -finding.share))
 
 
-def _finding(after: Fit, before: Fit, step: Step, doubts: Sequence[Valley]) -> Finding:
+def _finding(after: Fit, before: Fit, step: Step, doubts: Sequence[LocalMinimum]) -> Finding:
     effect = next(effect for effect in after.problem.effects_at(after.q) if effect.name == step.best.name)
     rows = after.problem.rows_of(step.best.name)
     shown = np.array([after.shows(row) for row in rows.tolist()])
@@ -273,9 +273,9 @@ def _finding(after: Fit, before: Fit, step: Step, doubts: Sequence[Valley]) -> F
     ends = np.array([profile_interval(after, row) if seen else (-np.inf, np.inf) for row, seen in zip(rows.tolist(), shown, strict=True)])
     low, high = np.array(list(effect.own_bounds(after.problem.model).values())).T[:, :, None]
     ends = effect.flat()[:, None] + (ends - after.q[rows, None]) * after.problem.scales[rows, None]
-    for valley in doubts:
-        way = REACH * valley.stderr
-        ends = np.column_stack([np.minimum(ends[:, 0], valley.values - way), np.maximum(ends[:, 1], valley.values + way)])
+    for minimum in doubts:
+        way = REACH * minimum.stderr
+        ends = np.column_stack([np.minimum(ends[:, 0], minimum.values - way), np.maximum(ends[:, 1], minimum.values + way)])
     ci95 = np.clip(ends, low, high)
     names = tuple(c.name for c in step.equivalents)
     excess = before.cost - after.cost

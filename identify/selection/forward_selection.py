@@ -62,7 +62,7 @@ def joined(before: Fit, catalogue: Mapping[str, type[Effect]], budget: Budget, s
 
 
 def _with_fit(step: Step, fit: Fit) -> Step:
-    """The step with its best effect in the valley of the releases that a look at a further one has found."""
+    """The step with its best effect in the local minimum of the releases that a look at a further one has found."""
     return step if fit is step.best.fit else replace(step, best=replace(step.best, fit=fit))
 
 
@@ -91,7 +91,7 @@ def without_superfluous(current: Fit, steps: list[Step], say: Say) -> tuple[Fit,
         others = tuple(e for e in current.problem.effects if e.name != step.best.name)
         say(f"doing without {step.best.name}")
         less = refitted(current, others)
-        if _is_needed(less, current) and not _is_needed(_early(less), _early(current)):  # a wrong valley lies behind the stops
+        if _is_needed(less, current) and not _is_needed(_early(less), _early(current)):  # a wrong local minimum lies behind the stops
             less = searched_everywhere(less)
         if not _is_needed(less, current):
             return without_superfluous(less, [s for s in steps if s is not step], say)

@@ -77,23 +77,23 @@ def _release_p(fit: Fit) -> float:
 
 @dataclass(frozen=True)
 class Gain:
-    """What a fit with more knobs gains over one with fewer, on independent samples.
+    """What a fit with more parameters gains over one with fewer, on independent samples.
 
-    chi2 : fall of the sum of squares, per unit of the noise that is left and per independent sample. knobs : how many more.
+    chi2 : fall of the sum of squares, per unit of the noise that is left and per independent sample. parameters : how many more.
     """
 
     chi2: float
-    knobs: int
+    parameters: int
     p_value: float
     delta_bic: float
 
 
-def gain(before: Fit, after: Fit, dilution: float | None = None) -> Gain:
+def gain(before: Fit, after: Fit, variance_inflation: float | None = None) -> Gain:
     """Compare two fits of the same measurements.
 
     delta_bic = chi^2 gain - k ln n, positive in favour of the larger one, n the effective number of samples.
     """
-    thinned = after.dilution if dilution is None else dilution
+    thinned = after.variance_inflation if variance_inflation is None else variance_inflation
     extra = len(after.q) - len(before.q)
     chi2 = max(0.0, before.cost - after.cost) / (thinned * max(1.0, after.rms**2))
     bic = chi2 - extra * float(np.log(max(after.problem.measured / thinned, 2.0)))
@@ -113,14 +113,14 @@ class Signature:
     chi2: float
 
     @property
-    def knobs(self) -> int:
+    def parameters(self) -> int:
         """How many of the effect's parameters show."""
         return self.columns.shape[1]
 
 
 def signature(fit: Fit, columns: Array) -> Signature:
-    """Project an effect's columns free of the knobs of a fit; what is left can be told from them."""
-    free = fit.free_of_knobs(columns)
+    """Project an effect's columns free of the parameters of a fit; what is left can be told from them."""
+    free = fit.free_of_parameters(columns)
     shows = np.linalg.norm(free, axis=0) > 1e-6 * np.maximum(np.linalg.norm(columns, axis=0), 1e-12)
     shows &= np.linalg.norm(columns, axis=0) > 1e-9
     free = free[:, shows]
@@ -133,7 +133,7 @@ def signature(fit: Fit, columns: Array) -> Signature:
 
 def likeness(a: Signature, b: Signature) -> float:
     """Largest cosine between what two effects can show, one where one can stand for the other."""
-    if not a.knobs or not b.knobs:
+    if not a.parameters or not b.parameters:
         return 0.0
     qa, qb = (np.linalg.qr(s.columns)[0] for s in (a, b))
     return float(min(np.linalg.norm(qa.T @ qb, 2), 1.0))

@@ -1,6 +1,6 @@
 """What chance alone would do: noise like the one that is left, sent through the same decisions again.
 
-A parametric bootstrap of the procedure in its local, linear form: around a fit the gaps follow the knobs in straight lines, so
+A parametric bootstrap of the procedure in its local, linear form: around a fit the gaps follow the parameters in straight lines, so
 a fit to redrawn noise is a projection, and thousands of them cost less than one simulation.
 """
 
@@ -59,19 +59,19 @@ def gained_by(columns: Array, noise: Array) -> Array:
 
 
 def chance_of_columns(fit: Fit, free: Array) -> float:
-    """How likely columns (m, k) that are free of a fit's knobs gain as much from its gaps as they do, were these noise."""
+    """How likely columns (m, k) that are free of a fit's parameters gain as much from its gaps as they do, were these noise."""
     left, sizes, _ = np.linalg.svd(free / np.maximum(np.linalg.norm(free, axis=0), 1e-300), full_matrices=False)
     shown = left[:, sizes > _SHOWN]
     unit = max(1.0, float(np.mean(gained_by(shown, noise_like(fit)))) / max(shown.shape[1], 1))
     return float(stats.chi2.sf(float(np.sum((shown.T @ fit.gaps) ** 2)) / unit, max(shown.shape[1], 1)))
 
 
-def inflation(after: Fit, knobs: int, noise: Array) -> float:
-    """How much more than chi-squared the last `knobs` knobs of a fit gain from its noise, as a factor; never below one.
+def inflation(after: Fit, parameters: int, noise: Array) -> float:
+    """How much more than chi-squared the last `parameters` parameters of a fit gain from its noise, as a factor; never below one.
 
     Neighbouring samples of a gap that is slow count for less than they are; this is by how much, for the effect in question.
     """
-    free = after.beyond(len(after.q) - knobs)
+    free = after.beyond(len(after.q) - parameters)
     shown = int(np.sum(np.linalg.norm(free, axis=0) > 0))
     return max(1.0, float(np.mean(gained_by(free, noise))) / max(shown, 1))
 
@@ -91,12 +91,12 @@ def chance_of_likeness(before: Fit, best: Fit, rival: Fit, slack: float) -> floa
     ----------
     before : without either. slack : how far the sums of squares may be off.
     """
-    unit = best.dilution * max(1.0, best.rms**2)
+    unit = best.variance_inflation * max(1.0, best.rms**2)
     strength, lead = (before.cost - rival.cost) / unit, (best.cost - rival.cost + slack) / unit
     if strength <= 0.0:
         return 1.0
     free = rival.beyond(len(before.q))
-    left = best.free_of_knobs(free)
+    left = best.free_of_parameters(free)
     chance = np.random.default_rng(SEED)
     z = chance.normal(size=(free.shape[1], LIKENESS_DRAWS))
     whole, rest = (np.einsum("id,ij,jd->d", z, columns.T @ columns, z) for columns in (free, left))
@@ -119,14 +119,14 @@ class Family:
 
 def family(signatures: Sequence[Signature], noise: Array) -> Family:
     """Count independent tests from what the best of all signatures reaches in noise: its median chance is 1 - 0.5^(1/tests)."""
-    shown = [s for s in signatures if s.knobs]
+    shown = [s for s in signatures if s.parameters]
     if not shown:
         return Family(1.0)
     smallest = np.ones(noise.shape[1])
     for signature in shown:
         gained = gained_by(signature.columns, noise)
-        scale = max(float(gained.mean()) / signature.knobs, 1e-12)
-        smallest = np.minimum(smallest, stats.chi2.sf(gained / scale, signature.knobs))
+        scale = max(float(gained.mean()) / signature.parameters, 1e-12)
+        smallest = np.minimum(smallest, stats.chi2.sf(gained / scale, signature.parameters))
     median = float(np.clip(np.median(smallest), 1e-12, 0.5))
     return Family(max(1.0, float(np.log(0.5) / np.log1p(-median))))
 
@@ -137,10 +137,10 @@ def chance_of_lead(best: Fit, rival: Fit, noise: Array) -> float:
         lead = |P_rival e|^2 - |P_best (g_best - g_rival + e)|^2        against the one that was seen
 
     g the gaps that both leave of the same measurements, so that g_best - g_rival is what the best one's model misses of the
-    rival's; P frees of each one's knobs (the non-nested test of Cox, by the bootstrap of Williams 1970).
+    rival's; P frees of each one's parameters (the non-nested test of Cox, by the bootstrap of Williams 1970).
     """
     missed = best.gaps[:, None] - rival.gaps[:, None]
-    best_left = np.sum(best.free_of_knobs(missed + noise) ** 2, axis=0)
-    rival_left = np.sum(rival.free_of_knobs(noise) ** 2, axis=0)
+    best_left = np.sum(best.free_of_parameters(missed + noise) ** 2, axis=0)
+    rival_left = np.sum(rival.free_of_parameters(noise) ** 2, axis=0)
     lead = rival_left - best_left
     return (1.0 + float(np.sum(lead >= rival.cost - best.cost))) / (1.0 + len(lead))

@@ -45,7 +45,7 @@ def better_pair(
     A step for each of the two on top of the other; the last one holds the fit with both.
     """
     closed = gap_test(step.best.fit).p_value > GAP_P
-    if closed and step.best.gain.knobs <= _PLAIN:
+    if closed and step.best.gain.parameters <= _PLAIN:
         return None
     first = _promising_pair(look, step.best.name, plainer=closed)
     if first is None:
@@ -66,13 +66,13 @@ def better_pair(
 
 def _promising_pair(look: Look, name: str, *, plainer: bool) -> Screened | None:
     """The stronger one of the pair whose signatures promise clearly more than those of one effect; plainer : in fewer words."""
-    shown = {one.effect.name: one for one in look.screened if one.signature.knobs}
+    shown = {one.effect.name: one for one in look.screened if one.signature.parameters}
     if name not in shown:
         return None
     frame = np.linalg.qr(np.column_stack([look.hint.gaps, *(one.signature.columns for one in shown.values())]))[0]
     gaps = frame.T @ look.hint.gaps[:, None]
     columns = {key: frame.T @ one.signature.columns for key, one in shown.items()}
-    words = {key: one.signature.knobs * float(np.log(look.hint.effective_samples)) for key, one in shown.items()}
+    words = {key: one.signature.parameters * float(np.log(look.hint.effective_samples)) for key, one in shown.items()}
 
     def gained(*names: str) -> float:
         return float(gained_by(np.column_stack([columns[one] for one in names]), gaps)[0])

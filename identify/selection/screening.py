@@ -27,7 +27,7 @@ class Screened:
     """An effect and what its signature promises.
 
     effect : with its shape (a frequency, a time constant) where it promises most. promise : sum of squares gained, within
-    bounds, on independent samples. start : sizes of its parameters that would gain it, as knobs. others : effect and start for shapes
+    bounds, on independent samples. start : sizes of its parameters that would gain it, as parameters. others : effect and start for shapes
     that promise nearly as much and cannot be come to from there. looked_at : the signatures of all shapes that were tried.
     """
 
@@ -66,7 +66,7 @@ def _screened(fit: Fit, effect: Effect) -> Screened | None:
     foremost, *others = _far_apart(looks)
     further = tuple((look.shape, look.start) for look in others)
     looked_at = tuple(look.signature for look in looks)
-    return Screened(foremost.shape, foremost.signature, foremost.gained / fit.dilution, foremost.start, looked_at, further)
+    return Screened(foremost.shape, foremost.signature, foremost.gained / fit.variance_inflation, foremost.start, looked_at, further)
 
 
 def looks_at_shapes(fit: Fit, effect: Effect) -> list[ShapeLook]:
@@ -77,7 +77,7 @@ def looks_at_shapes(fit: Fit, effect: Effect) -> list[ShapeLook]:
 @dataclass(frozen=True)
 class ShapeLook:
     """A shape of an effect, the bounds that a search from it keeps to, its signature, and what it gains along straight lines by which
-    sizes, as knobs."""
+    sizes, as parameters."""
 
     shape: Effect
     branch: Branch
@@ -111,11 +111,11 @@ def _columns(fit: Fit, shapes: Sequence[Effect]) -> list[tuple[Effect, Array]]:
 
 def _look(fit: Fit, shape: Effect, branch: Branch, columns: Array) -> ShapeLook:
     problem = fit.problem.with_another(shape)
-    return ShapeLook(shape, branch, signature(fit, columns), *_bounded(fit, problem, columns, range(len(fit.q), len(problem.knobs))))
+    return ShapeLook(shape, branch, signature(fit, columns), *_bounded(fit, problem, columns, range(len(fit.q), len(problem.parameters))))
 
 
 def _far_apart(looks: Sequence[ShapeLook]) -> list[ShapeLook]:
-    """The shape that gains most, and those behind it that gain nearly as much and lie in a valley, or within bounds, of their own."""
+    """The shape that gains most, and those behind it that gain nearly as much in a local minimum, or within bounds, of their own."""
     best, *rest = looks
     found = [best]
     for look in rest:
@@ -130,9 +130,9 @@ def _other_shapes(fit: Fit, problem: Problem, shapes: Sequence[Effect], shown: I
     size, scales, shown = len(shapes[0].flat()), problem.scales[len(fit.q) :], list(shown)
     points = []
     for shape in shapes[1:]:
-        for knob in shown:
+        for parameter in shown:
             moved = (shape.flat() - shapes[0].flat()) / scales
-            moved[knob] += _STEP
+            moved[parameter] += _STEP
             points.append(np.concatenate([fit.q, moved]))
     columns = []
     here = np.concatenate([fit.q, np.zeros(size)])
@@ -144,11 +144,11 @@ def _other_shapes(fit: Fit, problem: Problem, shapes: Sequence[Effect], shown: I
 
 
 def _bounded(fit: Fit, problem: Problem, columns: Array, new: Sequence[int]) -> tuple[Array, float]:
-    """Sizes within their bounds that linearly close most of the gap together with the other knobs, and the gain."""
-    free = fit.free_of_knobs(columns)
+    """Sizes within their bounds that linearly close most of the gap together with the other parameters, and the gain."""
+    free = fit.free_of_parameters(columns)
     norms = np.linalg.norm(free, axis=0)
     used = np.flatnonzero(norms > 1e-9)
-    low, high = (np.array([getattr(problem.knobs[i], side) for i in new])[used] * norms[used] for side in ("low", "high"))
+    low, high = (np.array([getattr(problem.parameters[i], side) for i in new])[used] * norms[used] for side in ("low", "high"))
     low, high = np.minimum(low, -0.0), np.maximum(high, 0.0)
     r, triangle = np.linalg.qr(free[:, used] / norms[used])
     found = lsq_linear(triangle, -(r.T @ fit.gaps), bounds=(low, np.maximum(high, low + 1e-9)))
@@ -164,6 +164,6 @@ def _tried_at_sizes(fit: Fit, problem: Problem, effect: Effect) -> Screened | No
     changes = [gaps - fit.gaps for gaps in problem.gaps_many([np.concatenate([fit.q, size]) for size in sizes])]
     found = [signature(fit, change[:, None]) for change in changes]
     best = int(np.argmax([s.chi2 for s in found]))
-    if not found[best].knobs:
+    if not found[best].parameters:
         return None
-    return Screened(effect, found[best], found[best].chi2 / fit.dilution, sizes[best], tuple(found))
+    return Screened(effect, found[best], found[best].chi2 / fit.variance_inflation, sizes[best], tuple(found))

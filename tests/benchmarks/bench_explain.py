@@ -82,7 +82,7 @@ def over_solve_ivp(model: Model) -> None:
     moved_by_ode(model, np.arange(150) / 250.0, "RK45", 1e-8, 1e-9)
     slow = 4 * (time.perf_counter() - start)
     problem = problem_of(model, deployments(model, np.random.default_rng(2)))
-    places = 1e-3 * np.random.default_rng(3).normal(size=(11, len(problem.knobs)))  # what was looked at once is remembered
+    places = 1e-3 * np.random.default_rng(3).normal(size=(11, len(problem.parameters)))  # what was looked at once is remembered
     problem.gaps(places[0])
     start = time.perf_counter()
     for q in places[1:]:

@@ -14,7 +14,7 @@ from identify.design.next_test import (
     NextTest,
     chance_of_split,
     left_over,
-    likely_knobs,
+    likely_parameters,
     likely_releases,
     worth_a_closer_look,
 )
@@ -83,11 +83,11 @@ def on_the_shaker():
     return lambda effect: refitted(hub, [HubInertia(), effect])
 
 
-def test_knobs_are_likely_as_far_as_the_measurements_bear_them_out(on_the_shaker):
+def test_parameters_are_likely_as_far_as_the_measurements_bear_them_out(on_the_shaker):
     straight, bends = on_the_shaker(ViscousFriction()), on_the_shaker(PowerLawFriction(0.0, 1.5))
     assert straight.rms == pytest.approx(1.0, abs=0.02)
-    assert len(likely_knobs(straight)) == 12
-    kept = likely_knobs(bends)
+    assert len(likely_parameters(straight)) == 12
+    kept = likely_parameters(bends)
     assert 0 < len(kept) < 12
     for q in kept:
         parabola = float(np.sum((bends.gaps + bends.jacobian @ (q - bends.q)) ** 2))

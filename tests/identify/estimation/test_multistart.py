@@ -1,4 +1,4 @@
-"""Behind the stops a release has several valleys; the right one is found again from a wrong one."""
+"""Behind the stops a release has several local minima; the right one is found again from a wrong one."""
 
 from __future__ import annotations
 
@@ -19,8 +19,8 @@ from simulate.files.model_file import read_model
 DEMO = Path(__file__).resolve().parents[3] / "datasets" / "demo"
 
 
-def wrong_valleys(problem, own, draws):
-    """Fits that end in a wrong valley, from releases drawn as the motion before the stops allows; base as it is."""
+def wrong_minima(problem, own, draws):
+    """Fits that end in a wrong local minimum, from releases drawn as the motion before the stops allows; base as it is."""
     early = solve(before_the_stops(problem), free=own)
     chance = np.random.default_rng(1)
     for _ in range(draws):
@@ -39,10 +39,10 @@ def second_deployment(made_by):
 
 
 @pytest.mark.slow
-def test_a_release_in_a_wrong_valley_is_brought_into_the_right_one(made_by):
+def test_a_release_in_a_wrong_minimum_is_brought_into_the_right_one(made_by):
     problem = second_deployment(made_by)
     own = list(range(problem.first_nuisance, problem.first_effect))
-    wrong = list(wrong_valleys(problem, own, 12))
+    wrong = list(wrong_minima(problem, own, 12))
     assert len(wrong) >= 3
     for fit in wrong:
         again = released_again(fit, own)
@@ -63,13 +63,13 @@ def test_a_film_that_a_fit_misses_before_its_stops_too_is_looked_for_again(made_
     assert gap_test(released_again(far_off, own)).p_value > GAP_P
 
 
-PLANAR = {"position_x": 0.3, "position_z": 0.2, "theta_y": -0.5, "instant": 0.1}
+PLANAR = {"position_x_m": 0.3, "position_z_m": 0.2, "theta_y_rad": -0.5, "instant_s": 0.1}
 
 
 def released(problem, **across):
-    """Knobs of a problem with one film: a release in its spreads, `across` what one camera does not see of it."""
+    """Parameters of a problem with one film: a release in its spreads, `across` what one camera does not see of it."""
     values = PLANAR | across
-    return np.array([values.get(knob.name.rpartition(":")[2], 0.0) for knob in problem.knobs])
+    return np.array([values.get(parameter.key, 0.0) for parameter in problem.parameters])
 
 
 def shown_by(problem, q, chance):
@@ -87,11 +87,11 @@ def test_a_release_across_the_camera_is_found_from_where_it_is_as_far_off_anothe
     """Though what the motion before the stops says of it leads nowhere else."""
     folder = campaign(None, 641, loops=(), deployments=({"geometry.stowed_height_m": 0.30},), hold_out=False)
     model_alone = problem_of(read_model(folder / "model.toml"), read_campaign([folder / "campaign.toml"]))
-    truth = released(model_alone, position_y=-3.0, theta_x=-1.5, theta_z=0.0)
+    truth = released(model_alone, position_y_m=-3.0, theta_x_rad=-1.5, theta_z_rad=0.0)
     problem = shown_by(model_alone, truth, np.random.default_rng(3))
     own = list(range(problem.first_nuisance, problem.first_effect))
     right = solve(problem, truth, free=own)
-    start = released(problem, **dict(zip(("position_y", "theta_x", "theta_z"), wrong, strict=True)))
+    start = released(problem, **dict(zip(("position_y_m", "theta_x_rad", "theta_z_rad"), wrong, strict=True)))
     stuck = solve(problem, start, free=own, most_steps=60)
     assert stuck.cost > right.cost + 300.0
     assert from_elsewhere(stuck, 0, stuck.q, np.zeros((len(stuck.q), len(stuck.q)))).cost < right.cost
@@ -101,7 +101,7 @@ def test_a_release_across_the_camera_is_found_from_where_it_is_as_far_off_anothe
 @pytest.mark.parametrize(
     "known", [("release_position_m", "release_theta_rad"), ("release_position_m", "release_theta_rad", "release_instant_s")]
 )
-def test_a_release_that_is_known_has_no_other_valley(campaign, known):
+def test_a_release_that_is_known_has_no_other_minimum(campaign, known):
     folder = campaign(None, 642, loops=(), deployments=({},), hold_out=False)
     model = read_model(folder / "model.toml")
     exact = replace(model, nuisance=replace(model.nuisance, **dict.fromkeys(known, 0.0)))

@@ -30,7 +30,7 @@ def fitted(prototype, hidden) -> Fit:
 
 
 def risen(fit: Fit, index: int, value: float) -> float:
-    """Rise of the sum of squares with one knob held, the others fitted by scipy, in variances of that knob."""
+    """Rise of the sum of squares with one parameter held, the others fitted by scipy, in variances of that parameter."""
     start = fit.q.copy()
     start[index] = value
     held = solve(fit.problem, start, free=[i for i in range(len(start)) if i != index], most_steps=60, enough=1e-6)
@@ -64,5 +64,5 @@ def test_ends_of_a_bent_parameter_are_where_a_full_fit_has_risen_as_far(prototyp
 def test_interval_ends_at_a_bound(prototype):
     fit = fitted(prototype, HubInertia(1e-6))
     low, high = profile_interval(fit, len(fit.q) - 1)
-    assert low == pytest.approx(fit.problem.knobs[-1].low)
+    assert low == pytest.approx(fit.problem.parameters[-1].low)
     assert high > fit.q[-1]

@@ -20,7 +20,7 @@ from simulate.files.model_file import read_model
 def test_threads_change_no_bit(campaign, monkeypatch):
     folder = campaign(None, 631, hold_out=False)
     problem = problem_of(read_model(folder / "model.toml"), read_campaign([folder / "campaign.toml"]))
-    q = 0.1 * np.random.default_rng(1).normal(size=len(problem.knobs))
+    q = 0.1 * np.random.default_rng(1).normal(size=len(problem.parameters))
     threads = problem.gaps(q), *problem.jacobian(q)
     monkeypatch.setattr(problems, "side_by_side", lambda task, count: [task(i) for i in range(count)])
     for many, alone in zip(threads, (problem.gaps(q), *problem.jacobian(q)), strict=True):
@@ -31,8 +31,8 @@ def test_threads_change_no_bit(campaign, monkeypatch):
 def test_loops_are_seen_to_move_with_an_effect_where_they_do(campaign, prototype, name):
     folder = campaign(None, 632, deployments=(), loops=((1.0, 0.02),), hold_out=False)
     problem = problem_of(prototype, read_campaign([folder / "campaign.toml"])).with_effects((CATALOGUE[name](),))
-    here = np.zeros(len(problem.knobs))
-    bounds = [(knob.low, knob.high) for knob in problem.knobs[problem.first_effect :]]
+    here = np.zeros(len(problem.parameters))
+    bounds = [(parameter.low, parameter.high) for parameter in problem.parameters[problem.first_effect :]]
     there = here.copy()
     there[problem.first_effect :] = [0.5 if high > 0.5 else -0.5 for _, high in bounds]
     moved = not np.array_equal(problem.gaps(there)[: problem.measured], problem.gaps(here)[: problem.measured])

@@ -34,7 +34,7 @@ def test_releases_that_have_swallowed_an_effect_give_it_back(campaign):
     (legs,) = screen(before, [LegDisparity()])
     found = fit_screened(before, legs).fit
     assert gap_test(found).release_p > GAP_P
-    assert found.cost < before.cost - 0.8 * legs.promise * before.dilution
+    assert found.cost < before.cost - 0.8 * legs.promise * before.variance_inflation
     assert _departure(found, LEGS) < CHI2_999 < 1e-3 * _departure(found, 0.0 * LEGS)
 
 
@@ -52,12 +52,12 @@ def _departure(found: Fit, legs_N: Array) -> float:
 def test_planned_releases_move_nothing_but_where_the_platform_was_let_go(campaign):
     folder = campaign(None, 602, loops=(), deployments=({},))
     problem = problem_of(read_model(folder / "model.toml"), read_campaign([folder / "campaign.toml"]))
-    planned = as_planned(problem, np.ones(len(problem.knobs)))
-    moved = {knob.name.rpartition(":")[2] for knob, value in zip(problem.knobs, planned, strict=True) if value == 0.0}
+    planned = as_planned(problem, np.ones(len(problem.parameters)))
+    moved = {parameter.key for parameter, value in zip(problem.parameters, planned, strict=True) if value == 0.0}
     assert moved == set(POSE)
 
 
-def test_base_in_a_wrong_valley_is_left_before_anything_is_named(campaign, fitted):
+def test_base_in_a_wrong_minimum_is_left_before_anything_is_named(campaign, fitted):
     """A release that is three spreads off, held there by nothing but where the fit ended: nothing is missing, and nothing is named."""
     before = fitted(campaign(None, 603, loops=(), deployments=({}, {"geometry.stowed_height_m": 0.30}), hold_out=False))
     problem, q = before.problem, before.q.copy()

@@ -25,13 +25,13 @@ def films(campaign) -> Problem:
 
 def test_with_a_play_no_film_can_be_foreseen(films):
     played = films.with_effects((Backlash(1e-4),))
-    assert unforeseen(played, np.zeros(len(played.knobs))) == ("deployment-1.csv", "deployment-2.csv", "deployment-3.csv")
+    assert unforeseen(played, np.zeros(len(played.parameters))) == ("deployment-1.csv", "deployment-2.csv", "deployment-3.csv")
 
 
 @pytest.mark.parametrize("effect", [HubInertia(0.1), GravityImbalance(0.3), UNEQUAL, StribeckFriction(0.02, 0.01)], ids=lambda e: e.name)
 def test_with_other_effects_every_film_can(films, effect):
     acting = films.with_effects((effect,))
-    assert unforeseen(acting, np.zeros(len(acting.knobs))) == ()
+    assert unforeseen(acting, np.zeros(len(acting.parameters))) == ()
 
 
 def test_a_play_is_named_from_the_loops_where_films_jump_from_course_to_course(campaign, unseal, tmp_path):

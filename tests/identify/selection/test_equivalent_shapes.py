@@ -1,4 +1,4 @@
-"""A shaken base has a valley at several frequencies: the deepest is told, and an interval spans those as deep."""
+"""A shaken base has a local minimum at several frequencies: the deepest is told, and an interval spans those as deep."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ def test_a_base_that_was_fitted_at_a_wrong_frequency_is_told_at_the_right_one(wr
 
 def test_frequencies_that_suit_a_weak_shaking_as_well_are_told_beside_it(wrongly_fitted):
     deepest, others = deepest_shape(wrongly_fitted(0.001), "base-excitation")
-    told = [frequency_of(deepest), *(valley.values[1] for valley in others)]
+    told = [frequency_of(deepest), *(minimum.values[1] for minimum in others)]
     assert max(told) - min(told) > 2.0
 
 

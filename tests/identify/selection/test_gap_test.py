@@ -77,7 +77,7 @@ def test_the_screen_puts_the_true_effect_first_and_its_fit_closes_the_gap():
 def test_a_signature_that_base_parameters_can_make_themselves_shows_nothing():
     fit = solve(problem_of(MODEL, loops(4)))
     made_by_base = fit.jacobian[:, :2] @ np.array([[1.0], [2.0]])
-    assert signature(fit, made_by_base).knobs == 0
+    assert signature(fit, made_by_base).parameters == 0
 
 
 def test_a_signature_is_like_itself_and_unlike_one_across_it():

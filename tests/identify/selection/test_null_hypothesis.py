@@ -150,7 +150,7 @@ def test_parameters_that_hardly_show_are_not_held_against_a_rival():
 
 def test_an_effect_speaks_with_the_parameters_that_show():
     columns = np.hstack([BASE, 100.0 * ALONE, 100.0 * ALONE, OTHERS[:, :1], 1e-3 * OTHERS[:, 1:2], 5.0 * BASE])
-    assert fit_of(np.zeros(N), columns).words == pytest.approx(1.0 + 0.5, abs=1e-3)
+    assert fit_of(np.zeros(N), columns).effective_parameters == pytest.approx(1.0 + 0.5, abs=1e-3)
 
 
 PLAIN, FURTHER = 1e3 * waves(2, 4), 1e3 * waves(6, 8, 10)
