@@ -23,7 +23,8 @@ from identify.estimation.observation import RunRelease, View, observe, released
 from measure.common.output import write_text
 from measure.geometry.film_project import write_project
 from measure.synthetic.made_film import deployment_scene, project_for, render
-from measure.tables.tables import Loop, Trajectory, write_loop, write_trajectory
+from measure.tables.loop import Loop, write_loop
+from measure.tables.trajectory import Trajectory, write_trajectory
 from simulate.deployment.deploy import deploy
 from simulate.effects import HubInertia, ViscousFriction
 from simulate.files.model_file import write_model

@@ -18,25 +18,25 @@ if TYPE_CHECKING:
     from measure.geometry.film_project import read_project as read_project
     from measure.readers.column_mapping import ColumnMapping as ColumnMapping
     from measure.readers.loop_file import read_loop_file as read_loop_file
-    from measure.tables.tables import CHANNELS as CHANNELS
-    from measure.tables.tables import Loop as Loop
-    from measure.tables.tables import Trajectory as Trajectory
-    from measure.tables.tables import read_loop as read_loop
-    from measure.tables.tables import read_table as read_table
-    from measure.tables.tables import read_trajectory as read_trajectory
-    from measure.tables.tables import write_loop as write_loop
-    from measure.tables.tables import write_trajectory as write_trajectory
+    from measure.tables.loop import Loop as Loop
+    from measure.tables.loop import read_loop as read_loop
+    from measure.tables.loop import write_loop as write_loop
+    from measure.tables.loop_or_trajectory import read_table as read_table
+    from measure.tables.trajectory import CHANNELS as CHANNELS
+    from measure.tables.trajectory import Trajectory as Trajectory
+    from measure.tables.trajectory import read_trajectory as read_trajectory
+    from measure.tables.trajectory import write_trajectory as write_trajectory
 
 _HOMES = {
     "InputError": "common.errors",
-    "Loop": "tables.tables",
-    "Trajectory": "tables.tables",
-    "CHANNELS": "tables.tables",
-    "read_loop": "tables.tables",
-    "read_trajectory": "tables.tables",
-    "read_table": "tables.tables",
-    "write_loop": "tables.tables",
-    "write_trajectory": "tables.tables",
+    "Loop": "tables.loop",
+    "Trajectory": "tables.trajectory",
+    "CHANNELS": "tables.trajectory",
+    "read_loop": "tables.loop",
+    "read_trajectory": "tables.trajectory",
+    "read_table": "tables.loop_or_trajectory",
+    "write_loop": "tables.loop",
+    "write_trajectory": "tables.trajectory",
     "ColumnMapping": "readers.column_mapping",
     "read_loop_file": "readers.loop_file",
     "open_footage": "footage.footage",

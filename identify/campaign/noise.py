@@ -6,7 +6,7 @@ import numpy as np
 
 from identify.loops.differentiation import noise_of, quantum_of
 from measure.common.arrays import Array
-from measure.tables.tables import Trajectory
+from measure.tables.trajectory import Trajectory
 
 _ORDER = 4
 _GAIN = float(np.sqrt(70.0))  # of the fourth difference for white noise: sqrt(sum of squared binomials)

@@ -15,7 +15,8 @@ import numpy as np
 from identify.campaign.noise import lacking, lacking_in_force
 from identify.campaign.runs import Run
 from measure.common.arrays import Array
-from measure.tables.tables import Loop, Trajectory
+from measure.tables.loop import Loop
+from measure.tables.trajectory import Trajectory
 
 
 @dataclass(frozen=True)

@@ -11,7 +11,8 @@ from identify.campaign.noise import channel_noise, lacking_in_force
 from identify.campaign.runs import Run
 from identify.loops.loop_data import LoopData, prepare
 from measure.common.arrays import Array
-from measure.tables.tables import Loop, Trajectory
+from measure.tables.loop import Loop
+from measure.tables.trajectory import Trajectory
 from simulate.model.model import Model
 
 _ZEROED = 3.0  # standard deviations

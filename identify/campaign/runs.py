@@ -12,7 +12,8 @@ from measure.common.errors import InputError, nearest
 from measure.common.output import sha256
 from measure.readers.column_mapping import ColumnMapping, read_mapping
 from measure.readers.measurement import read_measurement
-from measure.tables.tables import Loop, Trajectory
+from measure.tables.loop import Loop
+from measure.tables.trajectory import Trajectory
 from simulate.files.model_file import read_document, with_changes
 from simulate.model.model import Model
 

@@ -77,7 +77,7 @@ def _measure(steps: _Steps, work: Path) -> None:
     from measure.film.track import track
     from measure.footage.footage import open_footage
     from measure.geometry.film_project import read_project
-    from measure.tables.tables import write_trajectory
+    from measure.tables.trajectory import write_trajectory
 
     footage = open_footage(work / "film.avi")
 
@@ -99,7 +99,7 @@ def _identify(steps: _Steps, work: Path) -> Model:
     from identify.loops.loop_data import prepare
     from identify.report.loop_result import model_of
     from measure.common.output import provenance
-    from measure.tables.tables import read_loop
+    from measure.tables.loop import read_loop
     from simulate.files.model_file import read_model, write_model
 
     files = sorted((work / "loops").glob("*.csv"))

@@ -104,7 +104,7 @@ def _write(given: Namespace, found: Explanation, inputs: list[Path]) -> None:
     from identify.report.result import missing_table, result_of
     from identify.selection.explain import extended
     from measure.common.output import json_text, provenance, write_json, write_text
-    from measure.tables.tables import write_columns
+    from measure.tables.csv_cells import write_columns
     from simulate.files.model_file import write_model
 
     note = provenance(inputs)

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from identify.loops.sign import Turned
     from measure.readers.column_mapping import ColumnMapping
     from measure.readers.loop_file import Understood
-    from measure.tables.tables import Loop
+    from measure.tables.loop import Loop
 
 NAME = "fit-actuator"
 FIGURES = (".png", ".pdf", ".svg")

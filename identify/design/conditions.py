@@ -14,7 +14,8 @@ from identify.estimation.problem import Problem
 from identify.loops.harmonics import harmonic_motion
 from identify.loops.loop_data import prepare
 from measure.common.arrays import Array
-from measure.tables.tables import Loop, Trajectory
+from measure.tables.loop import Loop
+from measure.tables.trajectory import Trajectory
 from simulate.kernel.step_size import longest_arm
 from simulate.model.model import Geometry, Model
 

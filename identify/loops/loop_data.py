@@ -22,7 +22,7 @@ from identify.loops.integration_path import Path, path_of, swayed, turns_of
 from identify.loops.segments import Part, parts, usage
 from measure.common.arrays import Array
 from measure.common.errors import InputError
-from measure.tables.tables import Loop
+from measure.tables.loop import Loop
 from simulate.law import loop_force
 from simulate.model.effect import Effect
 

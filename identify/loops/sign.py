@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from identify.loops.loop_data import area, prepare
-from measure.tables.tables import Loop
+from measure.tables.loop import Loop
 
 
 @dataclass(frozen=True)

@@ -148,7 +148,7 @@ def _write(
     from measure.common.output import write_json, write_provenance
     from measure.correlation.marks import write_marks
     from measure.geometry.film_project import read_project, write_project
-    from measure.tables.tables import write_trajectory
+    from measure.tables.trajectory import write_trajectory
 
     written = []
     if output is not None and tracked.trajectory is not None:

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from measure.correlation.curved_marks import Response
-from measure.tables.tables import write_columns
+from measure.tables.csv_cells import write_columns
 
 OK, OCCLUDED, LOST, AMBIGUOUS, OUT, MISSING = "ok", "occluded", "lost", "ambiguous", "out-of-frame", "missing"
 _ARRAYS = ("x_px", "y_px", "covariance_px2", "zncc", "hidden", "status")

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from scipy.optimize import minimize_scalar
 
 from measure.common.errors import InputError
-from measure.tables.tables import CHANNELS, Trajectory
+from measure.tables.trajectory import CHANNELS, Trajectory
 
 Array = NDArray[np.floating]
 
@@ -138,6 +138,6 @@ def _difference(first: Trajectory, second: Trajectory, channel: str, shift: floa
 
 def compare_with_files(first: Trajectory, files: list[Path]) -> list[Dispersion]:
     """Compare a trajectory with those of earlier films."""
-    from measure.tables.tables import read_trajectory
+    from measure.tables.trajectory import read_trajectory
 
     return [compare(first, read_trajectory(file), str(file)) for file in files]

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
     from measure.film.dispersion import Dispersion
     from measure.film.track import Tracked
-    from measure.tables.tables import Trajectory
+    from measure.tables.trajectory import Trajectory
 
 
 _PANELS = 10

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from measure.film.dispersion import Dispersion
     from measure.footage.footage import Picture
     from measure.geometry.rigid_body import Fit
-    from measure.tables.tables import Trajectory
+    from measure.tables.trajectory import Trajectory
 
 _LABELS = {
     "x_m": ("lateral x", "mm", 1e3),

@@ -12,7 +12,7 @@ from measure.correlation.marks import MISSING, OK, Marks
 from measure.film.smoothing import instants, smooth
 from measure.footage.footage import Footage
 from measure.footage.integrity import Health
-from measure.tables.tables import CHANNELS, Trajectory
+from measure.tables.trajectory import CHANNELS, Trajectory
 
 if TYPE_CHECKING:
     from measure.film.dispersion import Dispersion

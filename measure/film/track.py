@@ -31,7 +31,7 @@ from measure.geometry.rigid_body import (
     trajectory,
 )
 from measure.geometry.scale import sized, view
-from measure.tables.tables import Trajectory
+from measure.tables.trajectory import Trajectory
 
 _STILL_SHARE = 0.3
 """A mark that moves less than this share of what most do belongs to the background."""

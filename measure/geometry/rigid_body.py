@@ -12,7 +12,7 @@ from measure.common.errors import InputError
 from measure.correlation.curved_marks import Response
 from measure.correlation.marks import LOST, MISSING, OK, Marks
 from measure.geometry.camera import Camera, on_cylinder, rotation
-from measure.tables.tables import CHANNELS, Trajectory
+from measure.tables.trajectory import CHANNELS, Trajectory
 
 Array = NDArray[np.float64]
 

@@ -1,4 +1,4 @@
-"""Loop files as laboratories write them, brought into the columns of `measure.tables.tables.Loop`.
+"""Loop files as laboratories write them, brought into the columns of `measure.tables.loop.Loop`.
 
 Nothing is guessed twice: what cannot be read in one way only stops with the option that settles it, and what was
 understood can be shown and saved, one mapping file per rig.
@@ -22,7 +22,7 @@ from measure.readers.matlab import read_matlab
 from measure.readers.stated_conditions import Claim, claims, conditions
 from measure.readers.text_dialect import TextTable, read_text_table
 from measure.readers.time_axis import in_order, remarks
-from measure.tables.tables import Loop
+from measure.tables.loop import Loop
 from measure.tables.units import (
     FACTORS,
     SI,

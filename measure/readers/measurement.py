@@ -6,7 +6,9 @@ from pathlib import Path
 
 from measure.readers.column_mapping import ColumnMapping
 from measure.readers.loop_file import read_loop_file
-from measure.tables.tables import CHANNELS, LOOP_COLUMNS, Loop, Trajectory, read_table
+from measure.tables.loop import LOOP_COLUMNS, Loop
+from measure.tables.loop_or_trajectory import read_table
+from measure.tables.trajectory import CHANNELS, Trajectory
 from measure.tables.units import quantity_of, split_unit
 
 _FIRST_BYTES = 10_000

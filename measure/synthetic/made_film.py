@@ -20,7 +20,7 @@ from measure.geometry.camera import angles, rotation
 from measure.geometry.film_project import Project, make_project
 from measure.synthetic.rendering import DOT, QUADRANT, SPECKLE, cast
 from measure.synthetic.scene import MadeMark, Rod, Scene, deployment_scene
-from measure.tables.tables import CHANNELS, Trajectory
+from measure.tables.trajectory import CHANNELS, Trajectory
 
 __all__ = ["MadeMark", "Rod", "Scene", "Truth", "deployment_scene", "pictures", "project_for", "render", "true_motion"]
 

@@ -104,7 +104,7 @@ def _require_distinct(path: Path, header: list[str]) -> None:
         raise InputError(f'{path}, line 1: two columns are named "{double[0]}"; rename one.')
 
 
-def write_cells(columns: Mapping[str, Iterable], path: Path) -> None:
+def write_columns(columns: Mapping[str, Iterable], path: Path) -> None:
     """Write columns of equal lengths, whole or not at all; every float keeps its last digit, NaN is an empty cell."""
     with replacing(Path(path)) as temporary, open(temporary, "w", encoding="utf-8", newline="") as file:
         writer = csv.writer(file, lineterminator="\n")

@@ -11,7 +11,7 @@ from measure.common.errors import InputError
 from simulate.files.options import add_model_options, model_told
 
 if TYPE_CHECKING:
-    from measure.tables.tables import Trajectory
+    from measure.tables.trajectory import Trajectory
     from simulate.deployment.deploy import Deployment
     from simulate.deployment.gravity_study import Case
     from simulate.model.model import Model
@@ -44,7 +44,7 @@ def _work(arguments: Sequence[str]) -> int:
     _require_distinct(options)
 
     from measure.common.output import provenance
-    from measure.tables.tables import read_trajectory
+    from measure.tables.trajectory import read_trajectory
     from simulate.deployment.accuracy import deploy_checked
     from simulate.deployment.mujoco_export import require_expressed
 
@@ -85,7 +85,8 @@ def _require_distinct(options: Any) -> None:
 
 def _write(options: Any, deployed: Deployment, result: dict[str, Any]) -> None:
     from measure.common.output import replacing, write_json, write_provenance, write_text
-    from measure.tables.tables import write_columns, write_trajectory
+    from measure.tables.csv_cells import write_columns
+    from measure.tables.trajectory import write_trajectory
 
     drawn = b""
     if options.figure is not None:
@@ -126,7 +127,7 @@ def _gravity_study(options: Any, model: Model) -> list[Case]:
 
 def _write_study(folder: Path, cases: list[Case]) -> None:
     from measure.common.output import replacing
-    from measure.tables.tables import write_columns
+    from measure.tables.csv_cells import write_columns
     from simulate.deployment.gravity_study import elevation_columns
     from simulate.report.plots import figure_bytes, gravity_figure
 

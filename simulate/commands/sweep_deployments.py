@@ -154,7 +154,7 @@ def _write(options: Any, folder: Path, result: SweepResult, report: dict[str, An
     import shutil
 
     from measure.common.output import replacing, write_json, write_provenance
-    from measure.tables.tables import write_columns
+    from measure.tables.csv_cells import write_columns
     from simulate.report.plots import figure_bytes, sweep_figure
 
     whole = folder / "result"

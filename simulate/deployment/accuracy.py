@@ -11,7 +11,7 @@ import numpy as np
 
 from measure.common.arrays import Array
 from measure.common.errors import InputError
-from measure.tables.tables import CHANNELS
+from measure.tables.trajectory import CHANNELS
 from simulate.deployment.deploy import Deployment, deploy
 from simulate.deployment.energy import stroke_of
 from simulate.model.model import Model

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from measure.common.arrays import Array
-from measure.tables.tables import CHANNELS, Trajectory
+from measure.tables.trajectory import CHANNELS, Trajectory
 from simulate.deployment.energy import ledger_of
 from simulate.dispatch.programs import workers
 from simulate.files.speed_polynomials import with_rate_as_effect

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from measure.common.arrays import Array
-from measure.tables.tables import CHANNELS, Trajectory
+from measure.tables.trajectory import CHANNELS, Trajectory
 from simulate.deployment.deploy import Deployment
 from simulate.kernel import integrator as six_legs
 from simulate.kernel.model_rows import geometry_of, quaternion_of

@@ -22,7 +22,8 @@ from identify.campaign.runs import Run
 from identify.estimation.observation import RunRelease, View, observe
 from identify.estimation.problem import problem_of
 from identify.selection.explain import Explanation, explain
-from measure.tables.tables import Loop, Trajectory
+from measure.tables.loop import Loop
+from measure.tables.trajectory import Trajectory
 from simulate.effects import GravityImbalance
 from simulate.files.model_file import read_model
 from simulate.law import loop_force

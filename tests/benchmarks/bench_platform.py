@@ -34,7 +34,7 @@ from measure.synthetic.made_film import (
     project_for,
     true_motion,
 )
-from measure.tables.tables import Trajectory
+from measure.tables.trajectory import Trajectory
 
 
 def small_scene(**changed):

@@ -17,7 +17,7 @@ from board.tally import tally
 
 from identify.campaign.runs import read_campaign
 from identify.loops.loop_data import prepare
-from measure.tables.tables import Trajectory
+from measure.tables.trajectory import Trajectory
 from simulate.files.model_file import read_model
 
 pytestmark = pytest.mark.slow

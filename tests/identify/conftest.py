@@ -18,7 +18,8 @@ from identify.estimation.least_squares import Fit, solve_from_afar
 from identify.estimation.observation import RunRelease, View, observe
 from identify.estimation.problem import problem_of
 from identify.selection.explain import Explanation, explain
-from measure.tables.tables import Loop, Trajectory, write_loop, write_trajectory
+from measure.tables.loop import Loop, write_loop
+from measure.tables.trajectory import Trajectory, write_trajectory
 from simulate.files.model_file import read_model, write_model
 from simulate.law import loop_force
 from simulate.model.effect import Effect

@@ -10,7 +10,7 @@ import pytest
 
 from measure.geometry.camera import Camera
 from measure.synthetic.made_film import MadeMark, Scene
-from measure.tables.tables import Trajectory
+from measure.tables.trajectory import Trajectory
 
 REAL = Path(__file__).resolve().parents[2].parent / "shared" / "real"
 

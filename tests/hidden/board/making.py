@@ -16,7 +16,8 @@ import numpy as np
 import tomli_w
 
 from measure.common.output import write_text
-from measure.tables.tables import Loop, Trajectory, write_loop, write_trajectory
+from measure.tables.loop import Loop, write_loop
+from measure.tables.trajectory import Trajectory, write_trajectory
 from simulate.files.model_file import write_model
 from simulate.model.model import Model
 

@@ -10,7 +10,7 @@ import numpy as np
 from measure.commands.track_video import main as track_video
 from measure.geometry.film_project import write_project
 from measure.synthetic.made_film import deployment_scene, project_for, render
-from measure.tables.tables import CHANNELS, Trajectory, read_trajectory
+from measure.tables.trajectory import CHANNELS, Trajectory, read_trajectory
 from simulate.model.model import Model
 
 from .camera import Motion, angles_of

@@ -13,7 +13,7 @@ from identify.report.loop_result import model_of
 from identify.selection.explain import explain
 from measure.readers.column_mapping import ColumnMapping
 from measure.readers.loop_file import read_loop_file
-from measure.tables.tables import Loop
+from measure.tables.loop import Loop
 
 REAL = Path(__file__).resolve().parents[3].parent / "shared" / "real" / "loops" / "mr-damper-0V"
 

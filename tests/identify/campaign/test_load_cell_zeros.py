@@ -14,7 +14,7 @@ from identify.estimation.problem import problem_of
 from identify.selection.comparison import BUDGETS
 from identify.selection.explain import explain
 from identify.selection.gap_test import GAP_P, gap_test
-from measure.tables.tables import Loop
+from measure.tables.loop import Loop
 from simulate.effects import HubInertia, ViscousFriction
 from simulate.files.model_file import read_model
 

@@ -13,7 +13,8 @@ from identify.campaign.runs import Run
 from identify.gap.compare import compare
 from identify.report.result import result_of
 from identify.selection.explain import explain
-from measure.tables.tables import Loop, Trajectory
+from measure.tables.loop import Loop
+from measure.tables.trajectory import Trajectory
 from simulate.deployment.deploy import deploy
 from simulate.effects import HubInertia
 from simulate.files.model_file import read_model

@@ -12,7 +12,8 @@ from identify.campaign.runs import read_campaign
 from identify.commands import compare_model, explain_gap
 from measure.common.errors import InputError
 from measure.readers.column_mapping import ColumnMapping, write_mapping
-from measure.tables.tables import Loop, Trajectory, write_loop, write_trajectory
+from measure.tables.loop import Loop, write_loop
+from measure.tables.trajectory import Trajectory, write_trajectory
 from simulate.files.model_file import read_model
 from simulate.law import loop_force
 

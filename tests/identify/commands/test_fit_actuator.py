@@ -9,7 +9,7 @@ import pytest
 from identify.commands.fit_actuator import main
 from measure import Loop, read_loop, write_loop
 from measure.readers.column_mapping import read_mapping
-from measure.tables.tables import write_columns
+from measure.tables.csv_cells import write_columns
 from simulate.files.model_file import read_model
 from simulate.law import loop_force
 

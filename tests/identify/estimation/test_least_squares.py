@@ -10,7 +10,7 @@ import pytest
 from identify.campaign.runs import Run
 from identify.estimation.least_squares import solve
 from identify.estimation.problem import Problem, problem_of
-from measure.tables.tables import Trajectory
+from measure.tables.trajectory import Trajectory
 from simulate.effects import HandrailContact
 from simulate.model.model import Model
 

@@ -15,7 +15,8 @@ from identify.estimation.parameters import lines_of
 from identify.gap.compare import compare
 from identify.report.result import result_of
 from identify.selection.explain import explain
-from measure.tables.tables import Loop, Trajectory
+from measure.tables.loop import Loop
+from measure.tables.trajectory import Trajectory
 from simulate.deployment.deploy import deploy
 from simulate.effects import HubInertia, TimeOffset
 from simulate.files.model_file import read_model
@@ -69,7 +70,7 @@ def test_two_runs_that_differ_by_five_percent_are_said_to(model):
 
 
 def test_the_command_writes_json_and_figure(model, tmp_path, capsys):
-    from measure.tables.tables import write_trajectory
+    from measure.tables.trajectory import write_trajectory
 
     write_trajectory(film(model), tmp_path / "film.csv")
     status = main([str(PROTOTYPE), str(tmp_path / "film.csv"), "--json", str(tmp_path / "r.json"), "-o", str(tmp_path / "r.png")])

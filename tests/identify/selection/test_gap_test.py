@@ -13,7 +13,7 @@ from identify.estimation.problem import problem_of
 from identify.gap.localise import locate
 from identify.selection.gap_test import gain, gap_test, likeness, signature
 from identify.selection.screening import kinds_to_try, screen
-from measure.tables.tables import Loop
+from measure.tables.loop import Loop
 from simulate.effects import CATALOGUE, HubInertia, ViscousFriction
 from simulate.files.model_file import read_model
 from simulate.law import loop_force

@@ -11,14 +11,8 @@ import numpy as np
 import pytest
 
 from identify.commands.explain_gap import main
-from measure.tables.tables import (
-    Loop,
-    Trajectory,
-    read_loop,
-    read_trajectory,
-    write_loop,
-    write_trajectory,
-)
+from measure.tables.loop import Loop, read_loop, write_loop
+from measure.tables.trajectory import Trajectory, read_trajectory, write_trajectory
 from simulate.effects import HubInertia
 from simulate.files.model_file import read_model, write_model
 

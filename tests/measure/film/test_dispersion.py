@@ -7,7 +7,7 @@ import pytest
 
 from measure.common.errors import InputError
 from measure.film.dispersion import compare
-from measure.tables.tables import Trajectory
+from measure.tables.trajectory import Trajectory
 
 TIME = np.arange(150) / 250.0
 

@@ -22,7 +22,7 @@ from measure.geometry.rigid_body import (
 )
 from measure.geometry.scale import sized, view
 from measure.synthetic.made_film import pictures, project_for, true_motion
-from measure.tables.tables import CHANNELS
+from measure.tables.trajectory import CHANNELS
 
 CAMERA = Camera(0.5e-3, (100.0, 400.0), np.radians(3.0), 2.5, (160.0, 240.0))
 

@@ -21,7 +21,9 @@ from measure import (
     write_trajectory,
 )
 from measure.common.errors import InputError
-from measure.tables import tables
+from measure.tables.csv_cells import write_columns
+from measure.tables.loop import LOOP_COLUMNS
+from measure.tables.trajectory import CHANNELS
 
 LOOP = "time_s,elongation_m,force_N\n0.0,0.001,2.79\n0.1,0.002,2.80\n0.2,0.003,2.81\n"
 TRAJECTORY = "time_s,x_m,sigma_x_m,status\n0.0,0.001,1e-5,ok\n0.1,,,lost\n0.2,0.003,1e-5,ok\n"
@@ -62,7 +64,7 @@ def trajectories(draw):
     def column(values):
         return st.lists(values, min_size=len(time), max_size=len(time))
 
-    names = draw(st.lists(st.sampled_from(tables.CHANNELS), min_size=1, unique=True))
+    names = draw(st.lists(st.sampled_from(CHANNELS), min_size=1, unique=True))
     seen = st.floats(allow_infinity=False)
     sigma = st.one_of(st.just(np.nan), st.floats(min_value=1e-300, allow_infinity=False, allow_nan=False))
     channels = {name: np.array(draw(column(seen))) for name in names}
@@ -81,7 +83,7 @@ def test_a_loop_survives_the_disk_to_the_last_digit(loop):
         path = Path(folder) / "loop.csv"
         write_loop(loop, path)
         back = read_loop(path)
-    for column in tables.LOOP_COLUMNS:
+    for column in LOOP_COLUMNS:
         assert getattr(back, column).tobytes() == getattr(loop, column).tobytes()
     assert alike(back.other["pressure_bar"], loop.other["pressure_bar"])
 
@@ -227,7 +229,7 @@ def test_a_missing_file_is_refused(tmp_path):
 def test_words_that_a_spreadsheet_would_run_are_disarmed(sign, blank, rest):
     with TemporaryDirectory() as folder:
         path = Path(folder) / "words.csv"
-        tables.write_columns({"file": [blank + sign + rest], sign + "header": [1.0]}, path)
+        write_columns({"file": [blank + sign + rest], sign + "header": [1.0]}, path)
         with open(path, newline="", encoding="utf-8") as written:
             header, row = csv.reader(written)
     assert header[1] == f"'{sign}header"
@@ -236,13 +238,13 @@ def test_words_that_a_spreadsheet_would_run_are_disarmed(sign, blank, rest):
 
 
 def test_negative_numbers_are_no_formulas(tmp_path):
-    tables.write_columns({"u_m": [-0.5, np.float64(-1e-300)], "count": [-3, np.int64(-4)]}, tmp_path / "n.csv")
+    write_columns({"u_m": [-0.5, np.float64(-1e-300)], "count": [-3, np.int64(-4)]}, tmp_path / "n.csv")
     assert (tmp_path / "n.csv").read_text() == "u_m,count\n-0.5,-3\n-1e-300,-4\n"
 
 
 def test_columns_of_different_lengths_leave_no_file(tmp_path):
     with pytest.raises(ValueError, match="shorter"):
-        tables.write_columns({"a": [1.0, 2.0], "b": [1.0]}, tmp_path / "n.csv")
+        write_columns({"a": [1.0, 2.0], "b": [1.0]}, tmp_path / "n.csv")
     assert not list(tmp_path.iterdir())
 
 

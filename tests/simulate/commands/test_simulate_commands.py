@@ -8,7 +8,7 @@ import time
 import numpy as np
 import pytest
 
-from measure.tables.tables import read_trajectory
+from measure.tables.trajectory import read_trajectory
 from simulate.commands import simulate_deployment, sweep_deployments
 from simulate.files.model_file import write_model
 from simulate.sweeps.sweep import Sweep

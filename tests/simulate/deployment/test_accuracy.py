@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from measure.tables.tables import CHANNELS
+from measure.tables.trajectory import CHANNELS
 from simulate.deployment.accuracy import deploy_checked
 from simulate.deployment.deploy import deploy
 from simulate.model.model import EndStop, Simulation

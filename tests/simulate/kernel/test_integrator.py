@@ -9,7 +9,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from measure.common.errors import InputError
-from measure.tables.tables import CHANNELS
+from measure.tables.trajectory import CHANNELS
 from simulate.deployment.deploy import deploy, deploy_many, step_of
 from simulate.effects import (
     GravityImbalance,

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from measure.tables.tables import Trajectory
+from measure.tables.trajectory import Trajectory
 from simulate.commands import simulate_deployment
 from simulate.deployment.deploy import deploy
 from simulate.files.model_file import write_model
