@@ -1,6 +1,7 @@
 # Two commands do all the set-up on a machine that has Python 3.11 or later and make:
 #   make demo   environment, install, and the main job on the shipped data; ends with the path of a report
-#   make test   environment, install, and the whole test suite
+#   make test   environment, install, and the tests: at most ten minutes on two quiet cores
+# What is statistical or long is apart: make calibrate (hours), SHARE=0.1 for a tenth of it drawn at random, SEED=7 to draw it again.
 # Another Python:  make test PYTHON=python3.12        Another number of test processes:  make test WORKERS=4
 
 PYTHON ?= python3
@@ -14,24 +15,32 @@ PINNED := --constraint constraints.txt --build-constraint constraints.txt
 INSTALL := $(PIP) install --quiet --quiet $(PINNED)
 NEEDS := pyproject.toml constraints.txt
 # A test process does its share of the work by itself: waiting threads of the kernels sleep instead of spinning, and a process
-# that has nothing left takes tests from the other (whole files would leave one process waiting for the slowest).
+# that has nothing left takes the next test, but for those that share a fixture: they go to one process.
 CALM := OMP_WAIT_POLICY=passive OPENBLAS_NUM_THREADS=1
-PYTEST := $(CALM) $(BIN)/pytest --numprocesses $(WORKERS) --dist worksteal $(PYTEST_ARGS)
+PYTEST := $(CALM) $(BIN)/pytest --numprocesses $(WORKERS) --dist loadgroup $(PYTEST_ARGS)
+
+SHARE ?= 1
+SEED ?= $(shell $(BIN)/python -c "import random; print(random.randrange(10**6))")
+VALIDATION ?= $(if $(filter 1,$(SHARE)),docs/validation,out/validation)
 
 SUBSET ?= standard
 METHODS ?= explain-gap
 
-.PHONY: demo test fast lint datasets scoreboard clean pins
+.PHONY: demo test fast calibrate lint datasets scoreboard clean pins
 .DELETE_ON_ERROR:
 
 demo: $(VENV)/installed
 	@$(BIN)/python -m identify.commands.demo
 
 test: $(VENV)/installed-test
-	$(PYTEST)
+	$(PYTEST) --time-limits
 
 fast: $(VENV)/installed-test
 	$(PYTEST) -m "not slow"
+
+# The statistical suites, from a fresh seed. The whole of it writes its tables to docs/validation, a share of it to out/validation.
+calibrate: $(VENV)/installed-test
+	$(PYTEST) --calibrate --seed $(SEED) --share $(SHARE) --validation $(VALIDATION)
 
 lint: $(VENV)/installed-lint
 	$(BIN)/ruff check .

@@ -2,5 +2,7 @@
 
 from hypothesis import settings
 
+pytest_plugins = ["calibration", "processor_time"]
+
 settings.register_profile("house", deadline=None, derandomize=True, database=None)
 settings.load_profile("house")

@@ -15,7 +15,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parent))
 
 from board.further import splits
 from board.page import markdown, printed
-from board.running import METHODS, OURS, run, tokens_answered, version
+from board.running import METHODS, OURS, PATIENCE_S, run, tokens_answered, version
 from board.scoring import scored
 from board.specs import board, chosen
 from board.tally import tally
@@ -37,7 +37,7 @@ def _parser() -> argparse.ArgumentParser:
     made.add_argument("--answered", action="store_true", help="only cases that the same sources have answered")
     made.add_argument("--method", action="append", choices=tuple(METHODS), help=f"repeatable; default {OURS}")
     made.add_argument("--processes", type=int, default=2)
-    made.add_argument("--patience", type=float, default=900.0, metavar="S", help="after which a case counts as failed")
+    made.add_argument("--patience", type=float, default=PATIENCE_S, metavar="S", help="processor time after which a case has failed")
     made.add_argument("--further", action="store_true", help="do the test that is recommended for each class, and ask again")
     made.add_argument("-o", "--output", type=Path, default=Path("out/hidden"), metavar="FOLDER")
     return made

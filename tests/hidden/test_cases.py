@@ -64,6 +64,7 @@ def test_a_rival_with_fewer_numbers_is_told_apart_only_by_what_they_would_not_ga
     assert class_of(change, 9, [rival]) == ["rival"]
 
 
+@pytest.mark.calibrate
 def test_a_shaking_base_may_begin_at_any_phase():
     """A wave and its opposite are the same effect half a turn later, so either is told from the other by nothing."""
     runs = runs_of(Spec(("base-excitation",), run_set="single"))
@@ -73,6 +74,7 @@ def test_a_shaking_base_may_begin_at_any_phase():
         assert class_of(sign * variant.columns[:, 0], 6, [variant]) == ["base-excitation"]
 
 
+@pytest.mark.calibrate
 def test_a_force_on_the_platform_shows_in_no_loop():
     spec = Spec(("gravity-imbalance",), run_set="loops")
     runs = runs_of(spec)
@@ -101,6 +103,7 @@ def test_loops_beside_a_deployment_lower_the_detectable_hub_inertia():
     assert sizes[0] is None or sizes[1] < 0.1 * sizes[0]
 
 
+@pytest.mark.calibrate
 def test_what_releases_follow_in_curves_does_not_count_as_seen():
     # six unequal legs turn the platform far behind the stops, and so do releases: a line around the truth falls short of both
     spec = Spec(("leg-disparity",), 3.0, "standard", "coarse", seed=2)

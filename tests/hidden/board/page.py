@@ -35,7 +35,8 @@ def _to_look_at(row: Scored) -> str:
     spec = row.spec
     hidden = " + ".join(spec.hidden) or "nothing"
     said = "; ".join("/".join(finding) for finding in row.said)
-    return f"  {spec.token}  {hidden} {spec.size:g} x  {spec.run_set} {spec.noise} {spec.engine}: {row.verdict} {said} ({row.wall_s:.0f} s)"
+    case = f"{spec.token}  {hidden} {spec.size:g} x  {spec.run_set} {spec.noise} {spec.engine}"
+    return f"  {case}: {row.verdict} {said} ({row.processor_s:.0f} s)"
 
 
 def markdown(found: Mapping[str, Any], subset: str, sources: str) -> str:

@@ -10,11 +10,11 @@ import hashlib
 import json
 import os
 import shutil
+import signal
 import subprocess
 import sys
 import tempfile
 import threading
-import time
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
@@ -28,6 +28,7 @@ from .specs import Spec
 HERE = Path(__file__).resolve().parents[1]
 ROOT = HERE.parents[1]
 OURS = "explain-gap"
+PATIENCE_S = 900.0  # of processor time
 # A rival is a module beside this folder that takes the same words as the command.
 METHODS = {
     OURS: "identify.commands.explain_gap",
@@ -37,7 +38,17 @@ METHODS = {
     "gaussian-process": "rivals.gaussian_process",
 }
 _KEPT = ("verdict", "effects", "gap", "next_experiment", "next_experiments", "missing_force", "sentence")
-_CALL = "import sys; from {} import main; raise SystemExit(main(sys.argv[1:]))"
+# The limit is processor time, so that an answer does not depend on what else the machine does; what was used is left in a file.
+_CALL = """
+import resource, sys
+resource.setrlimit(resource.RLIMIT_CPU, ({limit}, {limit} + 5))
+from {module} import main
+try:
+    raise SystemExit(main(sys.argv[1:]))
+finally:
+    used = resource.getrusage(resource.RUSAGE_SELF)
+    open("processor_s", "w").write(str(used.ru_utime + used.ru_stime))
+"""
 _CALM = {"OMP_WAIT_POLICY": "passive", "OPENBLAS_NUM_THREADS": "1", "NUMBA_NUM_THREADS": "1"}
 Say = Callable[[str], None]
 
@@ -50,7 +61,7 @@ class Answer:
     method: str
     version: str
     status: int
-    wall_s: float
+    processor_s: float
     result: dict[str, Any]
 
     @property
@@ -71,31 +82,32 @@ def version(method: str = OURS) -> str:
 
 
 def asked(method: str, folder: Path, patience_s: float) -> tuple[int, float, dict[str, Any]]:
-    """Ask a method about a case: status, wall time and what it said."""
+    """Ask a method about a case: status, processor time and what it said. patience_s : of processor time, from which it is ended."""
     with tempfile.TemporaryDirectory() as place:
         copy = Path(place) / "case"
         shutil.copytree(folder, copy)
-        command = [sys.executable, "-c", _CALL.format(METHODS[method]), "model.toml", "campaign.toml", "-o", "out", "--quiet"]
+        call = _CALL.format(module=METHODS[method], limit=round(patience_s))
+        command = [sys.executable, "-c", call, "model.toml", "campaign.toml", "-o", "out", "--quiet"]
         paths = os.pathsep.join([str(ROOT), str(HERE)])
-        began = time.perf_counter()
-        try:
-            ran = subprocess.run(
-                command, cwd=copy, env={**os.environ, **_CALM, "PYTHONPATH": paths}, capture_output=True, text=True, timeout=patience_s
-            )
-        except subprocess.TimeoutExpired:
-            return 124, time.perf_counter() - began, {"error": f"no answer after {patience_s:g} s"}
-        wall = time.perf_counter() - began
+        ran = subprocess.run(
+            command, cwd=copy, env={**os.environ, **_CALM, "PYTHONPATH": paths}, capture_output=True, text=True, check=False
+        )
+        if ran.returncode == -signal.SIGXCPU:
+            return 124, patience_s, {"error": f"no answer after {patience_s:g} s of processor time"}
+        used = copy / "processor_s"
+        spent = float(used.read_text(encoding="utf-8")) if used.exists() else 0.0
         file = copy / "out" / "result.json"
         if ran.returncode not in (0, 1) or not file.exists():
-            return ran.returncode or 2, wall, {"error": ran.stderr[-2000:]}
+            return ran.returncode or 2, spent, {"error": ran.stderr[-2000:]}
         result = json.loads(file.read_text(encoding="utf-8"))
-        return ran.returncode, wall, {key: result[key] for key in _KEPT if key in result}
+        return ran.returncode, spent, {key: result[key] for key in _KEPT if key in result}
 
 
 def read_answers(file: Path) -> list[Answer]:
-    """All answers of a file; a last line that was cut off is left out."""
+    """All answers of a file; a last line that was cut off is left out, and what was written in another form."""
     lines = file.read_text(encoding="utf-8").splitlines() if file.exists() else []
-    return [Answer(**json.loads(line)) for line in lines if line.endswith("}")]
+    found = [json.loads(line) for line in lines if line.endswith("}")]
+    return [Answer(**one) for one in found if "processor_s" in one]
 
 
 def tokens_answered(method: str, folder: Path) -> set[str]:
@@ -116,7 +128,7 @@ def ask_all(
     file: Path,
     *,
     processes: int = 2,
-    patience_s: float = 900.0,
+    patience_s: float = PATIENCE_S,
     say: Say = lambda text: None,
 ) -> dict[str, Answer]:
     """Ask about each case that has no answer by the same sources in the file yet; makers give the folder of a case, by its token."""
@@ -133,7 +145,7 @@ def ask_all(
         with lock:
             _append(file, answer)
             have[token] = answer
-            say(f"{len(have):4d}  {token}  {method}  {answer.wall_s:6.1f} s  {answer.result.get('verdict', 'FAILED')}")
+            say(f"{len(have):4d}  {token}  {method}  {answer.processor_s:6.1f} s  {answer.result.get('verdict', 'FAILED')}")
 
     with ThreadPoolExecutor(processes) as pool:
         for _ in pool.map(one, [token for token in makers if token not in have]):

@@ -34,7 +34,7 @@ class Scored:
     held_out: float | None
     inside: int
     intervals: int
-    wall_s: float
+    processor_s: float
 
     @property
     def names(self) -> bool:
@@ -91,7 +91,7 @@ def score(spec: Spec, answer: Answer, sealed: dict[str, Any]) -> Scored:
         held_out,
         sum(inside),
         len(inside),
-        answer.wall_s,
+        answer.processor_s,
     )
 
 

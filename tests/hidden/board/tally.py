@@ -158,12 +158,12 @@ def split_rates(splits: Sequence[Split]) -> list[Rate]:
 
 def tally(rows: Sequence[Scored], splits: Sequence[Split] = ()) -> dict[str, Any]:
     """Everything for JSON."""
-    wall = [row.wall_s for row in rows]
+    spent = [row.processor_s for row in rows]
     return {
         "cases": len(rows),
         "headline": [found.as_dict() for found in (*headline(rows), *split_rates(splits))],
         "held_out_gap": held_out_gap(rows),
         "strata": [found.as_dict() for found in strata(rows)],
         "confusion": confusion(rows),
-        "wall_s": {"median": float(np.median(wall)), "largest": float(np.max(wall))} if wall else None,
+        "processor_s": {"median": float(np.median(spent)), "largest": float(np.max(spent))} if spent else None,
     }

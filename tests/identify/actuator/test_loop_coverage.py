@@ -33,7 +33,7 @@ def shaken(rng, frequency, amplitude, lines, effects):
     return prepare(Loop(t[::FINE], u, force))
 
 
-@pytest.mark.slow
+@pytest.mark.calibrate
 def test_95_percent_intervals_hold_the_truth_in_90_to_99_percent_of_200_sets_of_loops():
     held: dict[str, list[bool]] = {}
     farthest = 0.0

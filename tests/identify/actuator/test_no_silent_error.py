@@ -120,6 +120,7 @@ def judged(seeds: range) -> tuple[list[str], int]:
     return wrong, good
 
 
+@pytest.mark.slow
 @pytest.mark.filterwarnings("ignore:invalid value encountered:RuntimeWarning:lmfit")
 def test_forty_designs_drawn_at_random_give_right_numbers_or_a_verdict():
     wrong, good = judged(range(40))
@@ -127,7 +128,7 @@ def test_forty_designs_drawn_at_random_give_right_numbers_or_a_verdict():
     assert good > 8
 
 
-@pytest.mark.slow
+@pytest.mark.calibrate
 @pytest.mark.filterwarnings("ignore:invalid value encountered:RuntimeWarning:lmfit")
 def test_of_six_hundred_designs_hardly_any_is_wrong_without_a_word():
     wrong, good = judged(range(1000, 1600))

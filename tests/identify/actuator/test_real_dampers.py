@@ -18,7 +18,7 @@ from measure.tables.loop import Loop
 REAL = Path(__file__).resolve().parents[3].parent / "shared" / "real" / "loops" / "mr-damper-0V"
 
 
-@pytest.mark.slow
+@pytest.mark.calibrate
 def test_the_missing_friction_of_a_real_damper_is_viscous_and_mends_a_frequency_it_never_saw():
     if not REAL.is_dir():
         pytest.skip(f"real loops are not there: {REAL}")

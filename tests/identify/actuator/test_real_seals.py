@@ -38,7 +38,7 @@ def explained(campaign, folder, *words):
     return result
 
 
-@pytest.mark.slow
+@pytest.mark.calibrate
 def test_no_friction_is_made_of_a_real_seals_supply_pressure_and_its_column_is_pointed_at(campaign, tmp_path):
     result = explained(campaign, tmp_path)
     assert not {finding["name"] for finding in result["effects"]} & BY_RATE
@@ -46,7 +46,7 @@ def test_no_friction_is_made_of_a_real_seals_supply_pressure_and_its_column_is_p
     assert '--covariate "column 6"' in result["missing_force"]
 
 
-@pytest.mark.slow
+@pytest.mark.calibrate
 def test_with_the_pressure_as_covariate_nearly_all_of_a_real_seals_gap_goes_and_nothing_is_named(campaign, tmp_path):
     result = explained(campaign, tmp_path, "--covariate", "column 6")
     assert not {finding["name"] for finding in result["effects"]} & BY_RATE

@@ -31,6 +31,7 @@ def zeroed_anew(folder, sigma_N=0.01, drift_N_per_s=0.0):
     return read_model(folder / "model.toml"), runs, zeros
 
 
+@pytest.mark.slow
 def test_loops_alone_with_zeros_of_their_own_still_name_a_friction(campaign):
     model, runs, zeros = zeroed_anew(campaign(ViscousFriction(0.0728 + 0.02), 820, deployments=()))
     assert explain(model, runs, tare="common").verdict == "unknown"

@@ -31,6 +31,7 @@ def test_noise_is_no_force_in_the_legs(campaign, fitted, seed):
     assert chance_of_leg_force(fitted(campaign(None, seed, deployments=ONE_FILM, hold_out=False))) > 1e-2
 
 
+@pytest.mark.slow
 def test_loops_with_a_ripple_are_unknown_and_with_a_friction_named(campaign):
     found = {}
     for hidden, seed, verdict in ((CoilRipple(0.004), 637, "unknown"), (ViscousFriction(0.05), 638, "named")):

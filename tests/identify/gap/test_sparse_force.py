@@ -51,6 +51,7 @@ def with_legs(before: Fit) -> Fit:
     return solve_from_afar(before.problem.with_effects((LegDisparity(),)), np.concatenate([before.q, np.zeros(6)]))
 
 
+@pytest.mark.slow
 def test_legs_that_differ_may_look_like_a_push_and_stay_what_they_are(campaign, fitted):
     """What six constant forces can do to a film is nearly a constant force and moment, which two or three places follow."""
     before = fitted(campaign(UNEQUAL, 617, deployments=TWO_HEIGHTS, hold_out=False))
@@ -59,6 +60,7 @@ def test_legs_that_differ_may_look_like_a_push_and_stay_what_they_are(campaign, 
     assert chance_of_push(before, with_legs(before), found) > 0.01
 
 
+@pytest.mark.slow
 def test_legs_bent_around_a_gust_would_hardly_ever_look_so_like_a_push(campaign, fitted):
     before = fitted(campaign(Gust(0.1), 611, deployments=TWO_HEIGHTS, hold_out=False))
     found = push(before, np.inf)
@@ -66,6 +68,7 @@ def test_legs_bent_around_a_gust_would_hardly_ever_look_so_like_a_push(campaign,
     assert chance_of_push(before, with_legs(before), found) < 0.01
 
 
+@pytest.mark.slow
 def test_a_push_says_nothing_against_rivals_of_which_one_would_often_look_like_it(campaign, fitted):
     before = fitted(campaign(UNEQUAL, 617, deployments=TWO_HEIGHTS, hold_out=False))
     found = push(before, np.inf)
@@ -86,7 +89,7 @@ def test_a_moment_shows_as_one(campaign, fitted):
     assert arm_m == pytest.approx(0.05, rel=0.5)
 
 
-@pytest.mark.slow
+@pytest.mark.calibrate
 def test_six_legs_that_leave_a_force_behind_are_not_named(campaign):
     """Six legs can push the platform any way there is: a draught too faint for pushes is theirs but for a swell."""
     folder = campaign(SideWind(0.003), 618)
@@ -98,7 +101,7 @@ def test_six_legs_that_leave_a_force_behind_are_not_named(campaign):
     assert re.search(r"leg-disparity comes nearest, closing 99\.\d % of it", sentence(found))
 
 
-@pytest.mark.slow
+@pytest.mark.calibrate
 @pytest.mark.parametrize(("force", "seed"), [(Gust(0.1), 615), (SideWind(0.03), 616)])
 def test_a_force_outside_the_catalogue_is_not_given_the_name_of_an_effect_that_bends_itself_around_it(campaign, force, seed):
     folder = campaign(force, seed, deployments=({}, {"geometry.stowed_height_m": 0.30}, {"platform.mass_kg": 1.0}, {}))

@@ -70,6 +70,7 @@ def test_whitened_gaps_cost_what_the_best_errors_leave(ways, size, seed):
     assert np.isclose(np.sum(whitened(gaps, columns) ** 2), left @ left, rtol=1e-6)
 
 
+@pytest.mark.calibrate
 def test_a_heavy_hub_that_is_known_does_not_make_a_friction_too_sure(bare):
     truth = bare.with_effect(HUB).with_effect(GREASE)
     off, were_it_exact = [], []
@@ -88,6 +89,7 @@ def errors_off(problem):
     return error / (np.sqrt(fit.covariance[-1, -1]) * problem.scales[-1])
 
 
+@pytest.mark.calibrate
 def test_inertia_and_friction_of_an_actuator_are_as_sure_as_they_say(bare):
     off, were_it_exact = [], []
     for loops in sets_of_loops(bare.with_effect(HUB).with_effect(GREASE)):

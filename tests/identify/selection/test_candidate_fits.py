@@ -24,6 +24,7 @@ LEGS = np.array([0.020, -0.020, 0.0, 0.010, -0.010, 0.0])
 CHI2_999 = 20.5  # of five degrees of freedom, in one case of a thousand
 
 
+@pytest.mark.slow
 def test_releases_that_have_swallowed_an_effect_give_it_back(campaign):
     """Unequal legs leave releases far from the plan; with the effect they are as planned again, and the legs are as they were made."""
     folder = campaign(LegDisparity(tuple(LEGS)), 601)
@@ -57,6 +58,7 @@ def test_planned_releases_move_nothing_but_where_the_platform_was_let_go(campaig
     assert moved == set(POSE)
 
 
+@pytest.mark.slow
 def test_base_in_a_wrong_minimum_is_left_before_anything_is_named(campaign, fitted):
     """A release that is three spreads off, held there by nothing but where the fit ended: nothing is missing, and nothing is named."""
     before = fitted(campaign(None, 603, loops=(), deployments=({}, {"geometry.stowed_height_m": 0.30}), hold_out=False))

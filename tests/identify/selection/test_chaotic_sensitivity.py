@@ -34,6 +34,7 @@ def test_with_other_effects_every_film_can(films, effect):
     assert unforeseen(acting, np.zeros(len(acting.parameters))) == ()
 
 
+@pytest.mark.slow
 def test_a_play_is_named_from_the_loops_where_films_jump_from_course_to_course(campaign, unseal, tmp_path):
     folder = campaign(Backlash(1.2e-4), 902, deployments=({}, {"platform.mass_kg": 1.0}), loop_steps=480_000)
     assert explain_gap.main([str(folder / "model.toml"), str(folder / "campaign.toml"), "-o", str(tmp_path / "out"), "--quiet"]) == 0

@@ -31,7 +31,7 @@ def smallest(found, name):
     return next(one for one in found.sights if one.effect.name == name).sizes
 
 
-@pytest.mark.slow
+@pytest.mark.calibrate
 def test_an_effect_of_the_smallest_size_that_could_be_seen_is_seen_about_nine_times_in_ten(campaign):
     """A bend of both asymptotes: of inertia, what the smoothing of the motion leaves would count too, beside 0.75 kg of it."""
     known = smallest(explained(campaign(None, 600, loops=LOOPS, deployments=())), "curved-asymptotes")["quadratic_N_per_m2"]
@@ -44,7 +44,7 @@ def test_an_effect_of_the_smallest_size_that_could_be_seen_is_seen_about_nine_ti
     assert seen[1] <= 2
 
 
-@pytest.mark.slow
+@pytest.mark.calibrate
 def test_sticking_of_the_smallest_size_that_could_be_seen_is_seen_whatever_its_speed(campaign):
     known = smallest(explained(campaign(None, 660, loops=LOOPS, deployments=())), "stribeck-friction")["force_N"]
     hidden = [replace(shape, force_N=known) for shape in StribeckFriction().starts()] * 2

@@ -31,6 +31,7 @@ def frequency_of(fit):
     return effect.frequency_Hz
 
 
+@pytest.mark.slow
 def test_a_base_that_was_fitted_at_a_wrong_frequency_is_told_at_the_right_one(wrongly_fitted):
     wrong = wrongly_fitted(0.03)
     assert abs(frequency_of(wrong) - FREQUENCY_HZ) > 2.0
@@ -40,6 +41,7 @@ def test_a_base_that_was_fitted_at_a_wrong_frequency_is_told_at_the_right_one(wr
     assert not others
 
 
+@pytest.mark.calibrate
 def test_frequencies_that_suit_a_weak_shaking_as_well_are_told_beside_it(wrongly_fitted):
     deepest, others = deepest_shape(wrongly_fitted(0.001), "base-excitation")
     told = [frequency_of(deepest), *(minimum.values[1] for minimum in others)]

@@ -73,13 +73,14 @@ def check_named(result: dict[str, Any], truth: dict[str, Any]) -> None:
     assert np.mean(inside) >= 0.8, effect["parameters"]
 
 
+@pytest.mark.calibrate
 def test_an_effect_drawn_by_seed_is_named_with_its_size(campaign, unseal):
     hidden, seed = draw(0)
     folder = campaign(hidden, seed)
     check_named(explained(folder), unseal(seed))
 
 
-@pytest.mark.slow
+@pytest.mark.calibrate
 @pytest.mark.parametrize("case", range(1, 8))
 def test_each_of_eight_effects_drawn_by_seed_is_named_with_its_size(campaign, unseal, case):
     hidden, seed = draw(case)
@@ -87,7 +88,14 @@ def test_each_of_eight_effects_drawn_by_seed_is_named_with_its_size(campaign, un
     check_named(explained(folder), unseal(seed))
 
 
-@pytest.mark.parametrize("seed", [201, pytest.param(202, marks=pytest.mark.slow), pytest.param(203, marks=pytest.mark.slow)])
+@pytest.mark.parametrize(
+    "seed",
+    [
+        pytest.param(201, marks=pytest.mark.slow),
+        pytest.param(202, marks=pytest.mark.calibrate),
+        pytest.param(203, marks=pytest.mark.calibrate),
+    ],
+)
 def test_nothing_is_named_where_there_is_only_noise(campaign, seed):
     result = explained(campaign(None, seed))
     assert result["verdict"] == "no-gap", result["sentence"]

@@ -40,6 +40,7 @@ def check_same(result: dict[str, Any], other: dict[str, Any], share: float) -> N
     assert abs(same["value"] - size["value"]) < share * size["stderr"]
 
 
+@pytest.mark.slow
 def test_the_order_of_the_runs_changes_nothing(told):
     folder, result = told
     runs = (folder / "campaign.toml").read_text().split("[[run]]")[1:]
@@ -47,6 +48,7 @@ def test_the_order_of_the_runs_changes_nothing(told):
     check_same(result, answer(folder), 0.05)
 
 
+@pytest.mark.calibrate
 def test_clocks_that_were_never_set_change_nothing(told):
     """Film and load cell recorded by a clock that was started long before; only the release's own jitter may move a little."""
     folder, result = told
@@ -59,6 +61,7 @@ def test_clocks_that_were_never_set_change_nothing(told):
     check_same(result, answer(folder), 0.3)
 
 
+@pytest.mark.calibrate
 def test_the_legs_numbered_from_another_one_change_nothing(told):
     folder, result = told
     model = read_model(folder / "model.toml")
@@ -73,6 +76,7 @@ def test_the_legs_numbered_from_another_one_change_nothing(told):
     check_same(result, answer(folder), 0.05)
 
 
+@pytest.mark.calibrate
 def test_loops_in_other_units_change_nothing(told):
     folder, result = told
     for path in folder.glob("loop-*.csv"):

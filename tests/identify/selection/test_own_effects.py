@@ -17,7 +17,7 @@ from simulate.model.effect import Effect
 SPRING = """
 from dataclasses import dataclass
 
-from simulate.effect import LegEffect, parameter
+from simulate.model.effect import LegEffect, parameter
 
 
 @dataclass(frozen=True)

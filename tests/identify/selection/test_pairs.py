@@ -15,7 +15,7 @@ from simulate.files.model_file import read_model
 RUNS = ({}, {"geometry.stowed_height_m": 0.30}, {"platform.mass_kg": 1.0}, {})
 
 
-@pytest.mark.slow
+@pytest.mark.calibrate
 def test_a_rolled_camera_and_a_late_clock_are_not_taken_for_unequal_legs(campaign):
     folder = campaign((CameraRoll(0.004), TimeOffset(0.0, 0.003)), 701, deployments=RUNS)
     found = explain(read_model(folder / "model.toml"), read_campaign([folder / "campaign.toml"]))
@@ -23,7 +23,7 @@ def test_a_rolled_camera_and_a_late_clock_are_not_taken_for_unequal_legs(campaig
     assert found.verdict == "several"
 
 
-@pytest.mark.slow
+@pytest.mark.calibrate
 def test_unequal_legs_are_not_taken_for_a_pair(campaign, fitted):
     legs = np.array([0.006, -0.004, 0.002, -0.005, 0.004, -0.003])
     folder = campaign(LegDisparity(tuple(legs)), 702, deployments=RUNS)

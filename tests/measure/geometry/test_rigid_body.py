@@ -125,6 +125,7 @@ def test_rotation_about_the_vertical_is_read_from_one_camera_to_thirty_degrees(r
     assert np.abs(seen.channels["x_m"] - truth.channels["x_m"]).max() < 4e-5
 
 
+@pytest.mark.calibrate
 def test_the_stated_sigma_of_a_turning_platform_is_what_its_errors_are(rig):
     ratios = []
     for seed in range(4):

@@ -38,7 +38,7 @@ def require_whole(folder):
         json.loads((folder / "out.json").read_text())
 
 
-@pytest.mark.slow
+@pytest.mark.calibrate
 def test_killed_at_twenty_random_moments_it_never_leaves_a_half_file_and_ends_in_the_same_bytes(tmp_path, prototype):
     for name in ("undisturbed", "killed"):
         (tmp_path / name).mkdir()
