@@ -340,13 +340,14 @@ def test_a_foreign_identify_is_answered_with_a_sentence(tmp_path):
 
 
 HELP = """
-import sys
+import sys, time
 from {module} import {function} as main
 try:
     main(["--help"])
 except SystemExit as end:
     assert not end.code
 print("LOADED", *sorted(set(sys.modules) & {heavy}))
+print("SPENT", time.process_time())
 """
 
 
@@ -357,7 +358,9 @@ def test_help_answers_without_loading_a_heavy_library(name):
     ran = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
     assert ran.returncode == 0, ran.stderr
     assert ran.stdout.startswith(f"usage: {name} ")
-    assert ran.stdout.splitlines()[-1].split() == ["LOADED"]
+    *_, loaded, spent = ran.stdout.splitlines()
+    assert loaded.split() == ["LOADED"]
+    assert float(spent.split()[1]) < 1.0  # of processor time; about 0.1 where nothing heavy is loaded
 
 
 @pytest.mark.parametrize("name", COMMANDS)

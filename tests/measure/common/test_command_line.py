@@ -99,7 +99,7 @@ def test_a_full_disk_is_a_sentence_too(capsys):
 
 
 PRINTS = """
-from measure.command import VERDICT_BAD, run
+from measure.common.command_line import VERDICT_BAD, run
 
 def work(arguments):
     print("line\\n" * {lines})

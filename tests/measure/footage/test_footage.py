@@ -182,9 +182,9 @@ OPENED_WITH_LITTLE_MEMORY = """
 import sys
 from pathlib import Path
 import cv2
-import measure.memory
-from measure.errors import InputError
-from measure.footage import open_footage
+import measure.common.limits
+from measure.common.errors import InputError
+from measure import open_footage
 measure.common.limits.DECODER_BYTES = 2**22
 try:
     open_footage(Path(sys.argv[1]))

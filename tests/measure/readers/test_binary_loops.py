@@ -166,11 +166,12 @@ def test_a_file_that_promises_more_than_a_loop_holds_is_refused_unread(tmp_path)
 
 
 @pytest.mark.parametrize(
-    ("call", "sentence"), [("import time; time.sleep(60)", "does not come to an end of it"), ("import os; os.abort()", "falls over it")]
+    ("call", "patience_s", "sentence"),
+    [("import time; time.sleep(600)", 1.0, "does not come to an end of it"), ("import os; os.abort()", 600.0, "falls over it")],
 )
-def test_a_file_on_which_the_library_hangs_or_falls_ends_in_a_sentence(tmp_path, monkeypatch, call, sentence):
+def test_a_file_on_which_the_library_hangs_or_falls_ends_in_a_sentence(tmp_path, monkeypatch, call, patience_s, sentence):
     path = matlab73(tmp_path, Laser=U, Load=F)
-    monkeypatch.setattr("measure.readers.hdf5._PATIENCE_S", 1.0)
+    monkeypatch.setattr("measure.readers.hdf5._PATIENCE_S", patience_s)
     monkeypatch.setattr("measure.readers.hdf5._CALL", call)
     with pytest.raises(InputError, match=rf"new.mat: .* {sentence}.*; it is damaged. Save it"):
         read_loop_file(path, NAMED)
