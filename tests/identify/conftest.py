@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import importlib.util
 import json
 from collections.abc import Callable, Mapping
@@ -102,13 +103,23 @@ def _seal(acting: tuple[Effect, ...], file: Path) -> None:
     file.write_text(json.dumps(known[0] if len(known) == 1 else known))
 
 
+@pytest.fixture(scope="session")
+def fits() -> dict[str, Fit]:
+    """Fits of campaigns by what stands in their files, so that tests of one campaign share it."""
+    return {}
+
+
 @pytest.fixture
-def fitted() -> Callable[[Path], Fit]:
+def fitted(fits: dict[str, Fit]) -> Callable[[Path], Fit]:
     """The base of a campaign with its releases, fitted to the runs that are not held out."""
 
     def fit(folder: Path) -> Fit:
-        runs = [run for run in read_campaign([folder / "campaign.toml"]) if not run.hold_out]
-        return solve_from_afar(problem_of(read_model(folder / "model.toml"), runs))
+        files = [(path.name, path.read_bytes()) for path in sorted(folder.iterdir()) if path.is_file()]
+        key = hashlib.sha256(repr(files).encode()).hexdigest()
+        if key not in fits:
+            runs = [run for run in read_campaign([folder / "campaign.toml"]) if not run.hold_out]
+            fits[key] = solve_from_afar(problem_of(read_model(folder / "model.toml"), runs))
+        return fits[key]
 
     return fit
 

@@ -187,13 +187,22 @@ def pytest_configure(config: pytest.Config) -> None:
         config.pluginmanager.register(Reporting(config), "reporting-processor-time")
 
 
+def _group(item: pytest.Item) -> str | None:
+    """Tests of one group run in one process: those that share a fixture of their module, or one that is dear."""
+    names = getattr(item, "fixturenames", ())
+    if "shaken" in names:
+        return "shaken"
+    shared = getattr(item, "_fixtureinfo", None)
+    defs = [found[-1] for found in shared.name2fixturedefs.values()] if shared else []
+    of_module = any(found.scope == "module" and found.baseid.endswith(".py") for found in defs)
+    return item.nodeid.partition("::")[0] if of_module or "fitted" in names else None
+
+
 @pytest.hookimpl(tryfirst=True)
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Long tests first, so that no process ends with one; what shares a module's fixture stays in one process."""
+    """Long tests first, so that no process ends with one; what shares a fixture stays in one process."""
     for item in items:
-        shared = getattr(item, "_fixtureinfo", None)
-        defs = [found[-1] for found in shared.name2fixturedefs.values()] if shared else []
-        own = [found for found in defs if found.scope == "module" and found.baseid.endswith(".py")]
-        if own and not item.get_closest_marker("xdist_group"):
-            item.add_marker(pytest.mark.xdist_group(own[0].baseid))
+        group = _group(item)
+        if group and not item.get_closest_marker("xdist_group"):
+            item.add_marker(pytest.mark.xdist_group(group))
     items.sort(key=lambda item: item.get_closest_marker("slow") is None)
