@@ -11,13 +11,20 @@ from measure.common.front_door import loaded_late
 
 if TYPE_CHECKING:
     from measure.common.errors import InputError as InputError
+    from measure.film.dispersion import compare_trajectories as compare_trajectories
     from measure.film.smoothing import smooth as smooth
     from measure.film.track import track as track
-    from measure.footage.footage import open_footage as open_footage
+    from measure.film.tracked import Tracked as Tracked
+    from measure.footage.footage import from_array as from_array
+    from measure.footage.formats import open_footage as open_footage
     from measure.geometry.film_project import Project as Project
     from measure.geometry.film_project import read_project as read_project
+    from measure.geometry.film_project import write_project as write_project
     from measure.readers.column_mapping import ColumnMapping as ColumnMapping
     from measure.readers.loop_file import read_loop_file as read_loop_file
+    from measure.synthetic.made_film import deployment_scene as deployment_scene
+    from measure.synthetic.made_film import project_for as project_for
+    from measure.synthetic.made_film import render as render
     from measure.tables.loop import Loop as Loop
     from measure.tables.loop import read_loop as read_loop
     from measure.tables.loop import write_loop as write_loop
@@ -39,11 +46,18 @@ _HOMES = {
     "write_trajectory": "tables.trajectory",
     "ColumnMapping": "readers.column_mapping",
     "read_loop_file": "readers.loop_file",
-    "open_footage": "footage.footage",
+    "open_footage": "footage.formats",
+    "from_array": "footage.footage",
     "Project": "geometry.film_project",
     "read_project": "geometry.film_project",
+    "write_project": "geometry.film_project",
     "track": "film.track",
+    "Tracked": "film.tracked",
     "smooth": "film.smoothing",
+    "compare_trajectories": "film.dispersion",
+    "deployment_scene": "synthetic.made_film",
+    "project_for": "synthetic.made_film",
+    "render": "synthetic.made_film",
 }
 
 __all__ = [
@@ -52,16 +66,23 @@ __all__ = [
     "InputError",
     "Loop",
     "Project",
+    "Tracked",
     "Trajectory",
+    "compare_trajectories",
+    "deployment_scene",
+    "from_array",
     "open_footage",
+    "project_for",
     "read_loop",
     "read_loop_file",
     "read_project",
     "read_table",
     "read_trajectory",
+    "render",
     "smooth",
     "track",
     "write_loop",
+    "write_project",
     "write_trajectory",
 ]
 

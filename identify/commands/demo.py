@@ -74,9 +74,7 @@ class _Steps:
 
 def _measure(steps: _Steps, work: Path) -> None:
     steps.under_way("following the marks")
-    from measure.film.track import track
-    from measure.footage.footage import open_footage
-    from measure.geometry.film_project import read_project
+    from measure import open_footage, read_project, track
     from measure.tables.trajectory import write_trajectory
 
     footage = open_footage(work / "film.avi")

@@ -7,73 +7,68 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from measure.commands.track_video_options import options, project_from
 from measure.common import command_line as command
 from measure.common.errors import InputError
-from measure.film.options import options, project_from
 
 if TYPE_CHECKING:
     from measure.film.dispersion import Dispersion
-    from measure.film.track import Tracked
+    from measure.film.tracked import Tracked
     from measure.footage.footage import Footage
     from measure.geometry.film_project import Project
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Entry point of the command."""
+    """Run the command.
+
+    Parameters
+    ----------
+    arguments : sequence of str, optional
+        Those of the process unless given.
+
+    Returns
+    -------
+    int
+        Exit status: 0 done; 1 done, but the film is incomplete or the platform is not observed in every frame; 2
+        unusable input, nothing written.
+    """
     return command.run("track-video", _work, arguments)
 
 
 def _work(arguments: Sequence[str]) -> int:
     given = options().parse_args(arguments)
     project = project_from(given)
-    footage_path = _footage_path(given, project)
-    output = _output(given, project)
-    _require_folders(output, given.marks, given.json, given.project, given.pictures, given.overlay)
-    _require_files(given)
+    film = _film_path(given, project)
+    _require_usable(given, film)
+    from measure.commands.track_video_output import Output, written, written_for_the_eye
+    from measure.common.output import provenance
     from measure.film.summary import dispersion_lines, lines_for_people
     from measure.film.track import track
-    from measure.footage.footage import open_footage
+    from measure.footage.formats import open_footage
 
-    footage = open_footage(footage_path)
+    footage = open_footage(film)
+    _require_complete(given, project, footage)
+    mask = _mask_path(given, project)
+    note = provenance(_inputs(given, film, mask), command=["track-video", *arguments])
 
     def watch(frames: Any) -> Any:
         return command.progress(frames, what="frames", total=footage.frames, quiet=given.quiet)
 
-    tracked = track(footage, project, watch, _mask(given, project, footage))
+    tracked = track(footage, project, watch, _read_mask(mask, footage))
     compared = _compared(given, tracked)
-    note = _note(arguments, footage_path)
-    written = _write(given, tracked, compared, note, footage_path, output)
-    written += _shown(given, footage, tracked, compared, output)
+    output = Output(_trajectory_path(given, project), given.marks, given.json, given.pictures, given.overlay, given.project)
+    files = written(output, tracked, compared, note, film, mask) + written_for_the_eye(output, footage, tracked, compared)
     if not given.quiet:
-        print("\n".join([*lines_for_people(tracked.summary), *dispersion_lines(compared), *(f"written   {path}" for path in written)]))
+        print("\n".join([*lines_for_people(tracked.summary), *dispersion_lines(compared), *(f"written   {path}" for path in files)]))
     return command.DONE if tracked.summary["verdict"] == "ok" else command.VERDICT_BAD
 
 
-def _footage_path(given: argparse.Namespace, project: Project) -> Path:
+def _film_path(given: argparse.Namespace, project: Project) -> Path:
     if given.footage is not None:
         return given.footage
     if project.film.file is None:
         raise InputError("no film; name a film file or a folder of numbered pictures.")
-    return given.project.parent / project.film.file
-
-
-def _output(given: argparse.Namespace, project: Project) -> Path | None:
-    """Where the trajectory goes; without a scale there is none, and the marks in pixels must have been asked for."""
-    if project.has_scale():
-        return given.output or Path("trajectory.csv")
-    if given.output is None and given.marks is not None:
-        return None
-    raise InputError(
-        "no scale, so no metres. Give --mm-per-px S or --scale-from X1,Y1,X2,Y2,LENGTH_MM; "
-        "for the marks in pixels alone give --marks FILE and no --output."
-    )
-
-
-def _require_folders(*files: Path | None) -> None:
-    """All places must be there before the work begins, so that not half of the results are written."""
-    for file in files:
-        if file is not None and not file.parent.is_dir():
-            raise InputError(f"{file}: the folder {file.parent} does not exist. Make it, or name another.")
+    return (given.project.parent if given.project else Path()) / project.film.file
 
 
 def _mask_path(given: argparse.Namespace, project: Project) -> Path | None:
@@ -82,103 +77,63 @@ def _mask_path(given: argparse.Namespace, project: Project) -> Path | None:
     return given.project.parent / project.marks.mask
 
 
-def _mask(given: argparse.Namespace, project: Project, footage: Footage) -> Any:
-    """Which pixels belong to marks, None where all of a subset does."""
-    path = _mask_path(given, project)
-    if path is None:
-        return None
-    from measure.footage.images import read_mask
-
-    return read_mask(path, footage.width, footage.height)
+def _trajectory_path(given: argparse.Namespace, project: Project) -> Path | None:
+    """Where the trajectory goes; None without a scale."""
+    return given.output or Path("trajectory.csv") if project.has_scale() else None
 
 
-def _require_files(given: argparse.Namespace) -> None:
+def _inputs(given: argparse.Namespace, film: Path, mask: Path | None) -> list[Path]:
+    return [path for path in (film, given.project, mask, *(given.compare or ())) if path is not None]
+
+
+def _require_usable(given: argparse.Namespace, film: Path) -> None:
     """What is read or written at the end must be usable before the long work begins."""
+    outputs = [given.output, given.marks, given.json, given.pictures, given.overlay]
+    for file in outputs:
+        if file is not None and not file.parent.is_dir():
+            raise InputError(f"{file}: the folder {file.parent} does not exist. Make it, or name another.")
     for file in given.compare or ():
         command.existing_file(file, what="a trajectory (CSV)")
     if given.overlay is not None and given.overlay.suffix.lower() != ".avi":
         raise InputError(f"--overlay {given.overlay}: the film is written as .avi; name it so.")
+    inputs = {path.resolve() for path in _inputs(given, film, given.mask) if path.exists()}
+    for file in outputs:
+        if file is not None and (file.resolve() in inputs or (file.exists() and file.parent.resolve() in inputs)):
+            raise InputError(f"{file}: is an input, and inputs are never written. Name another file.")
 
 
-def _note(arguments: Sequence[str], footage_path: Path) -> dict[str, Any]:
-    from measure.common.output import provenance
+def _require_complete(given: argparse.Namespace, project: Project, footage: Footage) -> None:
+    """Ask for everything that is missing at once."""
+    missing = []
+    if project.film.fps is None and footage.fps is None:
+        missing.append(
+            f"{footage.name}: carries no capture rate of the camera (the rate in a container is that of playing). "
+            "Give --fps with the rate that the camera was set to."
+        )
+    if not project.has_scale() and (given.output is not None or given.marks is None):
+        missing.append(
+            "no scale, so no metres. Give --mm-per-px S, --scale-from X1,Y1,X2,Y2,LENGTH_MM or --rule X1,Y1,X2,Y2,PITCH_MM; "
+            "for the marks in pixels alone give --marks FILE and no --output."
+        )
+    if given.compare and not project.has_scale():
+        missing.append("--compare needs a scale, because trajectories are compared in metres; give --mm-per-px S.")
+    if missing:
+        raise InputError("\n".join(missing))
 
-    return provenance([footage_path], command=["track-video", *arguments])
+
+def _read_mask(path: Path | None, footage: Footage) -> Any:
+    """Which pixels belong to marks, None where all of a subset does."""
+    if path is None:
+        return None
+    from measure.footage.picture_file import read_mask
+
+    return read_mask(path, footage.width, footage.height)
 
 
 def _compared(given: argparse.Namespace, tracked: Tracked) -> list[Dispersion]:
     """This film against those of `--compare`, before anything is written."""
-    if not given.compare:
+    if not given.compare or tracked.trajectory is None:
         return []
-    if tracked.trajectory is None:
-        raise InputError("--compare needs a scale, because trajectories are compared in metres; give --mm-per-px S.")
     from measure.film.dispersion import compare_with_files
 
     return compare_with_files(tracked.trajectory, given.compare)
-
-
-def _shown(given: argparse.Namespace, footage: Footage, tracked: Tracked, compared: list[Dispersion], output: Path | None) -> list[Path]:
-    """What is for the eye alone."""
-    shown = []
-    if given.pictures is not None:
-        from measure.film.mark_plots import write_pictures
-
-        shown += write_pictures(footage, tracked, given.pictures)
-    if given.overlay is not None:
-        from measure.film.overlay import overlaid
-        from measure.footage.writers import write_film
-
-        write_film(given.overlay, overlaid(footage, tracked), "MJPG")
-        shown.append(given.overlay)
-    if compared and output is not None and tracked.trajectory is not None:
-        from measure.film.mark_plots import write_dispersion_figure
-
-        shown.append(write_dispersion_figure(tracked.trajectory, compared, output.with_suffix(".dispersion.png")))
-    return shown
-
-
-def _write(
-    given: argparse.Namespace,
-    tracked: Tracked,
-    compared: list[Dispersion],
-    note: dict[str, Any],
-    footage_path: Path,
-    output: Path | None,
-) -> list[Path]:
-    from measure.common.output import write_json, write_provenance
-    from measure.correlation.marks import write_marks
-    from measure.geometry.film_project import read_project, write_project
-    from measure.tables.trajectory import write_trajectory
-
-    written = []
-    if output is not None and tracked.trajectory is not None:
-        from measure.film.mark_plots import write_trajectory_figure
-
-        write_trajectory(tracked.trajectory, output)
-        write_provenance(output, note)
-        written += [output, write_trajectory_figure(tracked, output.with_suffix(".png"))]
-    if given.marks is not None:
-        write_marks(tracked.marks, given.marks)
-        written.append(given.marks)
-    place = given.project or written[0].with_suffix(".project.toml")
-    complete = _with_files(tracked.project, footage_path, _mask_path(given, tracked.project), place)
-    if not place.exists() or read_project(place) != complete:
-        write_project(complete, place)
-        written.append(place)
-    if given.json is not None:
-        dispersion = {"dispersion": [found.summary() for found in compared]} if compared else {}
-        write_json(given.json, {**tracked.summary, **dispersion, "provenance": note})
-        written.append(given.json)
-    return written
-
-
-def _with_files(project: Project, footage: Path, mask: Path | None, place: Path) -> Project:
-    """The project with its files named from where it will stand."""
-    import os
-
-    def named(path: Path) -> str:
-        return Path(os.path.relpath(path, place.parent)).as_posix()
-
-    film = project.film.model_copy(update={"file": named(footage)})
-    marks = project.marks.model_copy(update={"mask": None if mask is None else named(mask)})
-    return project.model_copy(update={"film": film, "marks": marks})

@@ -1,4 +1,4 @@
-"""The iterations behind the refinement of a mark, compiled."""
+"""The iterations of inverse-compositional Gauss-Newton for one subset, compiled; all pixels count alike."""
 
 from __future__ import annotations
 
@@ -15,13 +15,25 @@ discard_stale(Path(__file__).resolve().parents[1], "correlation")
 
 SETTLED_PX = 2e-3
 _STEPS = 20
-_MOST_CHANGED = 0.05
-"""Share of the variance beyond which a changed look is no longer that of the same mark, moved as its warp says."""
+_MOST_BENT = 0.05
+"""Share of the variance beyond which what the bending images explain is not a bent motion of the same mark."""
 
 
 @njit(cache=True, nogil=True)
 def compose(warp: NDArray[np.float64], dp: NDArray[np.float64]) -> NDArray[np.float64]:
-    """W o W(dp)^-1, both as six numbers."""
+    """Compose a warp with the inverse of a small one, W o W(dp)^-1.
+
+    Parameters
+    ----------
+    warp : (6,) array
+        As in `measure.correlation.spline.sample`.
+    dp : (2,), (3,) or (6,) array
+        Shift; shift and angle; or shift and the four changes of an affine matrix.
+
+    Returns
+    -------
+    (6,) array
+    """
     m00, m01, m10, m11 = 1.0, 0.0, 0.0, 1.0
     if len(dp) == 3:
         m00, m01, m10, m11 = np.cos(dp[2]), -np.sin(dp[2]), np.sin(dp[2]), np.cos(dp[2])
@@ -40,7 +52,7 @@ def compose(warp: NDArray[np.float64], dp: NDArray[np.float64]) -> NDArray[np.fl
 
 @njit(cache=True, nogil=True)
 def step_px(dp: NDArray[np.float64], half: int) -> float:
-    """How far a step moves the farthest pixel of the subset, px, roughly."""
+    """Upper bound of the motion that a step, (2,), (3,) or (6,), gives to the farthest pixel of the subset, px."""
     step = np.hypot(dp[0], dp[1])
     for k in range(2, len(dp)):
         step = max(step, abs(dp[k]) * half)
@@ -58,7 +70,7 @@ def _take(
 
 @njit(cache=True, fastmath=True, nogil=True)
 def dot(a: NDArray[np.float32], b: NDArray[np.float32]) -> float:
-    """Sum of products."""
+    """Sum of products of two arrays (n,)."""
     total = 0.0
     for i in range(len(a)):
         total += a[i] * b[i]
@@ -67,7 +79,7 @@ def dot(a: NDArray[np.float32], b: NDArray[np.float32]) -> float:
 
 @njit(cache=True, nogil=True)
 def centre(g: NDArray[np.float32]) -> None:
-    """Take the mean away, in place."""
+    """Take the mean off an array (n,), in place."""
     total = 0.0
     for i in range(len(g)):
         total += g[i]
@@ -76,7 +88,7 @@ def centre(g: NDArray[np.float32]) -> None:
 
 @njit(cache=True, nogil=True)
 def keep(square: NDArray[np.float32], kept: NDArray[np.int64], g: NDArray[np.float32]) -> None:
-    """The pixels of the square that belong to the mark, into g."""
+    """Copy the pixels of the square that belong to the mark, kept (n,), into g (n,)."""
     for i in range(len(kept)):
         g[i] = square[kept[i]]
 
@@ -88,21 +100,51 @@ def solve(
     top: int,
     half: int,
     guess: NDArray[np.float64],
-    free: NDArray[np.float32],
+    projected: NDArray[np.float32],
     light: NDArray[np.float32],
     values: NDArray[np.float32],
     inverse_hessian: NDArray[np.float64],
-    look: NDArray[np.float32],
+    bending: NDArray[np.float32],
     uneven: NDArray[np.float32],
     least: float,
     kept: NDArray[np.int64],
 ) -> tuple[NDArray[np.float64], float, float, float, float, float, bool]:
-    """Iterate with all pixels alike. Returns warp, gain, residual variance, share explained, 0, share of the residual
-    variance that the images `uneven` (u, n) take up beyond the light's, per image, settled.
+    """Iterate until a step moves no pixel by more than 0.002 px, 20 steps at most.
 
-    least : variance of whole grey levels. kept : (n,) pixels of the square that belong to the mark.
+    Parameters
+    ----------
+    c : (rows, columns) array
+        Spline coefficients of the current image, the first at the pixel (left, top).
+    left, top, half : int
+        The subset is 2 half + 1 px wide.
+    guess : (6,) array
+        First guess of the warp.
+    projected : (k, n) array
+        Steepest-descent images, projected off light and bending.
+    light, bending, uneven : (m, n), (b, n), (u, n) arrays
+        Orthonormal images of the light, of a bent motion, and of light that changes across the mark.
+    values : (n,) array
+        Grey values of the reference image.
+    inverse_hessian : (k, k) array
+    least : float
+        Variance of rounding to whole grey levels.
+    kept : (n,) array of int
+        Pixels of the square that belong to the mark.
+
+    Returns
+    -------
+    warp : (6,) array
+    gain, variance : float
+        Of the light; of the residual.
+    explained : float
+        Share of the variance that is explained.
+    hidden : float
+        Zero; the robust iteration has a share here.
+    taken : float
+        Share of the residual variance that each of `uneven` explains.
+    settled : bool
     """
-    warp, k, m, n = guess.copy(), len(free), len(light), len(values)
+    warp, k, n = guess.copy(), len(projected), len(values)
     shift_only = k == 2 and warp[0] == 1.0 and warp[4] == 1.0 and warp[1] == 0.0 and warp[3] == 0.0
     square = np.empty((2 * half + 1) ** 2, np.float32)
     g = square if n == len(square) else np.empty(n, np.float32)
@@ -117,24 +159,32 @@ def solve(
         centre(g)
         gain = dot(even, g) / strength
         for i in range(k):
-            slope[i] = dot(free[i], g)
+            slope[i] = dot(projected[i], g)
         dp = inverse_hessian @ slope / gain
         step = step_px(dp, half)
         warp = compose(warp, dp)
         if not step < 4.0:
             break
         if step < SETTLED_PX:
-            total = dot(g, g)
-            left_over = total - gain * np.dot(slope, dp)
-            for j in range(m):
-                left_over -= dot(light[j], g) ** 2
-            changed = 0.0
-            for j in range(len(look)):
-                changed += dot(look[j], g) ** 2
-            left_over -= changed if changed < _MOST_CHANGED * total else 0.0
-            variance = max(left_over, 1e-9) / (n - k - m - len(look))
+            variance, explained = _residual_variance(g, gain * np.dot(slope, dp), light, bending, k)
             taken = 0.0
             for j in range(len(uneven)):
                 taken += dot(uneven[j], g) ** 2 / (max(variance, least) * len(uneven))
-            return warp, gain, variance, 1.0 - left_over / total, 0.0, taken, True
+            return warp, gain, variance, explained, 0.0, taken, True
     return warp, np.nan, np.nan, np.nan, 0.0, 0.0, False
+
+
+@njit(cache=True, nogil=True)
+def _residual_variance(
+    g: NDArray[np.float32], moved: float, light: NDArray[np.float32], bending: NDArray[np.float32], k: int
+) -> tuple[float, float]:
+    """Variance of what light, motion and bending leave of the centred image g, and the share of its square that they explain."""
+    total = dot(g, g)
+    remaining = total - moved
+    for j in range(len(light)):
+        remaining -= dot(light[j], g) ** 2
+    bent = 0.0
+    for j in range(len(bending)):
+        bent += dot(bending[j], g) ** 2
+    remaining -= bent if bent < _MOST_BENT * total else 0.0
+    return max(remaining, 1e-9) / (len(g) - k - len(light) - len(bending)), 1.0 - remaining / total

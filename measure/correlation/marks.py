@@ -1,50 +1,80 @@
-"""The table of marks: where every mark was in every frame, how surely, and what became of it."""
+"""The table of marks: where every mark was in every frame, how accurately, and what became of it."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from measure.correlation.curved_marks import Response
+from measure.correlation.shape_function_bias import Response
 from measure.tables.csv_cells import write_columns
+from measure.tables.frames import frame_of
+
+if TYPE_CHECKING:
+    from pandas import DataFrame
 
 OK, OCCLUDED, LOST, AMBIGUOUS, OUT, MISSING = "ok", "occluded", "lost", "ambiguous", "out-of-frame", "missing"
 _ARRAYS = ("x_px", "y_px", "covariance_px2", "zncc", "hidden", "status")
 
 
 @dataclass(frozen=True)
-class Sighting:
-    """One mark in one frame. Where the status is not ok the position is NaN: an old one is never repeated.
+class Observation:
+    """One mark in one frame. Where the status is not ok the position is NaN; an old position is never repeated.
 
-    x_px, y_px : the reference point, pixel centres at whole numbers, x to the right, y down. covariance : (2, 2) px^2.
-    zncc : correlation with the reference image. noise : what is left between the two images, grey levels.
-    hidden : share of the subset that something else covers.
+    Attributes
+    ----------
+    x_px, y_px : float
+        Reference point in the current image, px; pixel centres at whole numbers, x to the right, y down.
+    covariance_px2 : (2, 2) array
+        Of the position, px^2.
+    zncc : float
+        Zero-mean normalised cross-correlation with the reference image.
+    noise : float
+        Residual between the two images, grey levels.
+    hidden : float
+        Share of the subset that something else covers.
+    status : str
+        ok, occluded, lost, ambiguous, out-of-frame or missing.
     """
 
     x_px: float
     y_px: float
-    covariance: NDArray[np.float64]
+    covariance_px2: NDArray[np.float64]
     zncc: float
     noise: float
     hidden: float
     status: str
 
 
-def unseen(status: str, zncc: float = np.nan) -> Sighting:
-    """A mark without a position."""
-    return Sighting(np.nan, np.nan, np.full((2, 2), np.nan), zncc, np.nan, np.nan, status)
+def not_observed(status: str, zncc: float = np.nan) -> Observation:
+    """A mark without a position, and why: `status` is any but ok."""
+    return Observation(np.nan, np.nan, np.full((2, 2), np.nan), zncc, np.nan, np.nan, status)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Marks:
-    """All sightings: arrays (frames, marks), positions NaN where the status is not ok.
+    """All marks in all frames.
 
-    time_s : (frames,), zero at the first frame. names : of the marks. response : what bent motion makes of their places.
-    covariance_px2 : (frames, marks, 2, 2).
+    Attributes
+    ----------
+    time_s : (frames,) array
+        Zero at the first frame.
+    names : sequence of str
+        One for each mark.
+    response : Response
+        What a motion that the warp cannot follow makes of their positions.
+    x_px, y_px : (frames, marks) arrays
+        Reference points, px, NaN where the status is not ok.
+    covariance_px2 : (frames, marks, 2, 2) array
+    zncc : (frames, marks) array
+        Zero-mean normalised cross-correlation with the reference image.
+    hidden : (frames, marks) array
+        Share of the subset that something else covers.
+    status : (frames, marks) array of str
     """
 
     time_s: NDArray[np.float64]
@@ -57,48 +87,93 @@ class Marks:
     hidden: NDArray[np.float64]
     status: NDArray[np.str_]
 
+    def __repr__(self) -> str:
+        frames, count = self.x_px.shape
+        return f"Marks({count} marks in {frames} frames, {100 * self.observed.mean():.1f} % ok, median sigma {self.median_sigma_px:.2g} px)"
+
     @property
     def reference_px(self) -> NDArray[np.float64]:
-        """(marks, 2): where they were in the reference image."""
+        """(marks, 2): reference points in the reference image, px."""
         return self.response.reference_px
 
     @property
-    def seen(self) -> NDArray[np.bool_]:
+    def observed(self) -> NDArray[np.bool_]:
         """(frames, marks): whether there is a position."""
         return self.status == OK
 
     @property
     def sigma_px(self) -> NDArray[np.float64]:
-        """(frames, marks): standard deviation of a coordinate, root mean square of the two."""
+        """(frames, marks): standard deviation of a coordinate, root mean square of the two, px."""
         return np.sqrt(0.5 * np.trace(self.covariance_px2, axis1=2, axis2=3))
 
+    @property
+    def median_sigma_px(self) -> float:
+        """Median standard deviation of a coordinate over all observations, px; NaN without any."""
+        return float(np.nanmedian(self.sigma_px)) if self.observed.any() else np.nan
+
     def only(self, kept: NDArray[np.bool_]) -> Marks:
-        """The same without some of the marks; kept : (marks,)."""
+        """The same for some of the marks; kept : (marks,) array of bool."""
         names = [name for name, keep in zip(self.names, kept, strict=True) if keep]
         arrays = {field: getattr(self, field)[:, kept] for field in _ARRAYS}
         return Marks(self.time_s, names, self.response.only(kept), **arrays)
 
+    def columns(self) -> dict[str, Any]:
+        """The table, one row for each frame and mark: `frame, time_s, mark, x_px, y_px, zncc, status`, then the sigmas.
 
-def gather(time_s: NDArray[np.float64], names: Sequence[str], response: Response, rows: Sequence[Sequence[Sighting]]) -> Marks:
-    """Put the sightings of every frame (rows) into arrays."""
-    columns = (*_ARRAYS[:2], "covariance", *_ARRAYS[3:])
-    arrays = [np.array([[getattr(sighting, column) for sighting in row] for row in rows]) for column in columns]
+        Returns
+        -------
+        dict of str to sequences of length frames * marks
+        """
+        frames, count = self.x_px.shape
+        sigma = np.sqrt(np.diagonal(self.covariance_px2, axis1=2, axis2=3))
+        return {
+            "frame": np.repeat(np.arange(frames), count),
+            "time_s": np.repeat(self.time_s, count),
+            "mark": list(self.names) * frames,
+            "x_px": self.x_px.ravel(),
+            "y_px": self.y_px.ravel(),
+            "zncc": self.zncc.ravel(),
+            "status": [str(word) for word in self.status.ravel()],
+            "sigma_x_px": sigma[..., 0].ravel(),
+            "sigma_y_px": sigma[..., 1].ravel(),
+        }
+
+    def to_frame(self) -> DataFrame:
+        """The table as a pandas frame, one row for each frame and mark; units in `frame.attrs["units"]`.
+
+        Returns
+        -------
+        pandas.DataFrame
+            frame, time_s, mark, x_px, y_px, zncc, status, sigma_x_px, sigma_y_px.
+        """
+        return frame_of(self.columns(), name="marks")
+
+
+def gather(time_s: NDArray[np.float64], names: Sequence[str], response: Response, rows: Sequence[Sequence[Observation]]) -> Marks:
+    """Put the observations of every frame into arrays.
+
+    Parameters
+    ----------
+    time_s : (frames,) array
+    names : sequence of str
+    response : Response
+    rows : sequence of (marks,) sequences
+        Observations, a row for each frame.
+
+    Returns
+    -------
+    Marks
+    """
+    arrays = [np.array([[getattr(observation, field) for observation in row] for row in rows]) for field in _ARRAYS]
     return Marks(time_s, names, response, **dict(zip(_ARRAYS, arrays, strict=True)))
 
 
 def write_marks(marks: Marks, path: Path) -> None:
-    """Write the table `frame, time_s, mark, x_px, y_px, zncc, status`, one row per frame and mark, sigmas behind."""
-    frames, count = marks.x_px.shape
-    sigma = np.sqrt(np.diagonal(marks.covariance_px2, axis1=2, axis2=3))
-    columns = {
-        "frame": np.repeat(np.arange(frames), count),
-        "time_s": np.repeat(marks.time_s, count),
-        "mark": list(marks.names) * frames,
-        "x_px": marks.x_px.ravel(),
-        "y_px": marks.y_px.ravel(),
-        "zncc": marks.zncc.ravel(),
-        "status": [str(word) for word in marks.status.ravel()],
-        "sigma_x_px": sigma[..., 0].ravel(),
-        "sigma_y_px": sigma[..., 1].ravel(),
-    }
-    write_columns(columns, path)
+    """Write the table of marks as CSV, one row for each frame and mark, whole or not at all.
+
+    Parameters
+    ----------
+    marks : Marks
+    path : Path
+    """
+    write_columns(marks.columns(), path)

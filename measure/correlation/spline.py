@@ -1,9 +1,8 @@
-"""Between the pixels: a smooth surface through a lightly blurred picture, and its slopes.
+"""Interpolation between the pixels: a quintic B-spline through a lightly blurred picture.
 
-The surface is a quintic B-spline through the picture blurred by a Gaussian of `BLUR_PX`. The blur takes away what the
-pixels cannot tell apart anyway, and with it the bias of sub-pixel positions that aliasing leaves (Sutton, Orteu,
-Schreier, Image Correlation for Shape, Motion and Deformation Measurements, 2009, chapter 5). Both steps are linear and
-shift-invariant, so they are one separable filter here.
+The picture is blurred by a Gaussian of `BLUR_PX`. The blur removes what the pixels cannot resolve anyway, and with it the
+bias of sub-pixel positions that aliasing causes (Sutton, Orteu and Schreier, Image Correlation for Shape, Motion and
+Deformation Measurements, 2009, chapter 5). Both steps are linear and shift-invariant, so they are one separable filter.
 """
 
 from __future__ import annotations
@@ -53,8 +52,17 @@ NOISE_LEFT = float((BLUR**2).sum() ** 2)
 def coefficients(picture: NDArray, left: int, top: int, width: int, height: int, taps: NDArray) -> NDArray[np.float32]:
     """B-spline coefficients of a window of a picture; beyond its border the picture is continued by its edge.
 
-    picture : (rows, columns) of any number type. left, top, width, height : the window in px, may reach outside.
-    Returns (height, width).
+    Parameters
+    ----------
+    picture : (rows, columns) array of any number type
+    left, top, width, height : int
+        The window, px; it may reach outside.
+    taps : (2 r + 1,) array
+        The filter, `FILTER`.
+
+    Returns
+    -------
+    (height, width) array of float32
     """
     reach = (len(taps) - 1) // 2
     rows, columns = picture.shape
@@ -93,7 +101,7 @@ def _filtered(wide: NDArray[np.float32], width: int, height: int, taps: NDArray[
 
 @njit(cache=True, fastmath=True, nogil=True, inline="always")
 def weights(t: float, w: NDArray[np.float32]) -> None:
-    """Six values of the quintic B-spline for a place t in [0, 1) behind the third of six knots, into w."""
+    """Six weights of the quintic B-spline, into w (6,), at a distance t in [0, 1) behind the third of six samples."""
     s = 1.0 - t
     t2, s2 = t * t, s * s
     w[0] = s2 * s2 * s / 120.0
@@ -110,8 +118,21 @@ def sample(c: NDArray[np.float32], left: float, top: float, half: int, warp: NDA
 
         x' = warp[0] dx + warp[1] dy + warp[2],    y' = warp[3] dx + warp[4] dy + warp[5],    dx, dy = -half .. half
 
-    c : coefficients of a window whose first pixel is (left, top). out : ((2 half + 1)^2,), row by row.
-    Returns False, with `out` unfinished, where the warp leaves the window.
+    Parameters
+    ----------
+    c : (rows, columns) array
+        Spline coefficients of a window.
+    left, top : float
+        First pixel of the window.
+    half : int
+    warp : (6,) array
+    out : ((2 half + 1)^2,) array
+        Receives the grey values, row by row.
+
+    Returns
+    -------
+    bool
+        False, with `out` unfinished, where the warp leaves the window.
     """
     wx, wy = np.empty(6, np.float32), np.empty(6, np.float32)
     rows, columns = c.shape
@@ -138,7 +159,20 @@ def sample(c: NDArray[np.float32], left: float, top: float, half: int, warp: NDA
 
 @njit(cache=True, fastmath=True, nogil=True)
 def sample_shifted(c: NDArray[np.float32], left: float, top: float, half: int, x: float, y: float, out: NDArray[np.float32]) -> bool:
-    """`sample` for a warp that only shifts: one set of weights serves all pixels, and the sums are separable."""
+    """The same as `sample` for a warp that only shifts the centre to (x, y): one set of weights serves all pixels.
+
+    Parameters
+    ----------
+    c, left, top, half, out
+        As in `sample`.
+    x, y : float
+        Where the centre of the subset is, px.
+
+    Returns
+    -------
+    bool
+        False where the subset leaves the window.
+    """
     wx, wy = np.empty(6, np.float32), np.empty(6, np.float32)
     j, i = math.floor(x - left) - half, math.floor(y - top) - half
     size = 2 * half + 1

@@ -1,4 +1,4 @@
-"""Roughly where a mark is: zero-mean normalised cross-correlation over a search window, with OpenCV's template matching."""
+"""Where a mark is to a pixel: zero-mean normalised cross-correlation (ZNCC) over a search window, with OpenCV."""
 
 from __future__ import annotations
 
@@ -18,8 +18,15 @@ _FLAT = 0.02
 class Peak:
     """The best place in a search window.
 
-    x, y : centre of the patch there, whole px. zncc : correlation there, -1 .. 1. second : the best correlation at
-    another place, at least half a patch away; where it comes close to `zncc` the place is ambiguous.
+    Attributes
+    ----------
+    x, y : int
+        Centre of the patch there, px.
+    zncc : float
+        Correlation there, -1 to 1.
+    second : float
+        The best correlation at another place, at least half a patch away; where it comes close to `zncc` the place is
+        ambiguous.
     """
 
     x: int
@@ -33,8 +40,23 @@ def search(picture: NDArray, patch: NDArray, x: float, y: float, radius: int | N
 
         zncc = sum (f - mean f)(g - mean g) / sqrt(sum (f - mean f)^2 sum (g - mean g)^2)
 
-    picture : (rows, columns). patch : square, odd, px. radius : px around (x, y); None searches the whole picture.
-    mask : which pixels of the patch count; all without it. Returns None where the window holds no place for the patch.
+    Parameters
+    ----------
+    picture : (rows, columns) array
+        The current image.
+    patch : (size, size) array
+        What is searched for; size is odd.
+    x, y : float
+        Centre of the search, px.
+    radius : int or None
+        px around the centre; None searches the whole picture.
+    mask : (size, size) array of bool, optional
+        Pixels of the patch that count; all without it.
+
+    Returns
+    -------
+    Peak or None
+        None where the window holds no place for the patch.
     """
     half = len(patch) // 2
     rows, columns = picture.shape
@@ -55,7 +77,15 @@ def search(picture: NDArray, patch: NDArray, x: float, y: float, radius: int | N
 def correlation_map(window: NDArray, patch: NDArray, mask: Mask | None = None) -> NDArray[np.float32]:
     """ZNCC of a patch at every place of a window where it fits; -1 where the window is flat.
 
-    window : (rows, columns). patch, mask : (size, size). Returns (rows - size + 1, columns - size + 1).
+    Parameters
+    ----------
+    window : (rows, columns) array
+    patch : (size, size) array
+    mask : (size, size) array of bool, optional
+
+    Returns
+    -------
+    (rows - size + 1, columns - size + 1) array of float32
     """
     if window.dtype != np.uint8 or mask is not None:
         window, patch = window.astype(np.float32), patch.astype(np.float32)
@@ -88,7 +118,22 @@ def _variance_under(window: NDArray, mask: Mask) -> NDArray[np.float64]:
 
 
 def is_unique(picture: NDArray, patch: NDArray, x: float, y: float, distinct: float, mask: Mask | None = None) -> bool:
-    """Whether nothing else in the picture looks like the patch at (x, y), judged at half the resolution."""
+    """Whether nothing else in the picture looks like the patch at (x, y), judged at half the resolution.
+
+    Parameters
+    ----------
+    picture : (rows, columns) array
+    patch : (size, size) array
+    x, y : float
+        Where it was taken from, px.
+    distinct : float
+        Correlation from which another place looks like it.
+    mask : (size, size) array of bool, optional
+
+    Returns
+    -------
+    bool
+    """
     half = [cv2.resize(image, None, fx=0.5, fy=0.5, interpolation=cv2.INTER_AREA) for image in (picture, patch)]
     coarse = None if mask is None else cv2.resize(mask.astype(np.float32), half[1].shape[::-1], interpolation=cv2.INTER_AREA) >= 0.5
     peak = search(half[0], np.ascontiguousarray(half[1]), x / 2, y / 2, None, coarse)
@@ -96,10 +141,25 @@ def is_unique(picture: NDArray, patch: NDArray, x: float, y: float, distinct: fl
 
 
 def find_marks(picture: NDArray, subset: int, most: int = 12) -> list[tuple[float, float]]:
-    """Places whose texture can be followed best: where the weaker of the two directions still has strong slopes.
+    """Find places whose texture can be tracked best: where the weaker of the two directions still has strong slopes.
 
-    The score is the smaller eigenvalue of the slopes' matrix summed over the subset (Shi and Tomasi, Good Features to
-    Track, 1994). Places are at least a subset apart, best first, and none scores below a tenth of the best.
+    The score is the smaller eigenvalue of the slopes' matrix summed over the subset (Shi and Tomasi, Good features to
+    track, IEEE Conference on Computer Vision and Pattern Recognition, 1994, 593). Places are at least a subset apart, and
+    none scores below a tenth of the best.
+
+    Parameters
+    ----------
+    picture : (rows, columns) array
+        The first frame.
+    subset : int
+        Side of the subset, px.
+    most : int
+        Number of places at most.
+
+    Returns
+    -------
+    list of (x, y)
+        px, best first.
     """
     smooth = cv2.GaussianBlur(picture.astype(np.float32), (0, 0), 1.0)
     score = cv2.cornerMinEigenVal(smooth, subset, ksize=3)

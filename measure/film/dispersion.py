@@ -1,18 +1,22 @@
-"""How much two deployments of the same rig differ: what of a film repeats, and what does not."""
+"""Dispersion: how much two deployments of the same rig differ."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import minimize_scalar
 
 from measure.common.errors import InputError
-from measure.tables.trajectory import CHANNELS, Trajectory
+from measure.tables.frames import frame_of
+from measure.tables.trajectory import CHANNELS, Trajectory, read_trajectory
+
+if TYPE_CHECKING:
+    from pandas import DataFrame
 
 Array = NDArray[np.floating]
 
@@ -24,10 +28,16 @@ _LEAST_COMMON = 8
 
 @dataclass(frozen=True)
 class Difference:
-    """One channel of two films, first minus second, once the second is put on the first's clock.
+    """One channel of two films, first minus second, with the second on the first's clock.
 
-    time_s, values : (n,) where both have a value. sigma : (n,) of the difference, by the two films' own.
-    span : what the channel covers in the first film.
+    Attributes
+    ----------
+    time_s, values : (n,) arrays
+        Where both have a value, s and the unit of the channel.
+    sigma : (n,) array
+        Standard deviation of the difference, from those of the two films.
+    span : float
+        Range of the channel in the first film.
     """
 
     time_s: Array
@@ -36,9 +46,13 @@ class Difference:
     span: float
 
     def summary(self) -> dict[str, Any]:
-        """In numbers: root mean square and largest, in the channel's unit and in percent of its span; what noise alone would give.
+        """In numbers: root mean square and largest, in the unit of the channel and in percent of its span.
 
-        No percent where the channel hardly moves; they would be of its noise.
+        Returns
+        -------
+        dict
+            rms, max_abs, rms_percent, max_percent (None where the channel hardly moves, so that they would be of its
+            noise), and rms_of_noise, which the noise of both films alone would give.
         """
         rms, largest = float(np.sqrt(np.mean(self.values**2))), float(np.abs(self.values).max())
         noise = float(np.sqrt(np.mean(self.sigma**2)))
@@ -49,15 +63,48 @@ class Difference:
         }  # fmt: skip
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Dispersion:
-    """Two films compared. shift_s : what the second film's clock is ahead, sigma_shift_s : how surely that is known."""
+    """Two films compared.
+
+    Attributes
+    ----------
+    name : str
+        Of the second film.
+    other : Trajectory
+        The second film.
+    shift_s, sigma_shift_s : float
+        By how much the second film's clock is ahead, and its standard deviation (None where nothing moves), s.
+    channels : dict of str to Difference
+    """
 
     name: str
     other: Trajectory
     shift_s: float
     sigma_shift_s: float | None
     channels: dict[str, Difference]
+
+    def __repr__(self) -> str:
+        rms = ", ".join(f"{name} {difference.summary()['rms']:.3g}" for name, difference in self.channels.items())
+        return f"Dispersion(from {self.name}, shift {self.shift_s:.4g} s, rms {rms})"
+
+    def to_frame(self) -> DataFrame:
+        """The differences as a pandas frame; units in `frame.attrs["units"]`.
+
+        Returns
+        -------
+        pandas.DataFrame
+            time_s of the first film, each channel (first minus second) followed by its sigma_..., NaN where one of the
+            films has no value.
+        """
+        time_s = np.unique(np.concatenate([difference.time_s for difference in self.channels.values()]))
+        columns = {"time_s": time_s}
+        for name, difference in self.channels.items():
+            at = np.searchsorted(time_s, difference.time_s)
+            for column, values in ((name, difference.values), (f"sigma_{name}", difference.sigma)):
+                columns[column] = np.full(len(time_s), np.nan)
+                columns[column][at] = values
+        return frame_of(columns, name=self.name)
 
     def summary(self) -> dict[str, Any]:
         """The comparison as `--json` writes it."""
@@ -69,11 +116,21 @@ class Dispersion:
         }
 
 
-def compare(first: Trajectory, second: Trajectory, name: str) -> Dispersion:
+def compare_trajectories(first: Trajectory, second: Trajectory, name: str) -> Dispersion:
     """Compare two deployments, the second shifted in time so that the elevations agree best.
 
-    Two films seldom begin at the same instant of the deployment; what is left after the shift is dispersion. The second film is read
-    between its frames by a straight line.
+    Two films seldom begin at the same instant of the deployment; what remains after the shift is dispersion. The second
+    film is interpolated linearly between its frames.
+
+    Parameters
+    ----------
+    first, second : Trajectory
+    name : str
+        Of the second film.
+
+    Returns
+    -------
+    Dispersion
 
     Raises
     ------
@@ -111,7 +168,7 @@ def _refined(misfit: Callable[[float], float], best: float, step: float) -> floa
 
 
 def _shift_sigma(left: Difference, first: Trajectory, channel: str) -> float | None:
-    """How surely the shift is known while neighbouring differences hang together: rms of them over the rms speed."""
+    """Standard deviation of the shift with correlated differences: their rms over the root of the summed squared velocity."""
     speed = np.gradient(np.interp(left.time_s, *_seen(first, channel)[:2]), left.time_s)
     strength = float(np.sqrt(np.sum(speed**2)))
     if strength == 0.0:
@@ -137,7 +194,20 @@ def _difference(first: Trajectory, second: Trajectory, channel: str, shift: floa
 
 
 def compare_with_files(first: Trajectory, files: list[Path]) -> list[Dispersion]:
-    """Compare a trajectory with those of earlier films."""
-    from measure.tables.trajectory import read_trajectory
+    """Compare a trajectory with those of earlier films, one for each CSV file.
 
-    return [compare(first, read_trajectory(file), str(file)) for file in files]
+    Parameters
+    ----------
+    first : Trajectory
+    files : list of Path
+
+    Returns
+    -------
+    list of Dispersion
+
+    Raises
+    ------
+    InputError
+        A file cannot be read, or shares nothing with the first.
+    """
+    return [compare_trajectories(first, read_trajectory(file), str(file)) for file in files]

@@ -1,112 +1,107 @@
-"""Pictures of a tracked film for the eye: the marks on the first frame, a contact sheet, and how good each mark was."""
+"""Figures of the marks: axes in, axes out."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from measure.common.output import replacing
-from measure.film import motion_plots as plots
-from measure.footage.footage import Footage, Picture
+from measure.correlation.marks import OK
+from measure.film.status_colours import ENLARGED, RESIDUAL_COLOUR, STATUS_COLOURS
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure
+    from matplotlib.axes import Axes
 
-    from measure.film.dispersion import Dispersion
-    from measure.film.track import Tracked
-    from measure.tables.trajectory import Trajectory
+    from measure.correlation.marks import Marks
+    from measure.footage.footage import Picture
+    from measure.geometry.rigid_body import Fit
+
+_MOST_WORDS = 3
 
 
-_PANELS = 10
+def draw_frame(ax: Axes, picture: Picture, marks: Marks, frame: int, subset: int, *, fit: Fit | None = None, names: bool = False) -> Axes:
+    """Draw one frame with the subsets that were found and their residuals, and in words the status of the other marks.
 
+    Parameters
+    ----------
+    ax : Axes
+    picture : (height, width) array
+    marks : Marks
+    frame : int
+    subset : int
+        Side of the subset, px.
+    fit : Fit, optional
+        Residuals are drawn from it, enlarged.
+    names : bool
+        Whether the names of the marks are written.
 
-def write_pictures(footage: Footage, tracked: Tracked, folder: Path) -> list[Path]:
-    """Write `first_frame.png`, `contact_sheet.png` and `quality.png` into a folder, which is made if need be.
-
-    The film is read once more, and only the frames that are shown are kept.
+    Returns
+    -------
+    The axes.
     """
-    folder.mkdir(parents=True, exist_ok=True)
-    shown = frames_to_show(tracked)
-    kept = {number: picture for number, picture in footage.pictures() if number in shown}
-    figures = {
-        "first_frame.png": _first(kept[min(kept)], tracked),
-        "contact_sheet.png": _sheet(kept, tracked),
-        "quality.png": _quality(tracked),
-    }
-    return [_write(figure, folder / name) for name, figure in figures.items()]
+    ax.imshow(picture, cmap="gray", vmin=0, vmax=max(float(np.percentile(picture, 99.9)), 1.0), interpolation="nearest")
+    for i, name in enumerate(marks.names):
+        if marks.observed[frame, i]:
+            _draw_mark(ax, marks, frame, i, subset / 2, fit)
+            if names:
+                at = (marks.x_px[frame, i], marks.y_px[frame, i] - subset / 2)
+                ax.annotate(name, at, color=STATUS_COLOURS[OK], ha="center", va="bottom", fontsize=8)
+    words = [f"{name} {marks.status[frame, i]}" for i, name in enumerate(marks.names) if not marks.observed[frame, i]]
+    ax.set_title(f"frame {frame}{_residual(fit, frame)}", fontsize=8)
+    ax.set_xlabel("\n".join(words[:_MOST_WORDS]), fontsize=7, color=STATUS_COLOURS["occluded"])
+    ax.set_xticks([])
+    ax.set_yticks([])
+    return ax
 
 
-def frames_to_show(tracked: Tracked) -> set[int]:
-    """Frames spread over the film, and those in which a mark is first not seen."""
-    lost = ~tracked.marks.seen
-    turning = np.flatnonzero((lost[1:] & ~lost[:-1]).any(axis=1)) + 1
-    return {0, *np.linspace(0, len(lost) - 1, _PANELS - min(len(turning), 4)).astype(int).tolist(), *turning[:4].tolist()}
+def _draw_mark(ax: Axes, marks: Marks, frame: int, i: int, half: float, fit: Fit | None) -> None:
+    x, y = marks.x_px[frame, i], marks.y_px[frame, i]
+    corners = np.array([[-1, -1], [1, -1], [1, 1], [-1, 1], [-1, -1]]) * half
+    ax.plot(x + corners[:, 0], y + corners[:, 1], lw=0.9, color=STATUS_COLOURS[OK])
+    if fit is not None and fit.used[frame, i]:
+        dx, dy = np.clip(ENLARGED * fit.residual_px[frame, i], -4 * half, 4 * half)
+        ax.plot([x, x + dx], [y, y + dy], lw=0.9, color=RESIDUAL_COLOUR)
 
 
-def write_trajectory_figure(tracked: Tracked, path: Path) -> Path:
-    """The trajectory, one channel below the other."""
-    assert tracked.trajectory is not None
-    count = len(tracked.trajectory.channels)
-    figure, axes = _pyplot().subplots(count, 1, sharex=True, figsize=(7, 1 + 1.7 * count), layout="constrained", squeeze=False)
-    plots.draw_trajectory(list(axes[:, 0]), tracked.trajectory)
-    figure.align_ylabels()
-    return _write(figure, path)
+def _residual(fit: Fit | None, frame: int) -> str:
+    if fit is None or not fit.used[frame].any():
+        return ""
+    return f": {np.sqrt(np.nanmean(fit.residual_px[frame][fit.used[frame]] ** 2)):.4f} px"
 
 
-def write_dispersion_figure(trajectory: Trajectory, found: Sequence[Dispersion], path: Path) -> Path:
-    """Films of the same deployment over each other."""
-    count = 2 * sum(any(c in other.channels for other in found) for c in trajectory.channels)
-    figure, axes = _pyplot().subplots(count, 1, sharex=True, figsize=(7, 1 + 1.4 * count), layout="constrained", squeeze=False)
-    plots.draw_dispersion(list(axes[:, 0]), trajectory, found)
-    figure.align_ylabels()
-    return _write(figure, path)
+def draw_quality(axes: Sequence[Axes], marks: Marks, fit: Fit | None) -> Sequence[Axes]:
+    """Draw for each mark against the frame: correlation, standard deviation, residual of the rigid body, status.
+
+    Parameters
+    ----------
+    axes : sequence of four Axes
+    marks : Marks
+    fit : Fit or None
+
+    Returns
+    -------
+    The axes.
+    """
+    frames = np.arange(len(marks.time_s))
+    for i, name in enumerate(marks.names):
+        axes[0].plot(frames, marks.zncc[:, i], lw=1, label=name)
+        axes[1].semilogy(frames, marks.sigma_px[:, i], lw=1)
+        if fit is not None:
+            axes[2].plot(frames, np.hypot(*fit.residual_px[:, i].T), lw=1)
+    _draw_status(axes[3], marks, frames)
+    axes[0].legend(fontsize=7, ncols=6, loc="lower left")
+    for ax, label in zip(axes, ("ZNCC", "sigma, px", "residual of the rigid body, px", "status"), strict=True):
+        ax.set_ylabel(label)
+        ax.grid(alpha=0.3)
+    axes[3].set_xlabel("frame")
+    return axes
 
 
-def _pyplot() -> Any:
-    """Without a screen, and imported late: it takes a second."""
-    import matplotlib
-
-    matplotlib.use("Agg")
-    from matplotlib import pyplot
-
-    return pyplot
-
-
-def _first(picture: Picture, tracked: Tracked) -> Figure:
-    rows, columns = picture.shape
-    figure, ax = _pyplot().subplots(figsize=(8 * min(1.0, columns / rows) + 0.5, 8 * min(1.0, rows / columns) + 0.5), layout="constrained")
-    plots.draw_frame(ax, picture, tracked.marks, 0, tracked.project.marks.subset_px, names=True)
-    return figure
-
-
-def _sheet(kept: dict[int, Picture], tracked: Tracked) -> Figure:
-    rows, columns = next(iter(kept.values())).shape
-    across = len(kept) if rows > 1.5 * columns else -(-len(kept) // 2)
-    down = -(-len(kept) // across)
-    width = 14.0
-    figure, axes = _pyplot().subplots(
-        down, across, figsize=(width, down * (width / across * rows / columns + 0.3)), layout="constrained", squeeze=False
-    )
-    for ax in axes.flat[len(kept) :]:
-        ax.set_axis_off()
-    figure.suptitle(f"yellow: distance from the rigid body, {plots.ENLARGED:g} times enlarged; its rms beside the frame", fontsize=8)
-    for ax, (number, picture) in zip(axes.flat, sorted(kept.items()), strict=False):
-        plots.draw_frame(ax, picture, tracked.marks, number, tracked.project.marks.subset_px, fit=tracked.fit)
-    return figure
-
-
-def _quality(tracked: Tracked) -> Figure:
-    figure, axes = _pyplot().subplots(4, 1, sharex=True, figsize=(8, 9), layout="constrained")
-    plots.draw_quality(list(axes), tracked.marks, tracked.fit)
-    figure.align_ylabels()
-    return figure
-
-
-def _write(figure: Figure, path: Path) -> Path:
-    with replacing(path) as temporary:
-        figure.savefig(temporary, dpi=110)
-    _pyplot().close(figure)
-    return path
+def _draw_status(ax: Axes, marks: Marks, frames: np.ndarray) -> None:
+    for status, colour in STATUS_COLOURS.items():
+        found, which = np.nonzero(marks.status == status)
+        if len(found):
+            ax.plot(frames[found], which, ".", ms=3, color=colour, label=status)
+    ax.set_yticks(range(len(marks.names)), labels=list(marks.names))
+    ax.legend(fontsize=7, loc="lower right")

@@ -1,4 +1,4 @@
-"""A film with what was found drawn into it: every mark's place, status and distance from the rigid body."""
+"""A film with the result drawn into it: every mark's subset, status and residual of the rigid body."""
 
 from __future__ import annotations
 
@@ -9,33 +9,31 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from measure.correlation.marks import (
-    AMBIGUOUS,
-    LOST,
-    MISSING,
-    OCCLUDED,
-    OK,
-    OUT,
-)
+from measure.correlation.marks import OK
+from measure.film.status_colours import ENLARGED, RESIDUAL_COLOUR, STATUS_COLOURS
 from measure.footage.footage import Footage, Picture
 
 if TYPE_CHECKING:
-    from measure.film.track import Tracked
-
-COLOURS = {OK: "#1b9e77", OCCLUDED: "#d95f02", LOST: "#e7298a", AMBIGUOUS: "#7570b3", OUT: "#666666", MISSING: "#999999"}
-"""One colour for each status, in this film and in the figures."""
-
-ENLARGED = 1000.0
-"""Times by which a mark's distance from the rigid body is drawn larger than it is; it would not be seen otherwise."""
+    from measure.film.tracked import Tracked
 
 _LEAST_HEIGHT = 480
 _FONT = cv2.FONT_HERSHEY_SIMPLEX
 
 
 def overlaid(footage: Footage, tracked: Tracked) -> Iterator[NDArray[np.uint8]]:
-    """The film's pictures in colour, (height, width, 3) blue, green, red; small ones enlarged by a whole number.
+    """Draw the result into the film, picture by picture.
 
-    A frame that the film lacks is left out here as there. The brightness is stretched once for the whole film.
+    A frame that the film lacks is left out. The brightness is stretched once for the whole film.
+
+    Parameters
+    ----------
+    footage : Footage
+    tracked : Tracked
+
+    Returns
+    -------
+    iterator of (height, width, 3) arrays of uint8
+        Blue, green, red; small pictures are enlarged by a whole number.
     """
     brightest = 0.0
     for number, picture in footage.pictures():
@@ -46,13 +44,26 @@ def overlaid(footage: Footage, tracked: Tracked) -> Iterator[NDArray[np.uint8]]:
 
 
 def drawn(picture: Picture, tracked: Tracked, frame: int, brightest: float) -> NDArray[np.uint8]:
-    """One picture with its marks; brightest : grey value that becomes white."""
+    """Draw the marks into one picture.
+
+    Parameters
+    ----------
+    picture : (height, width) array
+    tracked : Tracked
+    frame : int
+    brightest : float
+        Grey value that becomes white.
+
+    Returns
+    -------
+    (height, width, 3) array of uint8
+    """
     times = max(1, -(-_LEAST_HEIGHT // picture.shape[0]))
     grey = np.clip(picture * (255.0 / brightest), 0, 255).astype(np.uint8)
     large = cv2.resize(grey, None, fx=times, fy=times, interpolation=cv2.INTER_NEAREST)
     canvas = cv2.cvtColor(large, cv2.COLOR_GRAY2BGR)
     for i in range(len(tracked.marks.names)):
-        if tracked.marks.seen[frame, i]:
+        if tracked.marks.observed[frame, i]:
             _draw_mark(canvas, tracked, frame, i, times)
     for row, (text, colour) in enumerate(_captions(tracked, frame)):
         cv2.putText(canvas, text, (6, 18 + 16 * row), _FONT, 0.45, colour, 1, cv2.LINE_AA)
@@ -61,24 +72,24 @@ def drawn(picture: Picture, tracked: Tracked, frame: int, brightest: float) -> N
 
 def _draw_mark(canvas: NDArray, tracked: Tracked, frame: int, i: int, times: int) -> None:
     x, y = tracked.marks.x_px[frame, i], tracked.marks.y_px[frame, i]
-    half, colour = tracked.project.marks.subset_px / 2, _bgr(COLOURS[OK])
+    half, colour = tracked.project.marks.subset_px / 2, _bgr(STATUS_COLOURS[OK])
     first, last = _at(x - half, y - half, times), _at(x + half, y + half, times)
     cv2.rectangle(canvas, first, last, colour, 1)
     cv2.putText(canvas, str(tracked.marks.names[i]), (first[0], first[1] - 3), _FONT, 0.4, colour, 1, cv2.LINE_AA)
     if tracked.fit is not None and tracked.fit.used[frame, i]:
         dx, dy = np.clip(ENLARGED * tracked.fit.residual_px[frame, i], -4 * half, 4 * half)
-        cv2.arrowedLine(canvas, _at(x, y, times), _at(x + dx, y + dy, times), _bgr("#e6ab02"), 1, cv2.LINE_AA)
+        cv2.arrowedLine(canvas, _at(x, y, times), _at(x + dx, y + dy, times), _bgr(RESIDUAL_COLOUR), 1, cv2.LINE_AA)
 
 
 def _captions(tracked: Tracked, frame: int) -> list[tuple[str, tuple[int, int, int]]]:
-    """Frame, time and residual, and in words what became of the marks that are not seen."""
+    """Frame, time and residual, and the status of the marks that are not observed."""
     marks, fit = tracked.marks, tracked.fit
     text = f"frame {frame}  {marks.time_s[frame]:.4f} s"
     if fit is not None and fit.used[frame].any():
         rms = np.sqrt(np.nanmean(fit.residual_px[frame][fit.used[frame]] ** 2))
         text += f"  residual {rms:.4f} px (arrows x{ENLARGED:g})"
-    gone = [(f"{name} {marks.status[frame, i]}", _bgr(COLOURS[str(marks.status[frame, i])])) for i, name in enumerate(marks.names)]
-    return [(text, (255, 255, 255)), *(row for i, row in enumerate(gone) if not marks.seen[frame, i])]
+    gone = [(f"{name} {marks.status[frame, i]}", _bgr(STATUS_COLOURS[str(marks.status[frame, i])])) for i, name in enumerate(marks.names)]
+    return [(text, (255, 255, 255)), *(row for i, row in enumerate(gone) if not marks.observed[frame, i])]
 
 
 def _at(x: float, y: float, times: int) -> tuple[int, int]:

@@ -1,35 +1,79 @@
-"""Speed and acceleration from noisy positions, with their uncertainty, and the instants at which a deployment begins and ends."""
+"""Velocity and acceleration from noisy positions, with their uncertainty, and the instants at which a deployment begins and ends."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import minimize_scalar
+
+from measure.tables.frames import frame_of
+
+if TYPE_CHECKING:
+    from pandas import DataFrame
 
 Array = NDArray[np.floating]
 
 _CLEAR_SIGMAS = 4.0
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Smoothed:
-    """Position, speed and acceleration at each instant. value, sigma : (n, 3). jerk_density : chosen smoothness, unit^2/s^5."""
+    """Position, velocity and acceleration at each instant.
+
+    Attributes
+    ----------
+    time_s : (n,) array
+    value, sigma : (n, 3) arrays
+        Position, velocity and acceleration, in the unit of the channel, per s and per s^2; and their standard deviations.
+    jerk_density : float
+        Spectral density of the jerk, unit^2/s^5; the smaller, the smoother.
+    """
 
     time_s: Array
     value: Array
     sigma: Array
     jerk_density: float
 
+    def __repr__(self) -> str:
+        return (
+            f"Smoothed({len(self.time_s)} instants from {self.time_s[0]:g} to {self.time_s[-1]:g} s, jerk density {self.jerk_density:.3g})"
+        )
+
+    def to_frame(self) -> DataFrame:
+        """The table as a pandas frame.
+
+        Returns
+        -------
+        pandas.DataFrame
+            time_s, position, velocity, acceleration, each of the three followed by its standard deviation sigma_...
+        """
+        columns = {"time_s": self.time_s}
+        for k, name in enumerate(("position", "velocity", "acceleration")):
+            columns |= {name: self.value[:, k], f"sigma_{name}": self.sigma[:, k]}
+        return frame_of(columns, name="smoothed")
+
 
 def smooth(time_s: Array, position: Array, sigma: Array, jerk_density: float | None = None) -> Smoothed:
-    """Smooth a channel by a motion whose jerk is white noise; instants without a position are bridged.
+    """Smooth a channel: velocity and acceleration of a motion whose jerk is white noise.
 
         d/dt (x, v, a) = (v, a, jerk),   jerk white with density q;   y = x + noise of the stated sigma
 
-    The estimate is Kalman's filter and its backward pass (Rauch, Tung, Striebel, AIAA Journal 3 (1965) 1445), q is the
-    one under which the positions are most likely. time_s, position, sigma : (n,), NaN where nothing was seen.
+    The estimate is the Kalman filter and its backward pass (Rauch, Tung and Striebel, AIAA Journal 3 (1965) 1445); q is
+    the maximum-likelihood estimate. Instants without a position are bridged.
+
+    Parameters
+    ----------
+    time_s, position, sigma : (n,) arrays
+        Instants, a channel and its standard deviation; NaN where nothing was observed.
+    jerk_density : float, optional
+        q, unit^2/s^5; estimated unless given.
+
+    Returns
+    -------
+    Smoothed
     """
     density = _likeliest(time_s, position, sigma) if jerk_density is None else jerk_density
     _, means, covariances = _forward(time_s, position, sigma, density)
@@ -88,7 +132,7 @@ def _backward(time_s: Array, means: Array, covariances: Array, q: float) -> tupl
 
 @dataclass(frozen=True)
 class Instants:
-    """When the platform sets off, when it is fastest, and when it meets its end-stops; None where it cannot be told."""
+    """Release, highest velocity and end of the stroke, s; None where it cannot be determined."""
 
     release_s: float | None
     fastest_s: float | None
@@ -96,10 +140,18 @@ class Instants:
 
 
 def instants(elevation: Smoothed) -> Instants:
-    """Find release and end of stroke in a smoothed elevation.
+    """Find release and end of the stroke in a smoothed elevation.
 
-    Release is where the rising speed, a straight line through its part between 5 and 30 % of the highest, meets zero;
-    None where that is before the film. The end of the stroke is the strongest deceleration after the fastest instant.
+    The release is where a straight line through the velocity between 5 and 30 % of its maximum meets zero; None where
+    that is before the film. The end of the stroke is the strongest deceleration after the highest velocity.
+
+    Parameters
+    ----------
+    elevation : Smoothed
+
+    Returns
+    -------
+    Instants
     """
     speed, sigma = elevation.value[:, 1], elevation.sigma[:, 1]
     fastest = int(np.argmax(speed))

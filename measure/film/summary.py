@@ -1,4 +1,4 @@
-"""What a tracked film comes to: numbers and a verdict for other programs, and lines for people."""
+"""The summary of a tracked film: numbers and a verdict for other programs, and lines for people."""
 
 from __future__ import annotations
 
@@ -11,58 +11,77 @@ import numpy as np
 from measure.correlation.marks import MISSING, OK, Marks
 from measure.film.smoothing import instants, smooth
 from measure.footage.footage import Footage
-from measure.footage.integrity import Health
+from measure.footage.integrity import IntegrityCheck
 from measure.tables.trajectory import CHANNELS, Trajectory
 
 if TYPE_CHECKING:
     from measure.film.dispersion import Dispersion
     from measure.geometry.film_project import Project
     from measure.geometry.rigid_body import Fit
-    from measure.geometry.scale import Sized
+    from measure.geometry.scale import PictureScale
 
 _NOT_RIGID = 10.0
-"""Misfit of the marks to the fitted body, in their own sigmas, beyond which the geometry is wrong and not the noise."""
+"""Misfit of the marks to the fitted body, in their own standard deviations, from which the geometry is wrong and not the noise."""
 
+_FEWEST_FOR_INSTANTS = 8
 
 _GEOMETRY = (
     "the marks do not move as one rigid body under this geometry, and the sigmas are widened for it; "
     "give radius_m, distance_m and origin_px in the project file, or check them"
 )
 
+_VERDICTS = {
+    "ok": "ok",
+    "lost": "the platform is not observed in every frame; those rows are empty",
+    "incomplete": "the film is incomplete: frames that it should have are missing or cannot be read; the others are written",
+}
+
 
 def summarise(
-    footage: Footage, project: Project, size: Sized | None, marks: Marks, fit: Fit | None, table: Trajectory | None, health: Health
+    footage: Footage,
+    project: Project,
+    scale: PictureScale | None,
+    marks: Marks,
+    fit: Fit | None,
+    table: Trajectory | None,
+    check: IntegrityCheck,
 ) -> dict[str, Any]:
-    """The result in numbers and a verdict; what `--json` writes."""
+    """The result in numbers, with a verdict.
+
+    Parameters
+    ----------
+    footage, project, scale, marks, fit, table
+        The film and what was made of it; scale, fit and table are None without a scale.
+    check : IntegrityCheck
+        After the film has gone through it.
+
+    Returns
+    -------
+    dict
+        What `track-video --json` writes.
+    """
     read = int((marks.status != MISSING).any(axis=1).sum())
-    sigma_px = float(np.nanmedian(marks.sigma_px)) if marks.seen.any() else None
     return {
         "verdict": _verdict(footage, marks, fit, read),
         "film": {
             "file": footage.name, "frames": footage.frames, "frames_read": read, "fps": project.film.fps, "width_px": footage.width,
-            "height_px": footage.height, "bits": footage.bits, "remarks": [*footage.remarks, *health.remarks],
+            "height_px": footage.height, "bits": footage.bits, "remarks": [*footage.remarks, *check.remarks],
         },
         "marks": [_mark_summary(marks, fit, i) for i in range(len(marks.names))],
         "subset_px": project.marks.subset_px,
-        "sigma_px": sigma_px,
-        "scale": _scale_summary(size),
+        "sigma_px": marks.median_sigma_px if marks.observed.any() else None,
+        "scale": {"mm_per_px": None, "relative_sigma": None} if scale is None else {**scale.summary(), "note": _NOTE},
         "platform": None if fit is None or table is None else _platform_summary(fit, table),
     }  # fmt: skip
 
 
-def _scale_summary(size: Sized | None) -> dict[str, Any]:
-    if size is None:
-        return {"mm_per_px": None, "relative_sigma": None}
-    return {
-        **dataclasses.asdict(size),
-        "note": "relative_sigma is common to all lengths of the film; it is not contained in the sigmas of the frames",
-    }
+_NOTE = "relative_sigma is common to all lengths of the film; it is not contained in the sigmas of the frames"
 
 
 def _verdict(footage: Footage, marks: Marks, fit: Fit | None, read: int) -> str:
     if read < footage.frames:
         return "incomplete"
-    posed = fit.seen if fit is not None else marks.seen.any(axis=1)
+    posed = fit.has_pose if fit is not None else marks.observed.any(axis=1)
     return "ok" if posed.all() else "lost"
 
 
@@ -77,7 +96,7 @@ def _mark_summary(marks: Marks, fit: Fit | None, i: int) -> dict[str, Any]:
         "y_px": float(marks.reference_px[i, 1]),
         "frames": {str(word): int(count) for word, count in zip(words, counts, strict=True)},
         "first_not_ok": _first_not_ok(marks, i),
-        "sigma_px": float(np.nanmedian(marks.sigma_px[:, i])) if (marks.status[:, i] == OK).any() else None,
+        "sigma_px": float(np.nanmedian(marks.sigma_px[:, i])) if marks.observed[:, i].any() else None,
         "rigid_residual_px": residual,
     }
 
@@ -90,7 +109,7 @@ def _first_not_ok(marks: Marks, i: int) -> int | None:
 def _platform_summary(fit: Fit, table: Trajectory) -> dict[str, Any]:
     return {
         "channels": list(fit.free),
-        "frames_with_pose": int(fit.seen.sum()),
+        "frames_with_pose": int(fit.has_pose.sum()),
         "widened": fit.widened,
         "remarks": [_GEOMETRY] if fit.widened > _NOT_RIGID else [],
         "range": {c: _range(table.channels[c]) for c in CHANNELS if c in table.channels},
@@ -101,45 +120,53 @@ def _platform_summary(fit: Fit, table: Trajectory) -> dict[str, Any]:
 
 def _instants(table: Trajectory) -> dict[str, float | None]:
     z, sigma = table.channels["z_m"], table.sigma["z_m"]
-    if np.isfinite(z).sum() < 8:
+    if np.isfinite(z).sum() < _FEWEST_FOR_INSTANTS:
         return {}
     return dataclasses.asdict(instants(smooth(table.time_s, z, sigma)))
 
 
 def _range(values: np.ndarray) -> float | None:
-    seen = values[np.isfinite(values)]
-    return float(np.ptp(seen)) if len(seen) else None
+    finite = values[np.isfinite(values)]
+    return float(np.ptp(finite)) if len(finite) else None
 
 
 def lines_for_people(result: dict[str, Any]) -> list[str]:
-    """The same, one line for each thing."""
-    film, marks = result["film"], result["marks"]
+    """The summary for people, one line for each thing.
+
+    Parameters
+    ----------
+    result : dict
+        From `summarise`.
+
+    Returns
+    -------
+    list of str
+    """
+    film, marks, platform = result["film"], result["marks"], result["platform"]
     lines = [
         f"film      {film['frames_read']} of {film['frames']} frames, {film['width_px']} x {film['height_px']} px, {film['bits']} bit, "
         f"{film['fps']:g} frames/s",
         *(f"          {remark}" for remark in film["remarks"]),
         f"marks     {len(marks)} of subset {result['subset_px']} px",
         *(_mark_line(mark) for mark in marks if list(mark["frames"]) != ["ok"]),
+        *_scale_lines(result["scale"], result["sigma_px"]),
     ]
-    scale, platform = result["scale"], result["platform"]
-    millimetres = "" if scale["mm_per_px"] is None or result["sigma_px"] is None else f"   {result['sigma_px'] * scale['mm_per_px']:.4f} mm"
-    if result["sigma_px"] is not None:
-        lines.append(f"sigma     {result['sigma_px']:.4f} px{millimetres} per mark and frame")
-    if scale["mm_per_px"] is not None and (scale["relative_sigma"] or scale["said"] != "given"):
-        lines.append(f"scale     {scale['mm_per_px']:.5g} mm/px +- {100 * scale['relative_sigma']:.2g} % ({scale['said']})")
-    if scale["mm_per_px"] is not None and scale["up_sigma_deg"]:
-        lines.append(f"up        {scale['up_deg']:.3f} +- {scale['up_sigma_deg']:.3f} deg by the plumb line")
     if platform is not None:
         lines.append("platform  " + ", ".join(_channel(c, r, platform["median_sigma"][c]) for c, r in platform["range"].items()))
         lines += [f"          {remark}" for remark in platform["remarks"]]
     return [*lines, f"verdict   {_VERDICTS[result['verdict']]}"]
 
 
-_VERDICTS = {
-    "ok": "ok",
-    "lost": "the platform is not seen in every frame; those rows are empty",
-    "incomplete": "the film is incomplete: it holds fewer frames than it promises; what was read is written",
-}
+def _scale_lines(scale: dict[str, Any], sigma_px: float | None) -> list[str]:
+    lines, mm_per_px = [], scale["mm_per_px"]
+    if sigma_px is not None:
+        millimetres = "" if mm_per_px is None else f"   {sigma_px * mm_per_px:.4f} mm"
+        lines.append(f"sigma     {sigma_px:.4f} px{millimetres} per mark and frame")
+    if mm_per_px is not None and (scale["relative_sigma"] or scale["said"] != "given"):
+        lines.append(f"scale     {mm_per_px:.5g} mm/px +- {100 * scale['relative_sigma']:.2g} % ({scale['said']})")
+    if mm_per_px is not None and scale["up_sigma_deg"]:
+        lines.append(f"up        {scale['up_deg']:.3f} +- {scale['up_sigma_deg']:.3f} deg by the plumb line")
+    return lines
 
 
 def _mark_line(mark: dict[str, Any]) -> str:
@@ -154,12 +181,21 @@ def _unit(channel: str) -> tuple[float, str]:
 def _channel(channel: str, extent: float | None, sigma: float | None) -> str:
     factor, unit = _unit(channel)
     if extent is None or sigma is None:
-        return f"{channel.rsplit('_', 1)[0]} not seen"
+        return f"{channel.rsplit('_', 1)[0]} not observed"
     return f"{channel.rsplit('_', 1)[0]} moves {factor * extent:.2f} +- {factor * sigma:.3f} {unit}"
 
 
 def dispersion_lines(compared: Sequence[Dispersion]) -> list[str]:
-    """How far this film and others disperse, one line each."""
+    """How much this film and others differ, one line for each.
+
+    Parameters
+    ----------
+    compared : sequence of Dispersion
+
+    Returns
+    -------
+    list of str
+    """
     lines = []
     for found in compared:
         parts = []

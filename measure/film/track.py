@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,41 +12,21 @@ from measure.common.errors import InputError
 from measure.correlation.marks import Marks
 from measure.correlation.reference_image import AFFINE, WARP_NAMES
 from measure.correlation.template_matching import find_marks
-from measure.correlation.tracking import check_subset, follow
+from measure.correlation.tracking import check_subset, track_marks
 from measure.film.summary import summarise
+from measure.film.tracked import Tracked
 from measure.footage.footage import Footage, Picture
-from measure.footage.integrity import Health
+from measure.footage.integrity import IntegrityCheck
 from measure.geometry.camera import Camera
 from measure.geometry.film_project import Project
-from measure.geometry.rigid_body import (
-    CYLINDER,
-    ONE_MARK,
-    PERSPECTIVE,
-    PLANE,
-    Fit,
-    body_points,
-    fit_platform,
-    trajectory,
-)
-from measure.geometry.scale import sized, view
-from measure.tables.trajectory import Trajectory
+from measure.geometry.rigid_body import CYLINDER, ONE_MARK, PERSPECTIVE, PLANE, Fit, body_points, fit_platform, trajectory
+from measure.geometry.scale import camera_of, picture_scale
 
 _STILL_SHARE = 0.3
-"""A mark that moves less than this share of what most do belongs to the background."""
+"""A mark that moves less than this share of the largest motion belongs to the background."""
 
-
-_VAGUE = 4.0
-
-
-@dataclass(frozen=True)
-class Tracked:
-    """What a film says: the platform's trajectory (None without a scale), all marks, the fit, the project, a summary."""
-
-    trajectory: Trajectory | None
-    marks: Marks
-    fit: Fit | None
-    project: Project
-    summary: dict[str, Any]
+_UNCERTAIN = 4.0
+"""Times the median standard deviation of all marks from which a mark that was found is left out."""
 
 
 def track(
@@ -57,12 +35,24 @@ def track(
     watch: Callable[[Iterator], Iterator] = iter,
     mask: NDArray[np.bool_] | None = None,
 ) -> Tracked:
-    """Follow the marks of a film and fit the platform to them.
+    """Track the marks of a film and fit the platform to them.
 
-    footage : from `open_footage` or `from_array`. project : capture rate, marks, scale and camera; the film's own
-    rate counts where the project gives none, and marks are found where it names none. watch : wraps the stream of
-    frames, for a progress bar. mask : (rows, columns), pixels of the first
-    frame that belong to marks. The result's project is complete: it repeats the run.
+    Parameters
+    ----------
+    footage : Footage
+        From `open_footage` or `from_array`.
+    project : Project
+        Capture rate, marks, scale, platform and camera. The rate that the camera reports counts where the project gives
+        none; marks are found where it names none.
+    watch : function, optional
+        Wraps the stream of frames, for a progress bar.
+    mask : (height, width) array of bool, optional
+        Pixels of the first frame that belong to marks.
+
+    Returns
+    -------
+    Tracked
+        Its project is complete: it repeats the run.
 
     Raises
     ------
@@ -72,25 +62,25 @@ def track(
     fps = _rate(footage, project)
     check_subset(project.marks.subset_px)
     first = _first(footage)
-    size = sized(project, first)
-    health = Health()
-    marks = _follow(footage, project, fps, first, lambda frames: watch(health.watch(frames)), mask)
+    scale = picture_scale(project, first)
+    check = IntegrityCheck()
+    marks = _tracked_marks(footage, project, fps, first, lambda frames: watch(check.watch(frames)), mask)
     origin = project.platform.origin_px or (float(marks.reference_px[:, 0].mean()), float(marks.reference_px[:, 1].mean()))
     project = _completed(project, footage, marks, fps, origin)
     fit, table = None, None
-    if size is not None:
-        camera = view(project, size, origin, (footage.width, footage.height))
+    if scale is not None:
+        camera = camera_of(project, scale, origin, (footage.width, footage.height))
         fit = _fit(marks, camera, project)
         table = trajectory(marks, fit, project.platform.start_height_m, footage.name)
-    return Tracked(table, marks, fit, project, summarise(footage, project, size, marks, fit, table, health))
+    return Tracked(table, marks, fit, project, summarise(footage, project, scale, marks, fit, table, check))
 
 
 def _rate(footage: Footage, project: Project) -> float:
     fps = project.film.fps or footage.fps
     if fps is None:
         raise InputError(
-            f"{footage.name}: carries no capture rate of the camera (what a container says is the rate of playing). "
-            "Give --fps with the rate the camera was set to."
+            f"{footage.name}: carries no capture rate of the camera (the rate in a container is that of playing). "
+            "Give --fps with the rate that the camera was set to."
         )
     return fps
 
@@ -101,37 +91,46 @@ def _first(footage: Footage) -> Picture:
     raise InputError(f"{footage.name}: no frame could be read. Copy the film again from the camera.")
 
 
-def _follow(
+def _tracked_marks(
     footage: Footage, project: Project, fps: float, first: Picture, watch: Callable[[Iterator], Iterator], mask: NDArray[np.bool_] | None
 ) -> Marks:
+    """The marks that the project names, or those that are found and move."""
     warp = next(count for count, name in WARP_NAMES.items() if name == project.marks.warp)
     exposure_s = project.film.exposure_s or footage.exposure_s or 0.0
+    subset = project.marks.subset_px
     if project.marks.place_px:
-        return follow(footage, project.marks.place_px, fps, project.marks.subset_px, warp, exposure_s, watch=watch, mask=mask)
-    places = find_marks(first, project.marks.subset_px)
+        return track_marks(footage, project.marks.place_px, fps, subset, warp, exposure_s, watch=watch, mask=mask)
+    places = find_marks(first, subset)
     if not places:
-        raise InputError(f"{footage.name}: no place in the first frame has texture enough to be followed. Name the marks with --mark X,Y.")
-    marks = follow(footage, places, fps, project.marks.subset_px, AFFINE, exposure_s, watch=watch, mask=mask)
-    return moving(marks)
+        raise InputError(f"{footage.name}: no place in the first frame has texture enough to be tracked. Name the marks with --mark X,Y.")
+    return moving(track_marks(footage, places, fps, subset, AFFINE, exposure_s, watch=watch, mask=mask))
 
 
 def moving(marks: Marks) -> Marks:
-    """The marks that move with the majority of the travel; what stands still is the background.
+    """Keep the marks that move most; what stands still is the background.
 
-    A mark's travel is the diagonal of the box around its path. Marks not seen in half of the frames are left out too, and
-    those whose sigma is many times the others': an edge of the platform behind a rod is not a mark.
+    A mark moves by the diagonal of the box around its path. Marks that are not observed in half of the frames are left out
+    too, and those whose standard deviation is many times the others': an edge of the platform behind a rod is not a mark.
+
+    Parameters
+    ----------
+    marks : Marks
+
+    Returns
+    -------
+    Marks
+        Named anew, m1, m2 ...
     """
-    often = marks.seen.mean(axis=0) >= min(0.5, marks.seen.mean(axis=0).max())
-    sigma = np.array([np.median(marks.sigma_px[marks.seen[:, i], i]) if often[i] else np.inf for i in range(len(often))])
-    often &= sigma <= _VAGUE * np.median(sigma[often])
-    travel = np.array([_travel(marks, i) for i in range(len(marks.names))])
-    kept = often & (travel >= _STILL_SHARE * travel[often].max())
-    chosen = marks.only(kept)
-    return dataclasses.replace(chosen, names=[f"m{i + 1}" for i in range(int(kept.sum()))])
+    often = marks.observed.mean(axis=0) >= min(0.5, marks.observed.mean(axis=0).max())
+    sigma = np.array([np.median(marks.sigma_px[marks.observed[:, i], i]) if often[i] else np.inf for i in range(len(often))])
+    often &= sigma <= _UNCERTAIN * np.median(sigma[often])
+    extent = np.array([_extent(marks, i) for i in range(len(marks.names))])
+    kept = often & (extent >= _STILL_SHARE * extent[often].max())
+    return dataclasses.replace(marks.only(kept), names=[f"m{i + 1}" for i in range(int(kept.sum()))])
 
 
-def _travel(marks: Marks, i: int) -> float:
-    seen = marks.seen[:, i]
+def _extent(marks: Marks, i: int) -> float:
+    seen = marks.observed[:, i]
     return float(np.hypot(np.ptp(marks.x_px[seen, i]), np.ptp(marks.y_px[seen, i]))) if seen.any() else 0.0
 
 
@@ -149,7 +148,22 @@ def _fit(marks: Marks, camera: Camera, project: Project) -> Fit:
 
 
 def free_channels(count: int, project: Project, camera: Camera) -> Sequence[str]:
-    """What a film with so many marks can tell, with the geometry that the project knows."""
+    """Which channels a film can determine.
+
+    Parameters
+    ----------
+    count : int
+        Number of marks.
+    project : Project
+        With radius_m of the platform or without it.
+    camera : Camera
+        With a finite distance or without it.
+
+    Returns
+    -------
+    sequence of str
+        x and z; with two marks theta_y; with three on a cylinder theta_z; with four and a distance all six.
+    """
     if count == 1:
         return ONE_MARK
     if project.platform.radius_m is None or count < 3:

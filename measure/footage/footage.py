@@ -1,12 +1,12 @@
-"""A film as a stream of pictures, whatever file it comes from.
+"""A film as a stream of grey pictures, whatever file it comes from.
 
-A variant lives in `measure/formats`: it knows the rate and depth that the camera wrote down, how many frames the file
-promises, and hands them out one after the other, so that memory does not grow with the film.
+A variant knows the capture rate and pixel depth that the camera wrote down, how many frames the file promises, and
+hands the pictures out one after the other, so that memory does not grow with the length of the film. The variants stand
+in their own modules; `measure.footage.formats` chooses among them.
 """
 
 from __future__ import annotations
 
-import stat
 from abc import ABC, abstractmethod
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -18,18 +18,37 @@ from numpy.typing import NDArray
 from measure.common.errors import InputError
 
 LARGEST_PICTURE_PX = 64_000_000
-"""No camera for this work has more; a file that claims more is broken or meant to be."""
+"""No camera used for this work has more pixels; a file that claims more is damaged or hostile."""
+
+SMALLEST_SIDE_PX = 16
 
 Picture = NDArray[np.uint8 | np.uint16]
+"""Grey values, (height, width)."""
 
 
 @dataclass(frozen=True)
 class Footage(ABC):
     """A film: what is known of it before the first picture is read.
 
-    width, height : px. bits : depth of a pixel. frames : how many the file promises, gaps in the numbering included.
-    fps : capture rate by the camera's own word, None where nobody measured it; the nominal rate of a container is not
-    it. exposure_s : likewise. remarks : sentences on what is wrong with the film as a whole.
+    Attributes
+    ----------
+    name : str
+        File or folder, for messages.
+    width, height : int
+        Size of a picture, px.
+    bits : int
+        Depth of a pixel.
+    frames : int
+        Frames that the film should have; frames that the file says are missing are counted.
+    fps : float or None
+        Capture rate reported by the camera, frames per second. The rate at which a container is to be played is not it.
+    exposure_s : float or None
+        Exposure time reported by the camera, s.
+    remarks : tuple of str
+        What is wrong with the film as a whole, in sentences.
+    instants : (frames,) array or None
+        When the frames were taken, in units of the usual time from frame to frame, the first at zero. None: evenly
+        spaced, 0, 1, 2 ... Divided by the capture rate they are seconds.
     """
 
     name: str
@@ -40,18 +59,42 @@ class Footage(ABC):
     fps: float | None = None
     exposure_s: float | None = None
     remarks: tuple[str, ...] = ()
+    instants: NDArray[np.float64] | None = None
 
     @abstractmethod
     def pictures(self) -> Iterator[tuple[int, Picture]]:
-        """Number of the frame, counted from 0, and its grey values (height, width), forward only.
+        """Read the film from its first frame on.
 
-        A number may be left out where a frame is missing; the stream ends early where the file is cut.
+        Returns
+        -------
+        Iterator of (int, (height, width) array)
+            Number of the frame, counted from 0, and its grey values. A number is left out where a frame is missing; the
+            stream ends early where the file is cut.
         """
+
+    def times_s(self, count: int, fps: float) -> NDArray[np.float64]:
+        """Instants of the first `count` frames, s, from the first frame.
+
+        Parameters
+        ----------
+        count : int
+            Number of frames, missing ones included.
+        fps : float
+            Capture rate, frames per second.
+
+        Returns
+        -------
+        (count,) array
+            Evenly spaced, or with the pattern of the file's own time stamps.
+        """
+        if self.instants is None or len(self.instants) < count:
+            return np.arange(count) / fps
+        return self.instants[:count] / fps
 
 
 @dataclass(frozen=True)
 class ArrayFootage(Footage):
-    """A film that is in memory already: (frames, height, width), 8 or 16 bit."""
+    """A film in memory; `stack` is (frames, height, width) of 8 or 16 bit."""
 
     stack: Picture | None = None
 
@@ -62,60 +105,49 @@ class ArrayFootage(Footage):
 
 
 def from_array(stack: Picture, fps: float | None = None, name: str = "array") -> Footage:
-    """A film from a NumPy array (frames, height, width) of 8 or 16 bit."""
+    """Make a film of a NumPy array.
+
+    Parameters
+    ----------
+    stack : (frames, height, width) array of uint8 or uint16
+        Grey values.
+    fps : float, optional
+        Capture rate, frames per second.
+    name : str
+        Used in messages.
+
+    Returns
+    -------
+    Footage
+
+    Raises
+    ------
+    InputError
+        Another shape or type of number.
+    """
     if stack.ndim != 3 or stack.dtype not in (np.uint8, np.uint16):
         raise InputError(f"{name}: shape {stack.shape} of {stack.dtype}; a film is (frames, height, width) of uint8 or uint16.")
     frames, height, width = stack.shape
     return ArrayFootage(name, width, height, 8 * stack.dtype.itemsize, frames, fps, stack=stack)
 
 
-def open_footage(path: Path) -> Footage:
-    """Open a film file or a folder of numbered pictures; what it is shows in its first bytes, not in its name.
+def check_size(path: Path | str, width: int, height: int) -> None:
+    """Refuse a picture of a size that no camera makes, before anything of it is decoded.
 
-    Photron's `.mraw` alone has no first bytes of its own and goes by its name.
+    Parameters
+    ----------
+    path : Path or str
+        Used in the message.
+    width, height : int
+        Size that the header states, px.
 
     Raises
     ------
     InputError
-        Nothing is there, it is not a regular local file, or not a film.
+        Smaller than 16 x 16 px, or more than 64 megapixels.
     """
-    from measure.footage import images, phantom, photron, video
-
-    path = Path(path)
-    if path.is_dir():
-        return images.open_folder(path)
-    head = _first_bytes(path)
-    if path.suffix.lower() in photron.SUFFIXES:
-        return photron.open_photron(path)
-    if phantom.is_cine(head):
-        return phantom.open_cine(path)
-    if video.is_container(head):
-        return video.open_video(path)
-    if images.picture_kind(head):
-        raise InputError(f"{path}: is a single picture; a film is a file of frames or a folder of numbered pictures. Name its folder.")
-    raise InputError(
-        f"{path}: is not a film; its first bytes are {head[:8]!r}. "
-        "Known are avi, mp4, mov, mkv, Phantom cine, Photron mraw, and folders of numbered TIFF, PNG or BMP pictures."
-    )
-
-
-def _first_bytes(path: Path) -> bytes:
-    from measure.common.command_line import existing_file
-
-    if path.exists() and not stat.S_ISREG(path.stat().st_mode):
-        raise InputError(f"{path}: is not a regular file. Copy the film to the disk and name the copy.")
-    existing_file(path, what="a film")
-    with open(path, "rb") as file:
-        head = file.read(64)
-    if not head:
-        raise InputError(f"{path}: is empty. Copy the film again from the camera.")
-    return head
-
-
-def check_size(path: Path | str, width: int, height: int) -> None:
-    """Refuse a picture that no camera made, before anything of it is decoded."""
-    if width < 16 or height < 16 or width * height > LARGEST_PICTURE_PX:
+    if min(width, height) < SMALLEST_SIDE_PX or width * height > LARGEST_PICTURE_PX:
         raise InputError(
-            f"{path}: says it is {width} x {height} px; between 16 x 16 px and {LARGEST_PICTURE_PX // 1_000_000} megapixels are taken. "
-            "Crop or scale the film."
+            f"{path}: states a size of {width} x {height} px; accepted are {SMALLEST_SIDE_PX} x {SMALLEST_SIDE_PX} px to "
+            f"{LARGEST_PICTURE_PX // 1_000_000} megapixels. Crop or scale the film."
         )

@@ -1,4 +1,4 @@
-"""What can be wrong with a film's frames although every one of them can be decoded: doubled and dark ones."""
+"""What can be wrong with frames although every one of them can be decoded: repeated and dark ones."""
 
 from __future__ import annotations
 
@@ -14,14 +14,31 @@ _DARK_SHARE = 0.25
 
 
 @dataclass
-class Health:
-    """Frames that repeat the one before to the last grey level, and frames much darker than the first."""
+class IntegrityCheck:
+    """Frames that are wrong.
 
-    doubled: list[int] = field(default_factory=list)
+    Attributes
+    ----------
+    repeated : list of int
+        Frames that repeat the one before to the last grey level.
+    dark : list of int
+        Frames whose mean is below a quarter of the first one's.
+    """
+
+    repeated: list[int] = field(default_factory=list)
     dark: list[int] = field(default_factory=list)
 
     def watch(self, frames: Iterator[tuple[int, Picture]]) -> Iterator[tuple[int, Picture]]:
-        """Hand the frames on and remember what is wrong with them."""
+        """Hand the frames on and record what is wrong with them.
+
+        Parameters
+        ----------
+        frames : iterator of (int, (height, width) array)
+
+        Returns
+        -------
+        The same.
+        """
         before, brightness = None, None
         for number, picture in frames:
             sample = picture[::_EVERY, ::_EVERY]
@@ -30,14 +47,14 @@ class Health:
             if mean < _DARK_SHARE * brightness:
                 self.dark.append(number)
             if before is not None and np.array_equal(sample, before[::_EVERY, ::_EVERY]) and np.array_equal(picture, before):
-                self.doubled.append(number)
+                self.repeated.append(number)
             before = picture
             yield number, picture
 
     @property
     def remarks(self) -> tuple[str, ...]:
         """Sentences for the summary."""
-        found = (("repeat the one before", self.doubled), ("are dark", self.dark))
+        found = (("repeat the one before", self.repeated), ("are dark", self.dark))
         return tuple(f"{len(frames)} frames {what}: {_listed(frames)}" for what, frames in found if frames)
 
 

@@ -1,6 +1,6 @@
-"""Films in a container (avi, mp4, mov, mkv), decoded by FFmpeg through PyAV: grey values only, forward only.
+"""Films in a container (avi, mp4, mov, mkv ...), decoded by FFmpeg through PyAV: grey values only, forward only.
 
-PyAV says which pictures could not be decoded soundly, which OpenCV's reader fills in without a word.
+PyAV reports which pictures could not be decoded soundly; OpenCV's reader fills those in silently.
 """
 
 from __future__ import annotations
@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 
 import av
@@ -21,40 +21,56 @@ from numpy.typing import NDArray
 from measure.common.errors import InputError
 from measure.common.limits import limited
 from measure.footage.footage import Footage, Picture, check_size
+from measure.footage.time_stamps import FrameClock, frame_clock
+
+HEAD_BYTES = 400
+"""First bytes of a file that tell what it is; two packets of a transport stream."""
 
 _LOCAL_ONLY = {"protocol_whitelist": "file"}
 _STRICT = {"err_detect": "crccheck+bitstream+buffer+explode"}
+_NO_STAMPS = FrameClock(np.empty(0, np.int64), np.empty(0, np.int64))
 
 
 def is_container(head: bytes) -> bool:
-    """Whether a file that begins with these bytes is an avi, mp4, mov or mkv."""
+    """Whether a file that begins with these bytes (400 are enough) is a film in a container that is read."""
     return bool(_format(head))
+
+
+_MARKS = (
+    (0, b"\x1aE\xdf\xa3", "matroska"), (0, b"GIF8", "gif"), (0, b"YUV4MPEG2", "yuv4mpegpipe"), (0, b"\0\0\1\xba", "mpeg"),
+    (0, b"0&\xb2u\x8ef\xcf\x11", "asf"), (4, b"ftyp", "mov"), (4, b"moov", "mov"), (4, b"mdat", "mov"), (4, b"wide", "mov"),
+)  # fmt: skip
+"""Where a mark stands in a file, the mark, and FFmpeg's name of the container."""
 
 
 def _format(head: bytes) -> str:
     """FFmpeg's name of the container; no other is tried, so that no file can pass itself off as a playlist."""
     if head[:4] == b"RIFF" and head[8:12] == b"AVI ":
         return "avi"
-    if head[4:8] in (b"ftyp", b"moov", b"mdat", b"wide"):
-        return "mov"
-    return "matroska" if head[:4] == b"\x1aE\xdf\xa3" else ""
+    for start, packet in ((0, 188), (4, 192)):
+        if len(head) > start + packet and all(byte == 0x47 for byte in head[start::packet]):
+            return "mpegts"
+    return next((name for at, mark, name in _MARKS if head[at : at + len(mark)] == mark), "")
 
 
 @dataclass(frozen=True)
 class VideoFile(Footage):
-    """A film in a container. Its nominal rate is the player's, not the camera's, and is not used.
+    """A film in a container. Its nominal rate is that of playing, not the camera's, and is not used.
 
-    stamps : (n,) when each picture is to be shown, in the container's own units and in order, which numbers the pictures; empty
-    where the container does not tell them apart.
+    Attributes
+    ----------
+    path : Path
+    clock : FrameClock
+        Numbers of the frames by their time stamps; without stamps they are counted.
     """
 
     path: Path = Path()
-    stamps: NDArray[np.int64] | None = None
+    clock: FrameClock = _NO_STAMPS
 
     def pictures(self) -> Iterator[tuple[int, Picture]]:
         """Frame by frame, until the file ends; the next one is decoded while the last one is used.
 
-        A picture that is damaged has no number, nor have those that are built on it, up to the next one that stands alone.
+        A damaged picture is left out, and so are those that are built on it, up to the next one that stands alone.
         """
         with ThreadPoolExecutor(1) as decoder:
             decoded = self._decoded()
@@ -67,7 +83,7 @@ class VideoFile(Footage):
         with _opened(self.path) as (container, stream):
             number, sound = -1, True
             for frame in _frames(self.path, container, stream):
-                number = self._number(frame, number)
+                number = self.clock.number(None if frame is None else frame.pts, number)
                 if frame is None or frame.is_corrupt:
                     sound = False
                 elif frame.key_frame:
@@ -75,16 +91,20 @@ class VideoFile(Footage):
                 if frame is not None and sound:
                     yield number, _grey(frame)
 
-    def _number(self, frame: av.VideoFrame | None, last: int) -> int:
-        """The place of a picture's stamp among all; the next number where that is unknown."""
-        if frame is None or frame.pts is None or self.stamps is None or not len(self.stamps):
-            return last + 1
-        place = int(np.searchsorted(self.stamps, frame.pts))
-        return place if place > last else last + 1
-
 
 def open_video(path: Path) -> Footage:
-    """Open a film in a container, go through its packets and decode one frame of it.
+    """Open a film in a container: go through its packets and decode its first frame.
+
+    Frames that the camera dropped show in the time stamps; frames outside of an edit list are not part of the film.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+
+    Returns
+    -------
+    Footage
 
     Raises
     ------
@@ -96,23 +116,33 @@ def open_video(path: Path) -> Footage:
             check_size(path, stream.codec_context.width, stream.codec_context.height)
             promised = _promised(container, stream)
             first = next((frame for frame in _frames(path, container, stream) if frame is not None), None)
-        stamps = _stamps(path)
+        packets = _packets(path)
     except FFmpegError:
-        first, promised, stamps = None, 0, np.empty(0, np.int64)
+        first, promised, packets = None, Promise(), Packets()
     if first is None:
         raise InputError(
             f"{path}: begins like a film, but no frame of it can be decoded; it is cut or damaged. Copy it again from the camera."
         )
-    grey = _grey(first)
-    frames = max(promised, len(stamps), 1)
-    return VideoFile(str(path), grey.shape[1], grey.shape[0], _bits(first), frames, path=path, stamps=stamps)
+    grey, clock = _grey(first), frame_clock(packets.stamps)
+    frames = max(promised.counted - packets.cut_away + clock.dropped, promised.by_duration, clock.frames, 1)
+    return VideoFile(
+        str(path),
+        grey.shape[1],
+        grey.shape[0],
+        _bits(first),
+        frames,
+        remarks=clock.remarks,
+        instants=clock.instants,
+        path=path,
+        clock=clock,
+    )
 
 
 @contextmanager
 def _opened(path: Path) -> Iterator[tuple[InputContainer, av.VideoStream]]:
     """The container and its first film; local files only, and PyAV leaves standard error alone."""
     with open(path, "rb") as file:
-        form = _format(file.read(64))
+        form = _format(file.read(HEAD_BYTES))
     with limited(path):
         container = av.open(str(path.resolve()), format=form, options=_LOCAL_ONLY, metadata_errors="replace")
     with container:
@@ -128,30 +158,51 @@ def _opened(path: Path) -> Iterator[tuple[InputContainer, av.VideoStream]]:
         yield container, stream
 
 
-def _promised(container: InputContainer, stream: av.VideoStream) -> int:
-    """How many pictures the head of the file says there are; some containers only know how long the film lasts."""
+@dataclass(frozen=True)
+class Promise:
+    """How many pictures a container should hold: counted in its head, or by how long the film lasts; 0 where it is not known."""
+
+    counted: int = 0
+    by_duration: int = 0
+
+
+def _promised(container: InputContainer, stream: av.VideoStream) -> Promise:
     if stream.frames:
-        return stream.frames
+        return Promise(counted=stream.frames)
     rate = stream.average_rate
     lasts = stream.duration * stream.time_base if stream.duration and stream.time_base else None
     if lasts is None and container.duration:
         lasts = container.duration / av.time_base
-    return round(lasts * rate) if lasts and rate else 0
+    return Promise(by_duration=round(lasts * rate) if lasts and rate else 0)
 
 
-def _stamps(path: Path) -> NDArray[np.int64]:
-    """The stamps of all packets in order, read without decoding; empty where one has none or two have the same."""
+@dataclass(frozen=True)
+class Packets:
+    """The stamps of a film's pictures in order, and how many pictures an edit list cuts away."""
+
+    stamps: NDArray[np.int64] = field(default_factory=lambda: np.empty(0, np.int64))
+    cut_away: int = 0
+
+
+def _packets(path: Path) -> Packets:
+    """Read without decoding; no stamps where one picture has none or two have the same."""
     stamps: list[int] = []
+    cut_away, complete = 0, True
     with _opened(path) as (container, stream):
         try:
             for packet in container.demux(stream):
-                if packet.size and packet.pts is None:
-                    return np.empty(0, np.int64)
-                stamps += [packet.pts] if packet.size and packet.pts is not None else []
+                if not packet.size:
+                    continue
+                if packet.is_discard:
+                    cut_away += 1
+                elif packet.pts is None:
+                    complete = False
+                else:
+                    stamps.append(packet.pts)
         except FFmpegError:
-            return np.empty(0, np.int64)
+            complete = False
     unique = np.unique(np.array(stamps, np.int64))
-    return unique if len(unique) == len(stamps) else np.empty(0, np.int64)
+    return Packets(unique, cut_away) if complete and len(unique) == len(stamps) else Packets(cut_away=cut_away)
 
 
 def _frames(path: Path, container: InputContainer, stream: av.VideoStream) -> Iterator[av.VideoFrame | None]:

@@ -1,4 +1,4 @@
-"""From the platform to the picture: the camera in front of the rig, and the platform's pose that it sees.
+"""From the platform to the picture: the camera in front of the rig, its lens, and rotations of the platform.
 
 World: x to the right, y away from the camera, z up; the pose is counted from the first frame. Picture: x to the right,
 y down, pixel centres at whole numbers.
@@ -16,12 +16,24 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Camera:
-    """A camera that looks along +y.
+    """A pinhole camera that looks along +y, with a lens.
 
-    m_per_px : size of a pixel at the depth of the platform's origin. origin_px : where that origin is in the first
-    frame. up_rad : direction of up in the picture, clockwise from the picture's own. distance_m : from the camera to
-    the origin, infinite for a camera without perspective. principal_px : where the optical axis meets the picture.
-    focal_px, distortion : of the lens, as cv2.calibrateCamera gives them (k1, k2, p1, p2, k3); no distortion without them.
+    Attributes
+    ----------
+    m_per_px : float
+        Size of a pixel at the depth of the platform's origin, m.
+    origin_px : (x, y)
+        That origin in the first frame, px.
+    up_rad : float
+        Direction of up in the picture, clockwise from the picture's own, rad.
+    distance_m : float
+        From the camera to the origin, m; infinite for a camera without perspective.
+    principal_px : (x, y) or None
+        Where the optical axis meets the picture, px; the origin where it is None.
+    focal_px : float
+        Focal length, px.
+    distortion : tuple of float
+        k1, k2, p1, p2, k3 as cv2.calibrateCamera gives them; none where it is empty.
     """
 
     m_per_px: float
@@ -33,12 +45,22 @@ class Camera:
     distortion: tuple[float, ...] = ()
 
     def project(self, points: Array) -> Array:
-        """Picture of points given in the world, relative to the origin of the first frame.
+        """Project points of the world into the picture.
 
             x_px = p_x + (X + X_0) / S / (1 + Y / D),    y_px = p_y - (Z + Z_0) / S / (1 + Y / D)
 
-        with S the pixel's size, D the distance, p the principal point, and (X_0, Z_0) the first frame's origin seen
-        from the optical axis. points : (..., 3), m. Returns (..., 2), px.
+        with S the pixel's size, D the distance, p the principal point, and (X_0, Z_0) the first frame's origin relative
+        to the optical axis.
+
+        Parameters
+        ----------
+        points : (..., 3) array
+            Relative to the platform's origin in the first frame, m.
+
+        Returns
+        -------
+        (..., 2) array
+            px.
         """
         principal, right, up = self._axes()
         away = (self.without_distortion(np.array(self.origin_px)) - principal) * self.m_per_px
@@ -48,18 +70,41 @@ class Camera:
         return self.with_distortion(principal + across[..., None] * right + above[..., None] * up)
 
     def place(self, picture_px: Array, depth: Array) -> Array:
-        """World points at known depths (y, m) from their picture; the inverse of `project`. Returns (..., 3)."""
+        """Points of the world at known depths; the inverse of `project`.
+
+        Parameters
+        ----------
+        picture_px : (..., 2) array
+            px.
+        depth : (...) array
+            y of the points, m.
+
+        Returns
+        -------
+        (..., 3) array
+            m.
+        """
         principal, right, up = self._axes()
         away = (self.without_distortion(np.array(self.origin_px)) - principal) * self.m_per_px
         seen = (self.without_distortion(picture_px) - principal) * self.m_per_px * (1.0 + depth / self.distance_m)[..., None]
         return np.stack([seen @ right - away @ right, depth, seen @ up - away @ up], axis=-1)
 
     def with_distortion(self, ideal_px: Array) -> Array:
-        """Where the lens puts what an ideal one would put at `ideal_px`, (..., 2).
+        """Apply the distortion of the lens.
 
             x_d = x (1 + k1 r^2 + k2 r^4 + k3 r^6) + 2 p1 x y + p2 (r^2 + 2 x^2),    y_d alike,    x = (x_px - p) / f
 
-        Brown, Photogrammetric Engineering 37 (1971) 855.
+        Brown, Close-range camera calibration, Photogrammetric Engineering 37 (1971) 855.
+
+        Parameters
+        ----------
+        ideal_px : (..., 2) array
+            Where a lens without distortion puts the points, px.
+
+        Returns
+        -------
+        (..., 2) array
+            px.
         """
         if not self.distortion:
             return ideal_px
@@ -72,7 +117,7 @@ class Camera:
         return principal + self.focal_px * np.stack(bent, axis=-1)
 
     def without_distortion(self, picture_px: Array) -> Array:
-        """The inverse of `with_distortion`, by iteration."""
+        """Remove the distortion of the lens from (..., 2) px, by fixed-point iteration; the inverse of `with_distortion`."""
         ideal = np.asarray(picture_px, float)
         for _ in range(20 if self.distortion else 0):
             ideal = ideal + picture_px - self.with_distortion(ideal)
@@ -86,11 +131,22 @@ class Camera:
 
 
 def on_cylinder(camera: Camera, picture_px: Array, radius_m: float) -> Array:
-    """Points of the platform seen on the near side of an upright cylinder about its origin.
+    """Points on the near side of an upright cylinder about the platform's origin, from the first frame.
 
         X = R sin psi,    Y = -R cos psi
 
-    picture_px : (..., 2) in the first frame. Returns (..., 3), m, NaN where a point is beside the cylinder.
+    Parameters
+    ----------
+    camera : Camera
+    picture_px : (..., 2) array
+        In the first frame, px.
+    radius_m : float
+        R, m.
+
+    Returns
+    -------
+    (..., 3) array
+        m; NaN where a point is beside the cylinder.
     """
     depth = np.full(picture_px.shape[:-1], -radius_m)
     for _ in range(50):
@@ -103,11 +159,20 @@ def on_cylinder(camera: Camera, picture_px: Array, radius_m: float) -> Array:
 
 
 def rotation(theta: Array) -> Array:
-    """Rotation matrix of (theta_x, theta_y, theta_z): the twist about the vertical first, then the swing.
+    """Rotation matrix of (theta_x, theta_y, theta_z): the rotation theta_z about the vertical first, then the tilt.
 
         R = exp([theta_x, theta_y, 0]) exp([0, 0, theta_z])
 
-    theta : (..., 3), rad. Returns (..., 3, 3). The split is that of theta_z = 2 atan2(q_z, q_w).
+    In quaternions this is theta_z = 2 atan2(q_z, q_w).
+
+    Parameters
+    ----------
+    theta : (..., 3) array
+        rad.
+
+    Returns
+    -------
+    (..., 3, 3) array
     """
     from scipy.spatial.transform import Rotation
 
@@ -119,7 +184,17 @@ def rotation(theta: Array) -> Array:
 
 
 def angles(matrix: Array) -> Array:
-    """(theta_x, theta_y, theta_z) of rotation matrices; the inverse of `rotation`. matrix : (..., 3, 3). Returns (..., 3), rad."""
+    """(theta_x, theta_y, theta_z) of rotation matrices; the inverse of `rotation`.
+
+    Parameters
+    ----------
+    matrix : (..., 3, 3) array
+
+    Returns
+    -------
+    (..., 3) array
+        rad; theta_z within half a turn.
+    """
     from scipy.spatial.transform import Rotation
 
     turn = Rotation.from_matrix(matrix.reshape(-1, 3, 3))

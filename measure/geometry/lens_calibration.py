@@ -1,17 +1,20 @@
-"""The lens from pictures of a checkerboard: focal length, optical axis, distortion, and how surely."""
+"""The lens from pictures of a checkerboard: focal length, optical axis and distortion, with their uncertainty.
+
+Zhang, A flexible new technique for camera calibration, IEEE Transactions on Pattern Analysis and Machine Intelligence 22
+(2000) 1330; as in OpenCV.
+"""
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from pathlib import Path
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from measure.common.errors import InputError
-from measure.footage.footage import Picture, open_footage
+from measure.footage.footage import Footage, Picture
 
 _FEWEST_VIEWS = 5
 _LARGEST_RMS_PX = 1.0
@@ -19,9 +22,19 @@ _LARGEST_RMS_PX = 1.0
 
 @dataclass(frozen=True)
 class Lens:
-    """What a checkerboard says of a lens. principal_px : optical axis. distortion : k1, k2, p1, p2. rms_px : of the corners.
+    """A calibrated lens.
 
-    views : pictures in which the board was found, of all. sigmas are one standard deviation.
+    Attributes
+    ----------
+    focal_px, focal_sigma_px : float
+        Focal length and its standard deviation, px.
+    principal_px : (x, y)
+        Where the optical axis meets the picture, px.
+    distortion : (k1, k2, p1, p2)
+    rms_px : float
+        Root mean square residual of the corners, px.
+    views, pictures : int
+        Pictures in which the board was found, and all pictures.
     """
 
     focal_px: float
@@ -33,10 +46,21 @@ class Lens:
     pictures: int
 
 
-def calibrate(folder: Path, columns: int, rows: int, pitch_mm: float) -> Lens:
-    """Calibrate from a folder of numbered pictures of a checkerboard, held at different slants.
+def calibrate(film: Footage, columns: int, rows: int, pitch_mm: float) -> Lens:
+    """Calibrate a lens from pictures of a checkerboard held at different slants; pixels are square and k3 is zero.
 
-    columns, rows : inner corners. pitch_mm : side of a square. The pixels are taken for square and k3 for zero.
+    Parameters
+    ----------
+    film : Footage
+        The pictures, such as a folder of them.
+    columns, rows : int
+        Inner corners across and down.
+    pitch_mm : float
+        Side of a square, mm.
+
+    Returns
+    -------
+    Lens
 
     Raises
     ------
@@ -47,17 +71,16 @@ def calibrate(folder: Path, columns: int, rows: int, pitch_mm: float) -> Lens:
         raise InputError(
             f"--board {columns},{rows},{pitch_mm:g}: give inner corners across and down, three at least, and the squares' side in mm."
         )
-    film = open_footage(folder)
     found = [corners for _, picture in film.pictures() if (corners := _corners(picture, columns, rows)) is not None]
     if len(found) < _FEWEST_VIEWS:
         raise InputError(
-            f"{folder}: a board of {columns} x {rows} inner corners is found in {len(found)} of {film.frames} pictures; "
+            f"{film.name}: a board of {columns} x {rows} inner corners is found in {len(found)} of {film.frames} pictures; "
             f"{_FEWEST_VIEWS} are needed. Check --board, and hold the board at different slants, whole in the picture."
         )
     lens = _fitted(found, columns, rows, pitch_mm, (film.width, film.height), film.frames)
     if not lens.rms_px < _LARGEST_RMS_PX:
         raise InputError(
-            f"{folder}: the corners miss a lens by {lens.rms_px:.2f} px. Use a flat board and sharp pictures of one camera setting."
+            f"{film.name}: the corners miss a lens by {lens.rms_px:.2f} px. Use a flat board and sharp pictures of one camera setting."
         )
     return lens
 
@@ -70,7 +93,7 @@ def _corners(picture: Picture, columns: int, rows: int) -> NDArray[np.float32] |
 
 
 def _sharpened(grey: NDArray[np.uint8], corners: NDArray[np.float32], columns: int) -> NDArray[np.float32]:
-    """Corners refined by the slopes around them; what the search hands out errs by 0.2 px on exact pictures."""
+    """Corners refined by the slopes around them; those of the search err by 0.2 px on exact pictures."""
     places = corners.reshape(-1, columns, 2)
     closest = min(float(np.linalg.norm(np.diff(places, axis=axis), axis=-1).min()) for axis in (0, 1))
     reach = max(round(0.3 * closest), 2)
@@ -90,5 +113,5 @@ def _fitted(found: list[NDArray], columns: int, rows: int, pitch_mm: float, size
     axis = (float(matrix[0, 2]), float(matrix[1, 2]))
     sigma = max(float(value) for value in np.ravel(spread)[:2])
     if not math.isfinite(float(rms) + sigma):
-        raise InputError("the checkerboard's pictures determine no lens. Hold the board at different slants.")
+        raise InputError("the pictures of the checkerboard do not determine the lens. Hold the board at different slants.")
     return Lens(float(matrix[0, 0]), sigma, axis, (k1, k2, p1, p2), float(rms), len(found), pictures)

@@ -1,4 +1,4 @@
-"""From marks to the platform: one rigid body that explains all of them, and how surely."""
+"""From marks to the platform: the pose of one rigid body that explains all marks, and its standard deviations."""
 
 from __future__ import annotations
 
@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from measure.common.errors import InputError
-from measure.correlation.curved_marks import Response
 from measure.correlation.marks import LOST, MISSING, OK, Marks
+from measure.correlation.shape_function_bias import Response
 from measure.geometry.camera import Camera, on_cylinder, rotation
 from measure.tables.trajectory import CHANNELS, Trajectory
 
@@ -28,18 +28,35 @@ PARTIAL = "partial"
 _MODEL_ERROR_PX = 0.0005
 _STEP = 1e-5
 _DISAGREE = 10.0
+"""Chi-square per degree of freedom from which the marks of a frame disagree."""
+
 _CULPRIT = 0.2
+"""Share of that chi-square that remains when the mark that caused it is left out."""
+
 _OUTLIER_PX = 0.1
+_STEPS = 30
+_SINGULAR = 1e16
 
 
 @dataclass(frozen=True)
 class Fit:
     """The pose of every frame.
 
-    free : the channels that were fitted. pose : (frames, 6) in the order of `CHANNELS`, what is not free is zero.
-    covariance : (frames, k, k) of the free ones. residual_px : (frames, marks, 2), seen minus fitted. used : (frames, marks).
-    widened : factor by which the standard deviations were widened because the marks fit the rigid body less well than
-    their own sigmas promise.
+    Attributes
+    ----------
+    free : sequence of str
+        The k channels that were fitted.
+    pose : (frames, 6) array
+        In the order of `CHANNELS`, m and rad; what is not free is zero, NaN in a frame without a pose.
+    covariance : (frames, k, k) array
+        Of the free channels.
+    residual_px : (frames, marks, 2) array
+        Observed minus fitted positions, px.
+    used : (frames, marks) array of bool
+        Whether the mark took part in the fit of that frame.
+    widened : float
+        Factor by which the standard deviations were widened because the marks fit the rigid body less well than their
+        own standard deviations say.
     """
 
     free: Sequence[str]
@@ -49,16 +66,31 @@ class Fit:
     used: NDArray[np.bool_]
     widened: float
 
+    def __repr__(self) -> str:
+        posed = int(self.has_pose.sum())
+        return f"Fit({', '.join(self.free)}; a pose in {posed} of {len(self.pose)} frames, sigmas widened {self.widened:.3g}x)"
+
     @property
-    def seen(self) -> NDArray[np.bool_]:
+    def has_pose(self) -> NDArray[np.bool_]:
         """(frames,): whether the frame has a pose."""
         return np.isfinite(self.covariance[:, 0, 0])
 
 
 def body_points(marks: Marks, camera: Camera, radius_m: float | None) -> Array:
-    """Where the nodes of the marks sit on the platform, relative to its origin in the first frame; (marks, 9, 3), m.
+    """Positions of the marks' nodes on the platform, relative to its origin in the first frame.
 
-    On a cylinder of known radius about the vertical through the origin, or else all at the origin's depth.
+    Parameters
+    ----------
+    marks : Marks
+    camera : Camera
+    radius_m : float or None
+        Radius of an upright cylinder about the platform's origin that carries the marks, m; None puts all of them at
+        the origin's depth.
+
+    Returns
+    -------
+    (marks, 9, 3) array
+        m.
 
     Raises
     ------
@@ -82,114 +114,177 @@ def body_points(marks: Marks, camera: Camera, radius_m: float | None) -> Array:
 
 @dataclass(frozen=True)
 class Body:
-    """The platform as the camera sees it. points : (marks, 9, 3), m, from `body_points`."""
+    """The platform in front of the camera. `points` : (marks, 9, 3) array, m, from `body_points`."""
 
     camera: Camera
     points: Array
     response: Response
 
-    def seen(self, poses: Array) -> Array:
-        """Places of the marks in the picture under poses (..., 6). Returns (..., marks, 2), px."""
+    def project(self, poses: Array) -> Array:
+        """Where the refinement finds the marks under some poses.
+
+        Parameters
+        ----------
+        poses : (..., 6) array
+            In the order of `CHANNELS`, m and rad, from the first frame.
+
+        Returns
+        -------
+        (..., marks, 2) array
+            px.
+        """
         world = np.einsum("...ij,nqj->...nqi", rotation(poses[..., 3:]), self.points) + poses[..., None, None, :3]
         return self.response.apparent(self.camera.project(world))
 
     def slopes(self, pose: Array, at: list[int]) -> tuple[Array, Array]:
-        """Places under a pose (6,), and their slopes along the channels `at`: (marks, 2), (marks, 2, k)."""
+        """Positions under a pose, and their derivatives with respect to some channels, by central differences.
+
+        Parameters
+        ----------
+        pose : (6,) array
+        at : list of k int
+            Indices into `CHANNELS`.
+
+        Returns
+        -------
+        positions : (marks, 2) array
+            px.
+        slopes : (marks, 2, k) array
+            px per m or rad.
+        """
         steps = _STEP * np.eye(6)[at]
-        places = self.seen(np.concatenate([pose[None], pose + steps, pose - steps]))
+        places = self.project(np.concatenate([pose[None], pose + steps, pose - steps]))
         ahead, behind = places[1 : 1 + len(at)], places[1 + len(at) :]
         return places[0], np.moveaxis((ahead - behind) / (2 * _STEP), 0, -1)
 
 
-def fit_platform(marks: Marks, camera: Camera, points: Array, free: Sequence[str]) -> Fit:
-    """Fit the pose of a rigid body to the marks of every frame, weighted by their covariances, outliers left out.
+@dataclass(frozen=True)
+class _FramePose:
+    """One frame: pose (6,), covariance (k, k), residuals (marks, 2), marks used, chi-square per degree of freedom."""
 
-    points : (marks, 9, 3) on the body, from `body_points`. free : the channels to fit. A frame with
-    too few marks has no pose.
+    pose: Array
+    covariance: Array
+    residual: Array
+    used: NDArray[np.bool_]
+    misfit: float
+
+
+def fit_platform(marks: Marks, camera: Camera, points: Array, free: Sequence[str]) -> Fit:
+    """Fit the pose of a rigid body to the marks of every frame, by least squares weighted with their covariances.
+
+    A mark that alone makes the others disagree is left out of that frame.
+
+    Parameters
+    ----------
+    marks : Marks
+    camera : Camera
+    points : (marks, 9, 3) array
+        On the body, m, from `body_points`.
+    free : sequence of str
+        The channels to fit.
+
+    Returns
+    -------
+    Fit
+        A frame with too few marks has no pose.
     """
     body = Body(camera, points, marks.response)
     frames, count = marks.x_px.shape
     at = [CHANNELS.index(channel) for channel in free]
     picture = np.stack([marks.x_px, marks.y_px], axis=-1)
-    pose, covariance = np.zeros((frames, 6)), np.full((frames, len(at), len(at)), np.nan)
+    pose, covariance = np.full((frames, 6), np.nan), np.full((frames, len(at), len(at)), np.nan)
     residual, used = np.full((frames, count, 2), np.nan), np.zeros((frames, count), bool)
     misfit, last = [], np.zeros(6)
     weights = _weights(marks)
     for t in range(frames):
-        kept = marks.seen[t].copy()
-        found = _fit_frame(body, at, picture[t], weights[t], kept, last)
+        found = _fit_frame(body, at, picture[t], weights[t], marks.observed[t].copy(), last)
         if found is None:
-            pose[t] = np.nan
             continue
-        last, covariance[t], residual[t], used[t], ratio = found
-        pose[t] = last
-        if t > 0 and np.isfinite(ratio):
-            misfit.append(ratio)
+        last = found.pose
+        pose[t], covariance[t], residual[t], used[t] = found.pose, found.covariance, found.residual, found.used
+        if t > 0 and np.isfinite(found.misfit):
+            misfit.append(found.misfit)
     widened = float(np.sqrt(max(1.0, np.median(misfit)))) if misfit else 1.0
     return Fit(free, pose, covariance * widened**2, residual, used, widened)
 
 
 def _weights(marks: Marks) -> Array:
     """Inverse covariances of the marks, (frames, marks, 2, 2); zero where there is no position."""
-    covariance = np.where(marks.seen[..., None, None], marks.covariance_px2, np.eye(2)) + _MODEL_ERROR_PX**2 * np.eye(2)
-    return np.asarray(np.linalg.inv(covariance) * marks.seen[..., None, None], float)
+    covariance = np.where(marks.observed[..., None, None], marks.covariance_px2, np.eye(2)) + _MODEL_ERROR_PX**2 * np.eye(2)
+    return np.asarray(np.linalg.inv(covariance) * marks.observed[..., None, None], float)
 
 
-def _fit_frame(body: Body, at: list[int], picture: Array, weights: Array, kept: NDArray[np.bool_], start: Array):
-    """One frame. While the marks disagree and one of them alone explains it, that mark is left out.
+def _fit_frame(body: Body, at: list[int], picture: Array, weights: Array, kept: NDArray[np.bool_], start: Array) -> _FramePose | None:
+    """One frame. While the marks disagree and one of them alone explains it, that mark is left out."""
 
-    Returns pose, covariance, residuals, marks used, misfit (chi-square per degree of freedom); None without a pose.
-    """
-
-    def solve(kept: NDArray[np.bool_]):
+    def solve(kept: NDArray[np.bool_]) -> _FramePose | None:
         freedom = 2 * int(kept.sum()) - len(at)
-        solved = _solve(body, at, picture, weights, kept, start) if freedom >= 0 and kept.sum() >= (2 if len(at) > 2 else 1) else None
-        if solved is None:
+        if freedom < 0 or kept.sum() < (2 if len(at) > 2 else 1):
             return None
-        misfit = np.einsum("ni,nij,nj->", solved[2][kept], weights[kept], solved[2][kept]) / freedom if freedom else np.nan
-        return *solved, kept, misfit
+        return _solve(body, at, picture, weights, kept, start, freedom)
 
     found = solve(kept)
-    while found is not None and found[4] > _DISAGREE and np.abs(found[2][kept]).max() > _OUTLIER_PX and 2 * kept.sum() - len(at) >= 3:
-        without = [solve(kept & (np.arange(len(kept)) != i)) for i in np.flatnonzero(kept)]
-        best = min((other for other in without if other is not None), key=lambda other: other[4], default=None)
-        if best is None or not best[4] < _CULPRIT * found[4]:
+    while found is not None and _disagree(found, len(at)):
+        without = [solve(found.used & (np.arange(len(kept)) != i)) for i in np.flatnonzero(found.used)]
+        best = min((other for other in without if other is not None), key=lambda other: other.misfit, default=None)
+        if best is None or not best.misfit < _CULPRIT * found.misfit:
             break
-        found, kept = best, best[3]
+        found = best
     return found
 
 
-def _solve(body: Body, at: list[int], picture: Array, weights: Array, kept: NDArray[np.bool_], start: Array):
-    """Gauss-Newton on the pose: minimise sum r' C^-1 r, r = seen - projected. Returns pose, covariance, residuals."""
+def _disagree(found: _FramePose, channels: int) -> bool:
+    """Whether the marks of a frame contradict each other, and one of them can be spared."""
+    spare = 2 * found.used.sum() - channels >= 3
+    return bool(found.misfit > _DISAGREE and np.abs(found.residual[found.used]).max() > _OUTLIER_PX and spare)
+
+
+def _solve(
+    body: Body, at: list[int], picture: Array, weights: Array, kept: NDArray[np.bool_], start: Array, freedom: int
+) -> _FramePose | None:
+    """Gauss-Newton on the pose: minimise sum r' C^-1 r, r = observed - projected."""
     pose = start.copy()
-    for _ in range(30):
+    for _ in range(_STEPS):
         projected, slopes = body.slopes(pose, at)
         residual = picture - projected
         j, r, w = slopes[kept], residual[kept], weights[kept]
         normal = np.einsum("nik,nij,njl->kl", j, w, j)
-        if not np.isfinite(normal).all() or np.linalg.cond(normal) > 1e16:
+        if not np.isfinite(normal).all() or np.linalg.cond(normal) > _SINGULAR:
             return None
         covariance = np.linalg.inv(normal)
         step = covariance @ np.einsum("nik,nij,nj->k", j, w, r)
         pose[at] += step
         if (np.abs(step) < 1e-4 * np.sqrt(np.diag(covariance))).all():
-            return pose, covariance, picture - body.seen(pose)
+            residual = picture - body.project(pose)
+            square = float(np.einsum("ni,nij,nj->", residual[kept], weights[kept], residual[kept]))
+            return _FramePose(pose, covariance, residual, kept, square / freedom if freedom else np.nan)
     return None
 
 
 def trajectory(marks: Marks, fit: Fit, start_height_m: float, name: str = "trajectory") -> Trajectory:
-    """The platform's motion as a table; a frame without a pose is empty.
+    """The platform's motion as a table.
 
-    start_height_m : height of the platform's origin in the first frame, in the world of the model.
+    Parameters
+    ----------
+    marks : Marks
+    fit : Fit
+    start_height_m : float
+        Height of the platform's origin in the first frame, m.
+    name : str
+
+    Returns
+    -------
+    Trajectory
+        A frame without a pose is empty.
     """
     channels, sigma = {}, {}
     for k, channel in enumerate(fit.free):
         offset = start_height_m if channel == "z_m" else 0.0
-        channels[channel] = np.where(fit.seen, fit.pose[:, CHANNELS.index(channel)] + offset, np.nan)
+        channels[channel] = np.where(fit.has_pose, fit.pose[:, CHANNELS.index(channel)] + offset, np.nan)
         sigma[channel] = np.sqrt(fit.covariance[:, k, k])
     return Trajectory(marks.time_s, channels, sigma, _status(marks, fit), name=name)
 
 
 def _status(marks: Marks, fit: Fit) -> list[str]:
     missing, full = np.all(marks.status == MISSING, axis=1), np.all(fit.used, axis=1)
-    return [MISSING if missing[t] else LOST if not fit.seen[t] else OK if full[t] else PARTIAL for t in range(len(fit.seen))]
+    return [MISSING if missing[t] else LOST if not fit.has_pose[t] else OK if full[t] else PARTIAL for t in range(len(fit.has_pose))]

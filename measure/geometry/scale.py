@@ -1,4 +1,4 @@
-"""From pixels to millimetres, and where up is: measured in the first frame or given, with what is not known of it.
+"""From pixels to millimetres, and where up is: given, or measured in the first frame, with its uncertainty.
 
 The scale of a film outweighs all errors of tracking: a rule 20 mm behind the marks, seen from 1 m, is 2 %.
 """
@@ -6,7 +6,8 @@ The scale of a film outweighs all errors of tracking: a rule 20 mm behind the ma
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
+from typing import Any
 
 import numpy as np
 
@@ -14,71 +15,101 @@ from measure.common.errors import InputError
 from measure.footage.footage import Picture
 from measure.geometry.camera import Camera
 from measure.geometry.film_project import Point, Project
-from measure.geometry.picture_lines import pitch_along, plumb_line
+from measure.geometry.rule_and_plumb_line import pitch_along, plumb_line
 
 
 @dataclass(frozen=True)
-class Sized:
-    """What turns the picture into metres. relative_sigma : of mm_per_px, one standard deviation. up_sigma_deg : of up_deg.
+class PictureScale:
+    """What turns the picture into metres.
 
-    said : how the scale was found, in words.
+    Attributes
+    ----------
+    mm_per_px : float
+        Size of a pixel at the depth of the platform's origin, mm.
+    relative_sigma : float
+        Its uncertainty, one standard deviation.
+    up_deg, up_sigma_deg : float
+        Direction of up in the picture, clockwise from the picture's own, and its standard deviation, deg.
+    source : str
+        How the scale was found, in words.
     """
 
     mm_per_px: float
     relative_sigma: float
     up_deg: float
     up_sigma_deg: float
-    said: str
+    source: str
+
+    def summary(self) -> dict[str, Any]:
+        """In numbers, as `--json` writes it; the words are under `said`."""
+        numbers = asdict(self)
+        return {**numbers, "said": numbers.pop("source")}
 
 
-def sized(project: Project, picture: Picture) -> Sized | None:
-    """The scale and the vertical that a project gives, or measures in the first frame; None without any scale.
+def picture_scale(project: Project, picture: Picture) -> PictureScale | None:
+    """The scale and the vertical that a project gives, or that are measured in the first frame.
+
+    Parameters
+    ----------
+    project : Project
+    picture : (height, width) array
+        The first frame.
+
+    Returns
+    -------
+    PictureScale or None
+        None where the project has no scale.
 
     Raises
     ------
     InputError
-        Two points that coincide, no graduation or no plumb line where they were said to be, a depth without a distance.
+        Two points that coincide, no graduation or no plumb line at the place given, a depth without a distance.
     """
     if not project.has_scale():
         return None
     scale = project.scale
     up, up_sigma = (scale.up_deg, 0.0) if scale.plumb_px is None else plumb_line(picture, scale.plumb_px)
-    found = _measured(project, picture)
-    return replace(_at_the_platform(found, project), up_deg=up, up_sigma_deg=up_sigma)
+    return replace(_at_the_platform(_measured(project, picture), project), up_deg=up, up_sigma_deg=up_sigma)
 
 
-def _measured(project: Project, picture: Picture) -> Sized:
-    """The scale where it was measured."""
-    scale, camera = project.scale, project.camera
+def _measured(project: Project, picture: Picture) -> PictureScale:
+    """The scale at the depth where it was measured."""
+    scale = project.scale
     if scale.mm_per_px is not None:
-        return Sized(scale.mm_per_px, scale.relative_sigma, 0.0, 0.0, "given")
+        return PictureScale(scale.mm_per_px, scale.relative_sigma, 0.0, 0.0, "given")
     if scale.from_px_mm is not None:
-        return _two_points(project)
+        return _from_two_points(project)
     if scale.rule_px_mm is not None:
         pitch_px, sigma_px = pitch_along(picture, scale.rule_px_mm[:4])
         sigma = math.hypot(sigma_px / pitch_px, scale.relative_sigma)
-        return Sized(scale.rule_px_mm[4] / pitch_px, sigma, 0.0, 0.0, f"from a rule, {pitch_px:.4f} +- {sigma_px:.4f} px a division")
-    assert camera.focal_px is not None
-    assert camera.distance_m is not None
-    sigma = math.hypot(camera.focal_sigma_px / camera.focal_px, camera.distance_sigma_m / camera.distance_m)
-    return Sized(1000.0 * camera.distance_m / camera.focal_px, sigma, 0.0, 0.0, "from the distance and the calibrated focal length")
+        source = f"from a rule, {pitch_px:.4f} +- {sigma_px:.4f} px a division"
+        return PictureScale(scale.rule_px_mm[4] / pitch_px, sigma, 0.0, 0.0, source)
+    return _from_lens(project)
 
 
-def _two_points(project: Project) -> Sized:
+def _from_two_points(project: Project) -> PictureScale:
     scale = project.scale
     assert scale.from_px_mm is not None
     x1, y1, x2, y2, length = scale.from_px_mm
     apart = math.hypot(x2 - x1, y2 - y1)
-    if apart < 2.0 or length <= 0.0:
+    if apart < 2.0:
         raise InputError(
-            f"--scale-from: the points are {apart:.3g} px apart and the length is {length:g} mm; "
-            "give two distinct points X1,Y1,X2,Y2 and the LENGTH_MM between them."
+            f"--scale-from: the points are {apart:.3g} px apart; give two distinct points X1,Y1,X2,Y2 and the LENGTH_MM between them."
         )
     sigma = math.hypot(math.sqrt(2.0) * scale.point_sigma_px / apart, scale.length_sigma_mm / length, scale.relative_sigma)
-    return Sized(length / apart, sigma, 0.0, 0.0, f"from two points {apart:.1f} px apart")
+    return PictureScale(length / apart, sigma, 0.0, 0.0, f"from two points {apart:.1f} px apart")
 
 
-def _at_the_platform(found: Sized, project: Project) -> Sized:
+def _from_lens(project: Project) -> PictureScale:
+    camera = project.camera
+    assert camera.focal_px is not None
+    assert camera.distance_m is not None
+    sigma = math.hypot(camera.focal_sigma_px / camera.focal_px, camera.distance_sigma_m / camera.distance_m)
+    source = "from the distance and the calibrated focal length"
+    return PictureScale(1000.0 * camera.distance_m / camera.focal_px, sigma, 0.0, 0.0, source)
+
+
+def _at_the_platform(found: PictureScale, project: Project) -> PictureScale:
     """The scale carried from the depth where it was measured to that of the platform's origin: times D / (D + depth)."""
     scale, distance = project.scale, project.camera.distance_m
     if not scale.depth_mm and not scale.depth_sigma_mm:
@@ -88,29 +119,37 @@ def _at_the_platform(found: Sized, project: Project) -> Sized:
     farther = 1000.0 * distance + scale.depth_mm
     if farther <= 0.0:
         raise InputError(f"scale.depth_mm: {scale.depth_mm:g} mm is behind the camera, which is {distance:g} m away. Mend one of them.")
-    sigma = math.hypot(found.relative_sigma, scale.depth_sigma_mm / farther, abs(scale.depth_mm) / farther * _off(project))
+    by_distance = abs(scale.depth_mm) / farther * project.camera.distance_sigma_m / distance
+    sigma = math.hypot(found.relative_sigma, scale.depth_sigma_mm / farther, by_distance)
     return replace(found, mm_per_px=found.mm_per_px * 1000.0 * distance / farther, relative_sigma=sigma)
 
 
-def _off(project: Project) -> float:
-    """Relative uncertainty of the distance, which the carried part of the scale shares."""
-    return project.camera.distance_sigma_m / (project.camera.distance_m or math.inf)
+def camera_of(project: Project, scale: PictureScale, origin_px: Point, picture: tuple[int, int]) -> Camera:
+    """The camera of a project. A calibrated focal length f and a scale S give the distance, f S, where none is given.
 
+    Parameters
+    ----------
+    project : Project
+    scale : PictureScale
+    origin_px : (x, y)
+        The platform's origin in the first frame, px.
+    picture : (width, height)
+        px; its middle is the principal point unless the project gives one.
 
-def view(project: Project, size: Sized, origin_px: Point, picture: tuple[int, int]) -> Camera:
-    """The camera; picture : width and height, px, whose middle is the principal point unless given.
+    Returns
+    -------
+    Camera
 
-    A calibrated focal length and a scale give the distance, f S, where none is given.
+    Raises
+    ------
+    InputError
+        Distortion without a focal length.
     """
-    camera, m_per_px = project.camera, size.mm_per_px / 1000.0
+    camera, m_per_px = project.camera, scale.mm_per_px / 1000.0
     distance = camera.distance_m or (camera.focal_px * m_per_px if camera.focal_px else math.inf)
     middle = ((picture[0] - 1) / 2, (picture[1] - 1) / 2)
     principal = None if math.isinf(distance) else camera.principal_px or middle
     focal = camera.focal_px or distance / m_per_px
-    return Camera(m_per_px, origin_px, math.radians(size.up_deg), distance, principal, focal, _lens(project, focal))
-
-
-def _lens(project: Project, focal: float) -> tuple[float, ...]:
-    if project.camera.distortion and not np.isfinite(focal):
+    if camera.distortion and not np.isfinite(focal):
         raise InputError("camera.distortion needs the focal length it was found with; give focal_px in [camera].")
-    return project.camera.distortion
+    return Camera(m_per_px, origin_px, math.radians(scale.up_deg), distance, principal, focal, camera.distortion)

@@ -21,9 +21,10 @@ from tracking_methods import match_template
 from tracking_scenes import MIDDLE
 
 from measure.correlation.reference_image import AFFINE, TRANSLATION
-from measure.correlation.tracking import follow
+from measure.correlation.tracking import track_marks
 from measure.film.track import track
-from measure.footage.footage import from_array, open_footage
+from measure.footage.footage import from_array
+from measure.footage.formats import open_footage
 from measure.footage.writers import Clock, write_film
 from measure.geometry.camera import Camera
 from measure.synthetic.made_film import (
@@ -117,12 +118,17 @@ def rates(frames):
             used = film.copy()
             for x, _ in places:
                 used[1:, :, int(x) + 5 : int(x) + 11] = 30
-        follow(from_array(used[:3]), places, 1000.0, 41, warp)
+        track_marks(from_array(used[:3]), places, 1000.0, 41, warp)
         template = _template_rate(used, places)
         start = time.process_time()
-        marks = follow(from_array(used), places, 1000.0, 41, warp)
+        marks = track_marks(from_array(used), places, 1000.0, 41, warp)
         rate = frames / (time.process_time() - start)
-        rows[name] = {"frames_per_s": rate, "template_per_s": template, "of_template": rate / template, "lost": int((~marks.seen).sum())}
+        rows[name] = {
+            "frames_per_s": rate,
+            "template_per_s": template,
+            "of_template": rate / template,
+            "lost": int((~marks.observed).sum()),
+        }
     return rows
 
 
@@ -145,14 +151,14 @@ def files(frames):
         for name, codec in (("film.mraw", ""), ("ffv1.avi", "FFV1"), ("mjpg.avi", "MJPG")):
             write_film(Path(folder) / name, film, codec or "FFV1", Clock(1000.0))
             footage = open_footage(Path(folder) / name)
-            follow(_beginning(footage), places, 1000.0, 41, TRANSLATION)
+            track_marks(_beginning(footage), places, 1000.0, 41, TRANSLATION)
             start = time.perf_counter()
             read = sum(int(picture[0, 0]) >= 0 for _, picture in footage.pictures())
             decoded = time.perf_counter() - start
             start = time.perf_counter()
-            marks = follow(footage, places, 1000.0, 41, TRANSLATION)
+            marks = track_marks(footage, places, 1000.0, 41, TRANSLATION)
             spent = time.perf_counter() - start
-            rows[name] = {"frames_per_s": read / spent, "reading_alone_per_s": read / decoded, "lost": int((~marks.seen).sum())}
+            rows[name] = {"frames_per_s": read / spent, "reading_alone_per_s": read / decoded, "lost": int((~marks.observed).sum())}
     return rows
 
 

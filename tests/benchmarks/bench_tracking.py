@@ -17,7 +17,7 @@ import numpy as np
 from tracking_methods import methods
 from tracking_scenes import MIDDLE, NOISE, SUBSET, Pattern, bare, bound_px, noisy, picture
 
-from measure.correlation.tracking import follow
+from measure.correlation.tracking import track_marks
 from measure.footage.footage import from_array
 
 FINE, COARSE = ("speckle", 1.0), ("speckle", 1.6)
@@ -144,13 +144,13 @@ def running(pattern, n, noise=NOISE):
 
 
 def blurred_motion(repeats):
-    """Errors in the frames that are blurred by 8 px, by our follower with and without the exposure known, and by pyidi."""
+    """Errors in the frames that are blurred by 8 px, by our tracker with and without the exposure known, and by pyidi."""
     films = [running(Pattern(*COARSE, n), n) for n in range(repeats)]
     rows = {}
     for name, exposure in (("ours, exposure known", 0.5), ("ours, exposure unknown", 0.0)):
         gaps = []
         for film, at in films:
-            marks = follow(from_array(film), [(MIDDLE, MIDDLE)], 1.0, SUBSET, exposure_s=exposure)
+            marks = track_marks(from_array(film), [(MIDDLE, MIDDLE)], 1.0, SUBSET, exposure_s=exposure)
             gaps.append(np.stack([marks.x_px[:, 0], marks.y_px[:, 0]], axis=1) - MIDDLE - at + at[0])
         rows[name] = _row(np.array(gaps)[:, 6:])
     find = methods().get("pyidi LK")
@@ -177,7 +177,7 @@ def large_motion(repeats):
         chance = np.random.default_rng([n, 3])
         at = np.cumsum(np.concatenate([[0.0], chance.uniform(9.0, 20.0, 7) * np.array([1, 1, 1, -1, -1, 1, -1])]))
         film = np.array([picture(Pattern(*COARSE, n), shift=(0.4, y), size=250, noise_seed=50 * n + i) for i, y in enumerate(at)])
-        marks = follow(from_array(film), [(MIDDLE, MIDDLE)], 1.0, SUBSET)
+        marks = track_marks(from_array(film), [(MIDDLE, MIDDLE)], 1.0, SUBSET)
         moved = np.stack([marks.x_px[:, 0], marks.y_px[:, 0]], axis=1) - [marks.x_px[0, 0], marks.y_px[0, 0]]
         ours_gaps.append((moved - np.stack([0 * at, at], axis=1))[1:])
         if find is not None:
@@ -197,8 +197,8 @@ def covered(repeats):
             return lambda grey, x, y: np.where(x > 70.0 - 2.0 * step, 25.0, grey)
 
         film = np.array([picture(Pattern(*COARSE, n), shift=(0.3, 0.2), cover=block(i), noise_seed=50 * n + i) for i in range(16)])
-        marks = follow(from_array(film), [(MIDDLE, MIDDLE)], 1.0, SUBSET)
-        never += int(marks.seen[-1, 0])
+        marks = track_marks(from_array(film), [(MIDDLE, MIDDLE)], 1.0, SUBSET)
+        never += int(marks.observed[-1, 0])
         gaps.append(np.stack([marks.x_px[:, 0] - marks.x_px[0, 0], marks.y_px[:, 0] - marks.y_px[0, 0]], axis=1))
     return {"ours": {**_row(np.array(gaps)), "never_flagged": never}}
 

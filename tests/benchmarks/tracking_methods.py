@@ -6,22 +6,22 @@ import cv2
 import numpy as np
 from tracking_scenes import MIDDLE, SUBSET
 
+from measure.correlation.mark_tracker import mark_tracker
 from measure.correlation.reference_image import AFFINE, TRANSLATION
-from measure.correlation.tracking import follower
 
 HALF = SUBSET // 2
 
 
 def ours(warp, steps=1):
-    """The follower of `measure.correlation.tracking`, as a film would use it. steps is for the caller: pictures on the way to the last."""
+    """The tracker of `measure.correlation.mark_tracker`, as for a film. steps is for the caller: pictures on the way to the last."""
 
     def find(pictures):
-        mark = follower(pictures[0], MIDDLE, MIDDLE, SUBSET, warp)
+        mark = mark_tracker(pictures[0], MIDDLE, MIDDLE, SUBSET, warp)
         seen = None
         for frame, picture in enumerate(pictures):
-            seen = mark.look(picture, frame)
+            seen = mark.observe(picture, frame)
         assert seen is not None
-        return np.array([seen.x_px, seen.y_px]) - MIDDLE, np.sqrt(np.diag(seen.covariance))
+        return np.array([seen.x_px, seen.y_px]) - MIDDLE, np.sqrt(np.diag(seen.covariance_px2))
 
     return find
 

@@ -7,7 +7,7 @@ import pytest
 
 from measure.common.errors import InputError
 from measure.correlation.reference_image import AFFINE, EUCLIDEAN, TRANSLATION, reference
-from measure.correlation.refinement import Match, Usual, recognise, refine, surface_near
+from measure.correlation.refinement import Expected, Match, recognise, refine, surface_near
 from measure.correlation.template_matching import correlation_map, search
 
 CENTRE, SUBSET = 36, 41
@@ -54,7 +54,7 @@ def test_light_that_changes_across_the_mark_is_told_from_motion(speckled):
     mark = reference(speckled(), CENTRE, CENTRE, SUBSET)
     x = np.arange(72) - CENTRE
     current = np.rint(speckled((0.4, 0.2), noise_seed=1) * (1.0 + 0.3 * x / SUBSET)).clip(0, 255).astype(np.uint8)
-    found = recognise(current, mark, mark.start, Usual(0.7, 0.001))
+    found = recognise(current, mark, mark.start, Expected(0.7, 0.001))
     assert found is not None
     assert np.abs(mark.point(found.warp) - CENTRE - [0.4, 0.2]).max() < 0.02
     assert np.abs(mark.point(_refined(current, mark).warp) - CENTRE - [0.4, 0.2]).max() > 0.03

@@ -8,8 +8,9 @@ import pytest
 from measure.common.errors import InputError
 from measure.correlation.marks import LOST, OK
 from measure.correlation.reference_image import AFFINE, TRANSLATION
-from measure.correlation.tracking import follow
-from measure.footage.footage import from_array, open_footage
+from measure.correlation.tracking import track_marks
+from measure.footage.footage import from_array
+from measure.footage.formats import open_footage
 
 
 def _film(speckled, shifts, size=140):
@@ -19,8 +20,8 @@ def _film(speckled, shifts, size=140):
 @pytest.mark.parametrize("warp", [TRANSLATION, AFFINE])
 @pytest.mark.parametrize("subset", [15, 29, 31])
 def test_the_bar_moves_two_pixels_a_frame_until_it_is_hidden_and_then_it_is_said(subset, warp, real_footage):
-    marks = follow(open_footage(real_footage / "obstruction" / "images"), [(64.0, 100.0)], 25.0, subset, warp)
-    seen = marks.seen[:, 0]
+    marks = track_marks(open_footage(real_footage / "obstruction" / "images"), [(64.0, 100.0)], 25.0, subset, warp)
+    seen = marks.observed[:, 0]
     last = int(np.flatnonzero(seen)[-1])
     assert 12 <= last <= 18
     assert seen[: last + 1].all()
@@ -31,8 +32,8 @@ def test_the_bar_moves_two_pixels_a_frame_until_it_is_hidden_and_then_it_is_said
 
 def test_the_mechanism_moves_as_another_program_says(real_footage):
     film = open_footage(real_footage / "mechanism" / "images")
-    marks = follow(film, [(344.0, 212.0), (259.0, 405.0), (266.0, 41.0)], 25.0)
-    assert marks.seen.all()
+    marks = track_marks(film, [(344.0, 212.0), (259.0, 405.0), (266.0, 41.0)], 25.0)
+    assert marks.observed.all()
     for i in range(3):
         other = np.genfromtxt(real_footage / "mechanism" / "gold" / f"DICe_solution_{i}.txt", delimiter=",", skip_header=1)
         gap = np.stack([marks.x_px[:, i], marks.y_px[:, i]], axis=1) - other[:, 1:3] - other[:, 3:5]
@@ -42,7 +43,7 @@ def test_the_mechanism_moves_as_another_program_says(real_footage):
 def test_fast_and_uneven_motion_is_followed_without_a_slip(speckled):
     x = np.concatenate([np.zeros(3), np.cumsum([12.0, 19.5, 17.3, 5.1, -3.7, -20.2, -14.4])])
     film = _film(speckled, [(s - 5, 0.37 * s) for s in x])
-    marks = follow(from_array(film), [(65.0, 70.0)], 250.0, subset=31)
+    marks = track_marks(from_array(film), [(65.0, 70.0)], 250.0, subset=31)
     error = np.hypot(marks.x_px[:, 0] - 65.0 - (x - x[0]), marks.y_px[:, 0] - 70.0 - 0.37 * (x - x[0]))
     assert (marks.status == OK).all()
     assert error.max() < 0.05
@@ -54,8 +55,8 @@ def test_a_platform_at_rest_lends_its_first_frames_to_the_reference(speckled):
     for rest in (1, 16):
         x = np.concatenate([np.zeros(rest), 0.37 * np.arange(1, 13)])
         film = _film(speckled, [(s, 0.0) for s in x])
-        marks = follow(from_array(film), [(70.0, 70.0)], 250.0)
-        assert marks.seen.all()
+        marks = track_marks(from_array(film), [(70.0, 70.0)], 250.0)
+        assert marks.observed.all()
         errors[rest] = (np.std(marks.x_px[rest:, 0] - x[rest:]), np.median(marks.sigma_px[rest:]))
         assert abs(np.mean(marks.x_px[rest:, 0] - 70.0 - x[rest:])) < 0.02
     assert errors[16][1] < 0.85 * errors[1][1]
@@ -63,7 +64,7 @@ def test_a_platform_at_rest_lends_its_first_frames_to_the_reference(speckled):
 
 def test_slow_motion_from_the_first_frame_on_is_not_taken_for_rest(speckled):
     x = 0.02 * np.arange(20)
-    marks = follow(from_array(_film(speckled, [(s, 0.0) for s in x])), [(70.0, 70.0)], 250.0)
+    marks = track_marks(from_array(_film(speckled, [(s, 0.0) for s in x])), [(70.0, 70.0)], 250.0)
     slope, offset = np.polyfit(x, marks.x_px[:, 0] - 70.0, 1)
     assert abs(slope - 1.0) < 0.03
     assert abs(offset) < 0.02
@@ -72,10 +73,10 @@ def test_slow_motion_from_the_first_frame_on_is_not_taken_for_rest(speckled):
 def test_a_covered_mark_has_no_position_and_comes_back(speckled):
     film = _film(speckled, [(0.5 * n, 0.0) for n in range(14)])
     film[5:9, 40:110, 40:110] = 128
-    marks = follow(from_array(film), [(70.0, 70.0)], 250.0)
-    assert not marks.seen[5:9].any()
+    marks = track_marks(from_array(film), [(70.0, 70.0)], 250.0)
+    assert not marks.observed[5:9].any()
     assert np.isnan(marks.x_px[5:9]).all()
-    assert marks.seen[9:].all()
+    assert marks.observed[9:].all()
     assert np.abs(marks.x_px[9:, 0] - 70.0 - 0.5 * np.arange(9, 14)).max() < 0.05
 
 
@@ -83,8 +84,8 @@ def test_half_a_mark_behind_an_edge_is_not_taken_for_a_badly_lit_one(speckled):
     film = _film(speckled, [(0.3, 0.2)] * 16)
     for n, picture in enumerate(film):
         picture[:, 92 - 2 * n :] = 120
-    marks = follow(from_array(film), [(70.0, 70.0)], 250.0, subset=41)
-    assert not marks.seen[-1, 0]
+    marks = track_marks(from_array(film), [(70.0, 70.0)], 250.0, subset=41)
+    assert not marks.observed[-1, 0]
     assert np.nanmax(np.abs(marks.x_px - 70.0)) < 0.05
 
 
@@ -96,8 +97,8 @@ def test_a_fast_mark_is_found_through_its_blur_when_the_exposure_is_known(speckl
         noise = np.random.default_rng(n).normal(0.0, 1.5, (140, 140))
         film.append(np.rint(np.mean(parts, axis=0) + noise).clip(0, 255).astype(np.uint8))
     film[0] = speckled((-25.0, 0.0), seed=3, size=140)
-    marks = follow(from_array(np.array(film)), [(50.0, 70.0)], 250.0, subset=41, exposure_s=0.5 / 250.0)
-    assert marks.seen.all()
+    marks = track_marks(from_array(np.array(film)), [(50.0, 70.0)], 250.0, subset=41, exposure_s=0.5 / 250.0)
+    assert marks.observed.all()
     assert np.abs(marks.x_px[3:, 0] - 50.0 - 12.0 * np.arange(3, 6)).max() < 0.04
 
 
@@ -105,14 +106,14 @@ def test_a_mark_that_jumps_while_hidden_is_found_over_the_whole_picture(speckled
     film = _film(speckled, [(0.0, 0.0)] * 4 + [(45.0, -30.0)] * 8)
     film[4:7, 50:90, 50:90] = 128
     film[4:6] = 128
-    marks = follow(from_array(film), [(70.0, 70.0)], 250.0, subset=25)
-    assert marks.seen[-1, 0]
+    marks = track_marks(from_array(film), [(70.0, 70.0)], 250.0, subset=25)
+    assert marks.observed[-1, 0]
     assert abs(marks.x_px[-1, 0] - 115.0) < 0.05
 
 
 def test_a_mark_that_leaves_the_picture_is_out_of_frame(speckled):
     film = _film(speckled, [(-6.0 * n, 0.0) for n in range(14)])
-    marks = follow(from_array(film), [(70.0, 70.0)], 250.0)
+    marks = track_marks(from_array(film), [(70.0, 70.0)], 250.0)
     assert marks.status[-1, 0] == "out-of-frame"
     error = np.abs(marks.x_px[:, 0] - 70.0 + 6.0 * np.arange(14))
     assert np.nanmax(error) < 0.05
@@ -120,16 +121,16 @@ def test_a_mark_that_leaves_the_picture_is_out_of_frame(speckled):
 
 def test_a_different_picture_is_not_the_mark(speckled):
     film = np.concatenate([_film(speckled, [(0, 0)] * 3), [speckled(seed=9, size=140)] * 3])
-    marks = follow(from_array(film), [(70.0, 70.0)], 250.0)
-    assert not marks.seen[3:].any()
+    marks = track_marks(from_array(film), [(70.0, 70.0)], 250.0)
+    assert not marks.observed[3:].any()
     assert LOST in set(marks.status[3:, 0]) | {"occluded"}
 
 
 def test_an_even_subset_has_no_centre(speckled):
     with pytest.raises(InputError, match="odd number"):
-        follow(from_array(_film(speckled, [(0, 0)] * 2)), [(70.0, 70.0)], 250.0, subset=30)
+        track_marks(from_array(_film(speckled, [(0, 0)] * 2)), [(70.0, 70.0)], 250.0, subset=30)
 
 
 def test_one_frame_is_no_motion(speckled):
     with pytest.raises(InputError, match="two at least"):
-        follow(from_array(_film(speckled, [(0, 0)])), [(70.0, 70.0)], 250.0)
+        track_marks(from_array(_film(speckled, [(0, 0)])), [(70.0, 70.0)], 250.0)

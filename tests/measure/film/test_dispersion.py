@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from measure.common.errors import InputError
-from measure.film.dispersion import compare
+from measure.film.dispersion import compare_trajectories
 from measure.tables.trajectory import Trajectory
 
 TIME = np.arange(150) / 250.0
@@ -19,7 +19,7 @@ def _deployment(time, height=0.4, seed=0, noise=1e-5):
 
 
 def test_a_later_shutter_is_no_dispersion():
-    found = compare(_deployment(TIME), _deployment(TIME - 0.0137, seed=1), "late")
+    found = compare_trajectories(_deployment(TIME), _deployment(TIME - 0.0137, seed=1), "late")
     assert abs(found.shift_s - 0.0137) < 5e-5
     assert found.sigma_shift_s is not None
     assert abs(found.shift_s - 0.0137) < 4 * found.sigma_shift_s
@@ -27,7 +27,7 @@ def test_a_later_shutter_is_no_dispersion():
 
 
 def test_a_deployment_that_goes_five_percent_higher_disperses_by_percents():
-    found = compare(_deployment(TIME), _deployment(TIME, height=0.42, seed=1), "higher")
+    found = compare_trajectories(_deployment(TIME), _deployment(TIME, height=0.42, seed=1), "higher")
     numbers = found.channels["z_m"].summary()
     assert 1.0 < numbers["rms_percent"] < 5.0
     assert 3.0 < numbers["max_percent"] <= 5.5
@@ -36,4 +36,4 @@ def test_a_deployment_that_goes_five_percent_higher_disperses_by_percents():
 
 def test_what_is_never_measured_together_cannot_be_compared():
     with pytest.raises(InputError, match="shares no channel"):
-        compare(_deployment(TIME), Trajectory(TIME, {"x_m": TIME}), "other")
+        compare_trajectories(_deployment(TIME), Trajectory(TIME, {"x_m": TIME}), "other")

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from measure.common.errors import InputError
-from measure.correlation.tracking import follow
-from measure.footage.footage import open_footage
+from measure.correlation.tracking import track_marks
+from measure.footage.formats import open_footage
 from measure.footage.packed_pixels import unpack_10, unpack_12
 
 
@@ -77,8 +77,8 @@ def test_the_falling_ball_falls_straight(real_footage):
     film = open_footage(real_footage / "falling-ball-12bit" / "ball_12bit.mraw")
     assert (film.fps, film.exposure_s, film.bits, film.frames) == (30000.0, 2e-5, 12, 15)
     assert film.fps is not None
-    marks = follow(film, [(176.0, 110.0)], film.fps, subset=145)
-    assert marks.seen.all()
+    marks = track_marks(film, [(176.0, 110.0)], film.fps, subset=145)
+    assert marks.observed.all()
     for values, limit in ((marks.x_px[:, 0], 0.002), (marks.y_px[:, 0], 0.006)):
         straight = np.polyval(np.polyfit(marks.time_s, values, 1), marks.time_s)
         assert np.sqrt(np.mean((values - straight) ** 2)) < limit

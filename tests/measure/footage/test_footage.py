@@ -13,7 +13,8 @@ import numpy as np
 import pytest
 
 from measure.common.errors import InputError
-from measure.footage.footage import from_array, open_footage
+from measure.footage.footage import from_array
+from measure.footage.formats import open_footage
 from measure.footage.writers import Clock, write_film
 
 
@@ -183,8 +184,7 @@ import sys
 from pathlib import Path
 import cv2
 import measure.common.limits
-from measure.common.errors import InputError
-from measure import open_footage
+from measure import InputError, open_footage
 measure.common.limits.DECODER_BYTES = 2**22
 try:
     open_footage(Path(sys.argv[1]))

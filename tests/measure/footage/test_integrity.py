@@ -5,21 +5,21 @@ from __future__ import annotations
 import numpy as np
 
 from measure.footage.footage import from_array
-from measure.footage.integrity import Health
+from measure.footage.integrity import IntegrityCheck
 
 
-def test_doubled_and_dark_frames_are_named():
+def test_repeated_and_dark_frames_are_named():
     stack = np.random.default_rng(0).integers(80, 160, (9, 40, 50), dtype=np.uint8)
     stack[4] = stack[3]
     stack[7] = 5
-    health = Health()
-    assert len(list(health.watch(iter(from_array(stack).pictures())))) == 9
-    assert (health.doubled, health.dark) == ([4], [7])
-    assert health.remarks == ("1 frames repeat the one before: 4", "1 frames are dark: 7")
+    check = IntegrityCheck()
+    assert len(list(check.watch(iter(from_array(stack).pictures())))) == 9
+    assert (check.repeated, check.dark) == ([4], [7])
+    assert check.remarks == ("1 frames repeat the one before: 4", "1 frames are dark: 7")
 
 
 def test_a_sound_film_has_no_remarks():
     stack = np.random.default_rng(0).integers(80, 160, (5, 40, 50), dtype=np.uint8)
-    health = Health()
-    list(health.watch(iter(from_array(stack).pictures())))
-    assert health.remarks == ()
+    check = IntegrityCheck()
+    list(check.watch(iter(from_array(stack).pictures())))
+    assert check.remarks == ()

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from measure.common.errors import InputError
+from measure.footage.formats import open_footage
 from measure.footage.writers import write_film
 from measure.geometry.camera import Camera
 from measure.geometry.lens_calibration import calibrate
@@ -46,7 +47,7 @@ def test_projection_through_a_bent_lens_and_its_inverse_agree():
 
 def test_a_checkerboard_gives_the_lens_back(tmp_path):
     write_film(tmp_path / "board", (_board(slant, n) for n, slant in enumerate(SLANTS)))
-    lens = calibrate(tmp_path / "board", 7, 5, 20.0)
+    lens = calibrate(open_footage(tmp_path / "board"), 7, 5, 20.0)
     assert lens.views >= 7
     assert abs(lens.focal_px - FOCAL) < max(4 * lens.focal_sigma_px, 0.5)
     assert lens.focal_sigma_px < 3.0
@@ -61,4 +62,4 @@ def test_a_checkerboard_gives_the_lens_back(tmp_path):
 def test_a_folder_without_a_board_is_no_calibration(tmp_path):
     write_film(tmp_path / "board", [np.full((100, 120), 90, np.uint8)] * 6)
     with pytest.raises(InputError, match="found in 0 of 6"):
-        calibrate(tmp_path / "board", 7, 5, 20.0)
+        calibrate(open_footage(tmp_path / "board"), 7, 5, 20.0)

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from measure.correlation.curved_marks import EVEN, NODES, Response
 from measure.correlation.marks import OK, Marks
+from measure.correlation.shape_function_bias import EVEN, NODES, Response
 from measure.film.track import track
 from measure.footage.footage import from_array
 from measure.geometry.camera import Camera, on_cylinder, rotation
@@ -20,7 +20,7 @@ from measure.geometry.rigid_body import (
     fit_platform,
     trajectory,
 )
-from measure.geometry.scale import sized, view
+from measure.geometry.scale import camera_of, picture_scale
 from measure.synthetic.made_film import pictures, project_for, true_motion
 from measure.tables.trajectory import CHANNELS
 
@@ -45,7 +45,7 @@ def _still(places, subset=31):
 
 def _seen(camera, points, pose, response, sigma=0.005):
     """Exact sightings of body points (n, 9, 3) under poses (t, 6)."""
-    at = Body(camera, points, response).seen(pose)
+    at = Body(camera, points, response).project(pose)
     n = at.shape[:2]
     covariance = np.broadcast_to(sigma**2 * np.eye(2), (*n, 2, 2)).copy()
     names = [f"m{i}" for i in range(n[1])]
@@ -142,14 +142,14 @@ def test_a_bent_mark_seems_to_be_where_its_own_texture_puts_it(rig):
     project = project_for(scene, 100.0, 0.252)
     marks, truth = track(film, project).marks, true_motion(motion, scene, 100.0).trajectory
     assert project.platform.origin_px is not None
-    size = sized(project, next(picture for _, picture in film.pictures()))
+    size = picture_scale(project, next(picture for _, picture in film.pictures()))
     assert size is not None
-    camera = view(project, size, project.platform.origin_px, (256, 256))
+    camera = camera_of(project, size, project.platform.origin_px, (256, 256))
     points = body_points(marks, camera, project.platform.radius_m)
     pose = np.stack([truth.channels[c] for c in CHANNELS], axis=-1).astype(np.float64) - [0.0, 0.0, 0.252, 0.0, 0.0, 0.0]
     seen = np.stack([marks.x_px, marks.y_px], axis=-1)
-    by_texture = np.abs(seen - Body(camera, points, marks.response).seen(pose)).max()
-    by_area = np.abs(seen - Body(camera, points, even_response(marks.reference_px, 25)).seen(pose)).max()
+    by_texture = np.abs(seen - Body(camera, points, marks.response).project(pose)).max()
+    by_area = np.abs(seen - Body(camera, points, even_response(marks.reference_px, 25)).project(pose)).max()
     assert by_texture < 0.015
     assert by_area > 2 * by_texture
 

@@ -7,14 +7,14 @@ import pytest
 
 from measure.common.errors import InputError
 from measure.geometry.film_project import make_project
-from measure.geometry.picture_lines import pitch_along, plumb_line
-from measure.geometry.scale import sized, view
+from measure.geometry.rule_and_plumb_line import pitch_along, plumb_line
+from measure.geometry.scale import camera_of, picture_scale
 
 BLANK = np.full((60, 80), 100, np.uint8)
 
 
 def _sized(**sections):
-    found = sized(make_project(sections), BLANK)
+    found = picture_scale(make_project(sections), BLANK)
     assert found is not None
     return found
 
@@ -41,7 +41,7 @@ def test_a_calibrated_lens_and_a_distance_are_a_scale_and_a_lens_and_a_scale_a_d
     assert found.mm_per_px == pytest.approx(0.75)
     assert found.relative_sigma == pytest.approx(0.002 * np.sqrt(2))
     project = make_project({"camera": lens, "scale": {"mm_per_px": 0.75}})
-    assert view(project, _sized(scale={"mm_per_px": 0.75}), (40.0, 30.0), (80, 60)).distance_m == pytest.approx(1.5)
+    assert camera_of(project, _sized(scale={"mm_per_px": 0.75}), (40.0, 30.0), (80, 60)).distance_m == pytest.approx(1.5)
 
 
 def _rule(pitch, slant, noise_seed):

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from measure.common.errors import InputError
-from measure.footage.footage import open_footage
+from measure.footage.formats import open_footage
 from measure.geometry.camera import angles, rotation
 from measure.geometry.film_project import project_text, read_project
 from measure.synthetic.made_film import (

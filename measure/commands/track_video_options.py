@@ -12,11 +12,11 @@ from measure.common.errors import InputError
 if TYPE_CHECKING:
     from measure.geometry.film_project import Project
 
-_DOES = "Follow marks through a film and give the platform's trajectory, in metres, with an uncertainty for every frame."
+_DOES = "Track marks through a film and give the platform's trajectory, in metres, with an uncertainty for every frame."
 
 
 def options() -> command.Parser:
-    """The command's options."""
+    """The options of the command."""
     made = command.parser("track-video", _DOES, output="trajectory (CSV); its figure and project file stand beside it")
     made.add_argument("footage", nargs="?", type=Path, metavar="FOOTAGE", help="film file, or folder of numbered pictures")
     made.add_argument("--fps", type=float, metavar="F", help="capture rate; needed unless the file carries the camera's own")
@@ -24,25 +24,26 @@ def options() -> command.Parser:
         "--mark", type=_numbers(2), action="append", metavar="X,Y", help="a mark in the first frame, px; repeat it. Else marks are found"
     )
     made.add_argument("--subset", type=int, metavar="N", help="side of the compared square, odd, px (31)")
+    made.add_argument("--warp", metavar="KIND", help="richest warp of a subset: translation, euclidean (and rotation) or affine (affine)")
     made.add_argument(
         "--mask", type=Path, metavar="FILE", help="a picture as large as the film's, white where marks are in the first frame"
     )
     made.add_argument("--mm-per-px", type=float, metavar="S", help="scale at the platform's depth")
     made.add_argument("--scale-from", type=_numbers(5), metavar="X1,Y1,X2,Y2,LENGTH_MM", help="scale from two points and their distance")
     made.add_argument("--rule", type=_numbers(5), metavar="X1,Y1,X2,Y2,PITCH_MM", help="scale from a rule: a line across its graduation")
-    made.add_argument("--plumb", type=_numbers(4), metavar="X1,Y1,X2,Y2", help="where up is, from two points near a plumb line")
+    made.add_argument("--plumb", type=_numbers(4), metavar="X1,Y1,X2,Y2", help="direction of up, from two points near a plumb line")
     made.add_argument("--checkerboard", type=Path, metavar="FOLDER", help="calibrate the lens with numbered pictures of a checkerboard")
     made.add_argument("--board", type=_numbers(3), metavar="COLUMNS,ROWS,MM", help="its inner corners and the side of a square")
     made.add_argument("--up", type=float, metavar="DEG", help="direction of up in the picture, clockwise from the picture's own (0)")
     made.add_argument("--start-height-m", type=float, metavar="H", help="height of the platform's origin in the first frame (0)")
     made.add_argument(
-        "--project", type=Path, metavar="FILE", help="all of that, camera and mark geometry in TOML; read if there, written after"
+        "--project", type=Path, metavar="FILE", help="all of that, camera and mark geometry in TOML; it is read and never written"
     )
     made.add_argument("--marks", type=Path, metavar="FILE", help="write every mark in every frame (CSV)")
     made.add_argument("--pictures", type=Path, metavar="FOLDER", help="marks on the first frame, contact sheet and quality page (PNG)")
     made.add_argument("--overlay", type=Path, metavar="FILE", help="write the film with marks, status and residual drawn into it (.avi)")
     made.add_argument(
-        "--compare", type=Path, action="append", metavar="CSV", help="a trajectory of another film: how far the two disperse; repeat it"
+        "--compare", type=Path, action="append", metavar="CSV", help="trajectory of another film: how much the two differ; repeat it"
     )
     return made
 
@@ -61,10 +62,25 @@ def _numbers(count: int):
 
 
 def project_from(given: argparse.Namespace) -> Project:
-    """The project file with the options laid over it."""
+    """The project file with the options laid over it.
+
+    Parameters
+    ----------
+    given : argparse.Namespace
+        Parsed options.
+
+    Returns
+    -------
+    Project
+
+    Raises
+    ------
+    InputError
+        The project file or a value cannot be used, options contradict each other.
+    """
     from measure.geometry.film_project import make_project, read_project
 
-    known = read_project(given.project) if given.project and given.project.exists() else make_project({})
+    known = read_project(given.project) if given.project else make_project({})
     table = known.model_dump(by_alias=True, exclude_none=True)
     scales = {"mm_per_px": given.mm_per_px, "from_px_mm": given.scale_from, "rule_px_mm": given.rule}
     if sum(value is not None for value in scales.values()) > 1:
@@ -78,6 +94,7 @@ def project_from(given: argparse.Namespace) -> Project:
         ("film", "fps", given.fps),
         ("marks", "place_px", given.mark),
         ("marks", "subset_px", given.subset),
+        ("marks", "warp", given.warp),
         ("scale", "mm_per_px", given.mm_per_px),
         ("scale", "from_px_mm", given.scale_from),
         ("scale", "rule_px_mm", given.rule),
@@ -92,15 +109,16 @@ def project_from(given: argparse.Namespace) -> Project:
 
 
 def _lens(given: argparse.Namespace) -> dict[str, Any]:
-    """What a checkerboard says of the camera, in the words of the project file."""
+    """The camera's lens from pictures of a checkerboard, by the keys of the project file."""
     if (given.checkerboard is None) != (given.board is None):
         raise InputError("--checkerboard FOLDER and --board COLUMNS,ROWS,MM belong together; give both.")
     if given.checkerboard is None:
         return {}
+    from measure.footage.formats import open_footage
     from measure.geometry.lens_calibration import calibrate
 
     columns, rows, pitch_mm = given.board
-    lens = calibrate(given.checkerboard, int(columns), int(rows), pitch_mm)
+    lens = calibrate(open_footage(given.checkerboard), int(columns), int(rows), pitch_mm)
     if not given.quiet:
         print(
             f"lens      focal length {lens.focal_px:.1f} +- {lens.focal_sigma_px:.1f} px; "

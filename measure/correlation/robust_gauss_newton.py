@@ -1,4 +1,7 @@
-"""The iterations behind the refinement of a mark that something thin covers in part, compiled."""
+"""The iterations of Gauss-Newton for a subset that something thin covers in part, compiled; covered pixels get no weight.
+
+Tukey's biweight: Beaton and Tukey, Technometrics 16 (1974) 147.
+"""
 
 from __future__ import annotations
 
@@ -37,8 +40,32 @@ def solve_robust(
     scale: float,
     kept: NDArray[np.int64],
 ) -> tuple[NDArray[np.float64], float, float, float, float, float, bool]:
-    """Iterate with Tukey weights; light : (m, n), all that may change beside the warp. Returns warp, gain, residual variance,
-    share explained, hidden share, trace of the inverse Hessian of the two shifts, settled."""
+    """Iterate with Tukey weights until a step moves no pixel by more than 0.002 px, 60 steps at most.
+
+    Parameters
+    ----------
+    c, left, top, half, guess, values, kept
+        As in `measure.correlation.gauss_newton.solve`.
+    descent : (k, n) array
+        Steepest-descent images.
+    light : (m, n) array
+        Orthonormal images of all that may change beside the warp.
+    scale : float
+        Least standard deviation of the noise, grey levels.
+
+    Returns
+    -------
+    warp : (6,) array
+    gain, variance : float
+        Of the light; of the residual under the weights.
+    explained : float
+        Share of the weighted variance that is explained.
+    hidden : float
+        Share of the pixels without weight.
+    trace : float
+        Of the inverse Hessian of the two shifts.
+    settled : bool
+    """
     warp, k, m, n = guess.copy(), len(descent), len(light), len(values)
     images = np.empty((k + m, n), np.float32)
     images[:k], images[k:] = descent, light
@@ -74,9 +101,9 @@ def solve_robust(
         if not (step < 4.0 and gain > 0.0):
             break
         if step < SETTLED_PX and step_number >= _SPREAD_STEPS:
-            square, share = _explained(g, r, w)
+            variance, explained = _explained(g, r, w)
             inverse = np.linalg.inv(normal)
-            return warp, gain, square, share, hidden, inverse[0, 0] + inverse[1, 1], True
+            return warp, gain, variance, explained, hidden, inverse[0, 0] + inverse[1, 1], True
     return warp, np.nan, np.nan, np.nan, 1.0, 1.0, False
 
 

@@ -1,4 +1,4 @@
-"""Things on a line of the picture: the graduation of a rule, and a plumb line."""
+"""Measurements along a line of the picture: the pitch of the graduation of a rule, and the direction of a plumb line."""
 
 from __future__ import annotations
 
@@ -21,12 +21,12 @@ _CLEAR = 6.0
 """Height of a peak over the median of the spectrum from which it is a graduation, and of a line over its surroundings, in their spread."""
 
 _IRREGULAR = 0.01
-"""Relative uncertainty of the pitch from which a pattern is no rule's."""
+"""Relative uncertainty of the pitch from which a pattern is not a graduation."""
 
 _REACH_PX = 8
 _HALF_LINE_PX = 4
 _CENTROID_PX = 0.04
-"""What centroids of a line that slowly crosses the pixels err together."""
+"""Common error of the centroids of a line that slowly crosses the pixels."""
 
 
 def _profile(picture: Picture, line: Line, width: int) -> tuple[Array, Array, Array]:
@@ -34,7 +34,7 @@ def _profile(picture: Picture, line: Line, width: int) -> tuple[Array, Array, Ar
     x1, y1, x2, y2 = line
     rows, columns = picture.shape
     if not all(0 <= x <= columns - 1 and 0 <= y <= rows - 1 for x, y in ((x1, y1), (x2, y2))):
-        raise InputError(f"line {x1:g},{y1:g} to {x2:g},{y2:g}: reaches out of the picture of {columns} x {rows} px. Mend the points.")
+        raise InputError(f"line {x1:g},{y1:g} to {x2:g},{y2:g}: reaches out of the picture of {columns} x {rows} px. Correct the points.")
     length = math.hypot(x2 - x1, y2 - y1)
     if length < 16:
         raise InputError(f"line {x1:g},{y1:g} to {x2:g},{y2:g}: is {length:.3g} px long; give points at least 16 px apart.")
@@ -50,10 +50,22 @@ def _profile(picture: Picture, line: Line, width: int) -> tuple[Array, Array, Ar
 
 
 def pitch_along(picture: Picture, line: Line) -> tuple[float, float]:
-    """Distance of the divisions of a rule along a line, px, and its standard deviation.
+    """Measure the pitch of the graduation of a rule.
 
-    The strongest period of the profile is taken for the graduation, or a longer one nearly as strong, because thin marks
-    have overtones. Its phase in windows along the line is a straight line whose slope is the pitch; what scatters about it is the sigma.
+    The strongest period of the grey values along the line is the graduation, or a longer one nearly as strong, because
+    thin marks have overtones. Its phase in windows along the line is fitted by a straight line: the slope gives the pitch,
+    the scatter its standard deviation.
+
+    Parameters
+    ----------
+    picture : (height, width) array
+    line : (x1, y1, x2, y2)
+        Across the graduation, px.
+
+    Returns
+    -------
+    pitch, sigma : float
+        Distance of the divisions and its standard deviation, px.
 
     Raises
     ------
@@ -69,7 +81,7 @@ def pitch_along(picture: Picture, line: Line) -> tuple[float, float]:
     turns = np.array([_turn(flat, frequency, centre, window) for centre in centres])
     phase = np.unwrap(np.angle(turns))
     if len(centres) < 4:
-        raise _no_graduation(line, "it is crossed by too few divisions")
+        raise _no_graduation(line, "it crosses too few divisions")
     (slope, _), covariance = np.polyfit(centres, phase, 1, cov=True)
     frequency += slope / (2.0 * np.pi)
     # Windows overlap by half, so that neighbouring phases are not independent.
@@ -107,10 +119,21 @@ def _turn(profile: Array, frequency: float, centre: float, window: int) -> compl
 
 
 def plumb_line(picture: Picture, line: Line) -> tuple[float, float]:
-    """Direction of up, degrees clockwise from the picture's own, from a thin line between two points, and its standard deviation.
+    """Measure the direction of up from a thin line that hangs.
 
-    At every pixel along it the place of the line is the centroid of what differs most from its surroundings; a straight
-    line is fitted, and places far off it are left out.
+    At every pixel along it the position of the line is the centroid of what differs most from its surroundings; a
+    straight line is fitted, and outliers are left out.
+
+    Parameters
+    ----------
+    picture : (height, width) array
+    line : (x1, y1, x2, y2)
+        Two points near the plumb line, px.
+
+    Returns
+    -------
+    up, sigma : float
+        Direction of up, clockwise from the picture's own, and its standard deviation, deg.
 
     Raises
     ------

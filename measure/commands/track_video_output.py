@@ -1,0 +1,104 @@
+"""What `track-video` writes: trajectory, marks, summary, figures, and the project file that repeats the run."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from measure.common.output import write_json, write_provenance
+from measure.correlation.marks import write_marks
+from measure.film.dispersion import Dispersion
+from measure.film.figure_files import write_dispersion_figure, write_pictures, write_trajectory_figure
+from measure.film.overlay import overlaid
+from measure.film.tracked import Tracked
+from measure.footage.footage import Footage
+from measure.footage.writers import write_film
+from measure.geometry.film_project import Project, read_project, write_project
+from measure.tables.trajectory import write_trajectory
+
+
+@dataclass(frozen=True)
+class Output:
+    """Where each result goes; None where it is not wanted. `project` : the file that was read, which is never written."""
+
+    trajectory: Path | None
+    marks: Path | None
+    json: Path | None
+    pictures: Path | None
+    overlay: Path | None
+    project: Path | None
+
+
+def written(
+    output: Output, tracked: Tracked, compared: Sequence[Dispersion], note: dict[str, Any], film: Path, mask: Path | None
+) -> list[Path]:
+    """Write tables, summary and project file.
+
+    Parameters
+    ----------
+    output : Output
+    tracked : Tracked
+    compared : sequence of Dispersion
+    note : dict
+        Provenance.
+    film, mask : Path
+        What was read, for the project file; mask may be None.
+
+    Returns
+    -------
+    list of Path
+        The files that a user looks for.
+    """
+    files = []
+    if output.trajectory is not None and tracked.trajectory is not None:
+        write_trajectory(tracked.trajectory, output.trajectory)
+        write_provenance(output.trajectory, note)
+        files += [output.trajectory, write_trajectory_figure(tracked, output.trajectory.with_suffix(".png"))]
+    if output.marks is not None:
+        write_marks(tracked.marks, output.marks)
+        files.append(output.marks)
+    files += _written_project(files[0], output.project, tracked.project, film, mask)
+    if output.json is not None:
+        dispersion = {"dispersion": [found.summary() for found in compared]} if compared else {}
+        write_json(output.json, {**tracked.summary, **dispersion, "provenance": note})
+        files.append(output.json)
+    return files
+
+
+def _written_project(beside: Path, read: Path | None, project: Project, film: Path, mask: Path | None) -> list[Path]:
+    """The project file that repeats the run, beside an output; not needed where the file that was read does that."""
+    place = beside.with_suffix(".project.toml")
+    if read is not None:
+        if read_project(read) == _with_files(project, film, mask, read):
+            return []
+        if place.exists() and place.samefile(read):
+            place = beside.with_suffix(".repeat.project.toml")
+    write_project(_with_files(project, film, mask, place), place)
+    return [place]
+
+
+def _with_files(project: Project, film: Path, mask: Path | None, place: Path) -> Project:
+    """The project with its files named from where it will stand."""
+
+    def named(path: Path) -> str:
+        return Path(os.path.relpath(path, place.parent)).as_posix()
+
+    section = project.film.model_copy(update={"file": named(film)})
+    marks = project.marks.model_copy(update={"mask": None if mask is None else named(mask)})
+    return project.model_copy(update={"film": section, "marks": marks})
+
+
+def written_for_the_eye(output: Output, footage: Footage, tracked: Tracked, compared: Sequence[Dispersion]) -> list[Path]:
+    """Write pictures, the overlaid film and the figure of the dispersion. Returns their paths."""
+    files = []
+    if output.pictures is not None:
+        files += write_pictures(footage, tracked, output.pictures)
+    if output.overlay is not None:
+        write_film(output.overlay, overlaid(footage, tracked), "MJPG")
+        files.append(output.overlay)
+    if compared and output.trajectory is not None and tracked.trajectory is not None:
+        files.append(write_dispersion_figure(tracked.trajectory, compared, output.trajectory.with_suffix(".dispersion.png")))
+    return files

@@ -1,0 +1,266 @@
+"""One mark through a film: predict its position, refine it, and search where the prediction does not hold."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from measure.correlation.marks import AMBIGUOUS, LOST, OCCLUDED, OK, OUT, Observation, not_observed
+from measure.correlation.reference_image import AFFINE, Reference, blurred, reference
+from measure.correlation.refinement import LEAST_ZNCC, MOST_HIDDEN, Expected, Match, recognise
+from measure.correlation.template_matching import Peak, is_unique, search
+from measure.footage.footage import Picture
+
+_SEARCH_PX = (8, 32, None)
+"""Radii of the search around the predicted position, tried in turn; None is the whole picture."""
+
+_LEAST_BLUR_PX = 0.75
+"""Motion during the exposure that still looks like rest."""
+
+_NOTHING_LEFT = 0.3
+"""Correlation below which nothing of the mark is left at a place."""
+
+_BLUR_STEP_PX = 0.25
+_DISTINCT = 0.93
+_OCCLUDED_FRAMES = 30
+_COAST_FRAMES = 10
+_WHOLE_PICTURE_EVERY = 5
+_HARDLY_HIDDEN = 0.02
+
+
+@dataclass
+class MarkTracker:
+    """One mark on its way through the film.
+
+    Attributes
+    ----------
+    mark : Reference
+        From the reference image.
+    patch : (size, size) array
+        The subset as it was last observed, for the search.
+    warp : (6,) array
+        The last warp found.
+    unique : bool
+        Whether nothing else in the picture looks like it.
+    open_share : float
+        Exposure time over the time from frame to frame.
+    places : list of (int, (2,) array)
+        The last three frames with a position, and the centre of the subset there, px.
+    expected : Expected
+        Noise, residual and light of the frames before.
+    missed : int
+        Frames since the mark was last observed.
+    last : str
+        Status in the last frame.
+    moving : (steps, Reference) or None
+        The reference blurred by the motion during the exposure, while it serves.
+    """
+
+    mark: Reference
+    patch: NDArray
+    warp: NDArray[np.float64]
+    unique: bool
+    open_share: float = 0.0
+    places: list[tuple[int, NDArray[np.float64]]] = field(default_factory=list)
+    expected: Expected = field(default_factory=Expected)
+    missed: int = 0
+    last: str = OK
+    moving: tuple[NDArray, Reference] | None = None
+
+    def predicted(self, frame: int) -> NDArray[np.float64]:
+        """Extrapolate the last warp to a frame.
+
+        At constant acceleration, x = 3 x1 - 3 x2 + x3, or at constant velocity while the mark is not observed.
+
+        Parameters
+        ----------
+        frame : int
+
+        Returns
+        -------
+        (6,) array
+        """
+        guess = self.warp.copy()
+        if len(self.places) < 2:
+            return guess
+        (f2, p2), (f1, p1) = self.places[-2:]
+        ahead = (p1 - p2) / (f1 - f2) * min(frame - f1, _COAST_FRAMES)
+        if len(self.places) == 3 and frame - self.places[0][0] == 3:
+            ahead = 2 * p1 - 3 * p2 + self.places[0][1]
+        guess[[2, 5]] += ahead
+        return guess
+
+    def observe(self, picture: Picture, frame: int) -> Observation:
+        """Find the mark in the next picture.
+
+        Parameters
+        ----------
+        picture : (rows, columns) array
+        frame : int
+            Number of the frame; larger than that of the call before.
+
+        Returns
+        -------
+        Observation
+            With a position, or with the reason why there is none.
+        """
+        guess = self.predicted(frame)
+        match = self._refined(picture, guess) if self.missed < _COAST_FRAMES else None
+        status = OCCLUDED if self.missed and self.last == OCCLUDED else LOST
+        for radius in _SEARCH_PX if match is None else ():
+            if radius is None and self.missed % _WHOLE_PICTURE_EVERY:
+                break
+            match, status = self._searched(picture, guess, radius, status)
+            if match is not None:
+                break
+        if match is not None and match.hidden > MOST_HIDDEN:
+            match, status = None, OCCLUDED
+        if match is None:
+            self.missed += 1
+            self.last = OUT if self.last == OUT else self._left(picture, guess, status)
+            return not_observed(self.last)
+        return self._accepted(picture, frame, match)
+
+    def _searched(self, picture: Picture, guess: NDArray, radius: int | None, status: str) -> tuple[Match | None, str]:
+        """Search around the guess and refine there; a place that does not stand out, or is too much covered, is no match."""
+        peak = search(picture, self.patch, guess[2], guess[5], radius, self.mark.shape)
+        if peak is None or peak.zncc < _NOTHING_LEFT:
+            return None, status
+        if peak.second > _DISTINCT * peak.zncc and (radius is None or self.missed):
+            return None, AMBIGUOUS if status != OCCLUDED and peak.zncc > LEAST_ZNCC else status
+        start = self.warp.copy()
+        start[[2, 5]] = self._from_peak(peak)
+        match = self._refined(picture, start)
+        if match is None and radius == _SEARCH_PX[0]:
+            return None, OCCLUDED if self.missed < _OCCLUDED_FRAMES else LOST
+        if match is not None and radius is None and not self.unique:
+            return None, AMBIGUOUS
+        return match, status
+
+    def _from_peak(self, peak: Peak) -> NDArray[np.float64]:
+        """The patch was cut around the whole pixel nearest to the subset's centre; put the centre back."""
+        return np.array([peak.x, peak.y]) + self.warp[[2, 5]] - np.rint(self.warp[[2, 5]])
+
+    def _refined(self, picture: Picture, guess: NDArray) -> Match | None:
+        """The mark near a guess, blurred as its velocity has it; once more where the position found means another velocity."""
+        expected = self.expected.after(self.missed > 0)
+        mark = self._as_moving(guess)
+        match = recognise(picture, mark, guess, expected)
+        if match is None or self._as_moving(match.warp) is mark:
+            return match
+        closer = recognise(picture, self._as_moving(match.warp), match.warp, expected)
+        return closer if closer is not None and closer.unexplained < match.unexplained else match
+
+    def _velocity(self, warp: NDArray) -> NDArray[np.float64]:
+        """Motion per frame at the instant of the picture, px: that since the last frame, and half of its change."""
+        if self.missed or len(self.places) < 2:
+            return np.zeros(2)
+        ahead, before = warp[[2, 5]] - self.places[-1][1], self.places[-1][1] - self.places[-2][1]
+        return 1.5 * ahead - 0.5 * before
+
+    def _as_moving(self, warp: NDArray) -> Reference:
+        """The reference blurred by the motion to `warp` during the exposure, in small steps; kept while it serves."""
+        if self.open_share == 0.0:
+            return self.mark
+        steps = np.rint(self._velocity(warp) * self.open_share / _BLUR_STEP_PX)
+        if np.hypot(*steps) * _BLUR_STEP_PX < _LEAST_BLUR_PX:
+            return self.mark
+        if self.moving is None or not np.array_equal(self.moving[0], steps):
+            self.moving = (steps, blurred(self.mark, steps * _BLUR_STEP_PX))
+        return self.moving[1]
+
+    def _accepted(self, picture: Picture, frame: int, match: Match) -> Observation:
+        self.missed, self.last = 0, OK
+        self.expected = self.expected.updated(match, first=frame == 0)
+        self.warp = match.warp
+        point = self.mark.point(match.warp)
+        self.places = [*self.places[-2:], (frame, match.warp[[2, 5]])]
+        cut = _cut(picture, match.warp, self.mark.half)
+        if cut is not None and match.hidden < _HARDLY_HIDDEN:
+            self.patch = cut
+        return Observation(float(point[0]), float(point[1]), match.covariance, match.zncc, match.noise, match.hidden, OK)
+
+    def _left(self, picture: Picture, guess: NDArray, status: str) -> str:
+        """Out of the frame where the extrapolated position has left the picture, else the status found."""
+        rows, columns = picture.shape
+        half = self.mark.half
+        inside = half - 1 <= guess[2] <= columns - half and half - 1 <= guess[5] <= rows - half
+        return status if inside else OUT
+
+
+def _cut(picture: Picture, warp: NDArray, half: int) -> NDArray | None:
+    """The subset as it looks now, for the next search: its present rotation and stretch included."""
+    column, row = round(warp[2]), round(warp[5])
+    patch = picture[max(row - half, 0) : row + half + 1, max(column - half, 0) : column + half + 1]
+    return patch.copy() if patch.shape == (2 * half + 1, 2 * half + 1) else None
+
+
+def mark_tracker(
+    picture: Picture,
+    x: float,
+    y: float,
+    subset: int,
+    warp: int = AFFINE,
+    open_share: float = 0.0,
+    mean: NDArray | None = None,
+    mask: NDArray[np.bool_] | None = None,
+    alone: bool = False,
+) -> MarkTracker:
+    """Prepare to track the mark at (x, y) of the reference image.
+
+    Parameters
+    ----------
+    picture : (rows, columns) array
+        The first frame.
+    x, y : float
+        Reference point, px.
+    subset : int
+        Side of the subset, odd, px.
+    warp : int
+        The richest warp allowed: 2, 3 or 6 parameters.
+    open_share : float
+        Exposure time over the time from frame to frame.
+    mean : (rows, columns) array, optional
+        Mean of several frames at rest, to be the reference image in place of `picture`.
+    mask : (rows, columns) array of bool, optional
+        Pixels that belong to marks.
+    alone : bool
+        Nothing else looks like the mark, so that the whole picture need not be searched for its like.
+
+    Returns
+    -------
+    MarkTracker
+
+    Raises
+    ------
+    InputError
+        The subset reaches over the border, or has too little texture.
+    """
+    mark = reference(picture if mean is None else mean, x, y, subset, warp, mask)
+    patch = _cut(picture, mark.start, mark.half)
+    assert patch is not None
+    return MarkTracker(mark, patch, mark.start, alone or is_unique(picture, patch, x, y, _DISTINCT, mark.shape), open_share)
+
+
+def at_rest(trackers: Sequence[MarkTracker], observed: Sequence[Observation]) -> bool:
+    """Whether the marks, all together, have not left their reference points by twice their standard deviation.
+
+    Parameters
+    ----------
+    trackers, observed : sequences of equal length
+        The marks, and where they were observed in one frame.
+
+    Returns
+    -------
+    bool
+        False too where one of them is not observed or covered in part.
+    """
+    if any(observation.status != OK or observation.hidden for observation in observed):
+        return False
+    moved = np.array([[o.x_px, o.y_px] - t.mark.point_px for t, o in zip(trackers, observed, strict=True)])
+    spread = np.array([np.diag(observation.covariance_px2) for observation in observed])
+    together = (moved / spread).sum(axis=0) / np.sqrt((1.0 / spread).sum(axis=0))
+    return bool(np.abs(together).max() < 2.0 and (moved**2 < 16.0 * spread).all())
