@@ -11,8 +11,8 @@ from typing import Any
 from measure.common.output import write_json, write_provenance
 from measure.correlation.marks import write_marks
 from measure.film.dispersion import Dispersion
-from measure.film.figure_files import write_dispersion_figure, write_pictures, write_trajectory_figure
 from measure.film.overlay import overlaid
+from measure.film.saved_plots import write_dispersion_figure, write_pictures, write_trajectory_figure
 from measure.film.tracked import Tracked
 from measure.footage.footage import Footage
 from measure.footage.writers import write_film

@@ -9,14 +9,12 @@ from numba import njit
 from numpy.typing import NDArray
 
 from measure.common.kernel_cache import discard_stale
+from measure.correlation.criteria import MOST_BENT, SETTLED_PX
 from measure.correlation.spline import sample, sample_shifted
 
 discard_stale(Path(__file__).resolve().parents[1], "correlation")
 
-SETTLED_PX = 2e-3
 _STEPS = 20
-_MOST_BENT = 0.05
-"""Share of the variance beyond which what the bending images explain is not a bent motion of the same mark."""
 
 
 @njit(cache=True, nogil=True)
@@ -186,5 +184,5 @@ def _residual_variance(
     bent = 0.0
     for j in range(len(bending)):
         bent += dot(bending[j], g) ** 2
-    remaining -= bent if bent < _MOST_BENT * total else 0.0
+    remaining -= bent if bent < MOST_BENT * total else 0.0
     return max(remaining, 1e-9) / (len(g) - k - len(light) - len(bending)), 1.0 - remaining / total

@@ -8,27 +8,20 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from measure.correlation.criteria import DISTINCT, HARDLY_HIDDEN, LEAST_BLUR_PX, LEAST_ZNCC, MOST_HIDDEN, NOTHING_LEFT, REST_SIGMAS
 from measure.correlation.marks import AMBIGUOUS, LOST, OCCLUDED, OK, OUT, Observation, not_observed
 from measure.correlation.reference_image import AFFINE, Reference, blurred, reference
-from measure.correlation.refinement import LEAST_ZNCC, MOST_HIDDEN, Expected, Match, recognise
+from measure.correlation.refinement import Expected, Match, recognise
 from measure.correlation.template_matching import Peak, is_unique, search
 from measure.footage.footage import Picture
 
 _SEARCH_PX = (8, 32, None)
 """Radii of the search around the predicted position, tried in turn; None is the whole picture."""
 
-_LEAST_BLUR_PX = 0.75
-"""Motion during the exposure that still looks like rest."""
-
-_NOTHING_LEFT = 0.3
-"""Correlation below which nothing of the mark is left at a place."""
-
 _BLUR_STEP_PX = 0.25
-_DISTINCT = 0.93
 _OCCLUDED_FRAMES = 30
 _COAST_FRAMES = 10
 _WHOLE_PICTURE_EVERY = 5
-_HARDLY_HIDDEN = 0.02
 
 
 @dataclass
@@ -127,9 +120,9 @@ class MarkTracker:
     def _searched(self, picture: Picture, guess: NDArray, radius: int | None, status: str) -> tuple[Match | None, str]:
         """Search around the guess and refine there; a place that does not stand out, or is too much covered, is no match."""
         peak = search(picture, self.patch, guess[2], guess[5], radius, self.mark.shape)
-        if peak is None or peak.zncc < _NOTHING_LEFT:
+        if peak is None or peak.zncc < NOTHING_LEFT:
             return None, status
-        if peak.second > _DISTINCT * peak.zncc and (radius is None or self.missed):
+        if peak.second > DISTINCT * peak.zncc and (radius is None or self.missed):
             return None, AMBIGUOUS if status != OCCLUDED and peak.zncc > LEAST_ZNCC else status
         start = self.warp.copy()
         start[[2, 5]] = self._from_peak(peak)
@@ -166,7 +159,7 @@ class MarkTracker:
         if self.open_share == 0.0:
             return self.mark
         steps = np.rint(self._velocity(warp) * self.open_share / _BLUR_STEP_PX)
-        if np.hypot(*steps) * _BLUR_STEP_PX < _LEAST_BLUR_PX:
+        if np.hypot(*steps) * _BLUR_STEP_PX < LEAST_BLUR_PX:
             return self.mark
         if self.moving is None or not np.array_equal(self.moving[0], steps):
             self.moving = (steps, blurred(self.mark, steps * _BLUR_STEP_PX))
@@ -179,7 +172,7 @@ class MarkTracker:
         point = self.mark.point(match.warp)
         self.places = [*self.places[-2:], (frame, match.warp[[2, 5]])]
         cut = _cut(picture, match.warp, self.mark.half)
-        if cut is not None and match.hidden < _HARDLY_HIDDEN:
+        if cut is not None and match.hidden < HARDLY_HIDDEN:
             self.patch = cut
         return Observation(float(point[0]), float(point[1]), match.covariance, match.zncc, match.noise, match.hidden, OK)
 
@@ -242,7 +235,7 @@ def mark_tracker(
     mark = reference(picture if mean is None else mean, x, y, subset, warp, mask)
     patch = _cut(picture, mark.start, mark.half)
     assert patch is not None
-    return MarkTracker(mark, patch, mark.start, alone or is_unique(picture, patch, x, y, _DISTINCT, mark.shape), open_share)
+    return MarkTracker(mark, patch, mark.start, alone or is_unique(picture, patch, x, y, DISTINCT, mark.shape), open_share)
 
 
 def at_rest(trackers: Sequence[MarkTracker], observed: Sequence[Observation]) -> bool:
@@ -263,4 +256,4 @@ def at_rest(trackers: Sequence[MarkTracker], observed: Sequence[Observation]) ->
     moved = np.array([[o.x_px, o.y_px] - t.mark.point_px for t, o in zip(trackers, observed, strict=True)])
     spread = np.array([np.diag(observation.covariance_px2) for observation in observed])
     together = (moved / spread).sum(axis=0) / np.sqrt((1.0 / spread).sum(axis=0))
-    return bool(np.abs(together).max() < 2.0 and (moved**2 < 16.0 * spread).all())
+    return bool(np.abs(together).max() < REST_SIGMAS and (moved**2 < (2.0 * REST_SIGMAS) ** 2 * spread).all())

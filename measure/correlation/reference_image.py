@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from measure.common.errors import InputError
+from measure.correlation.criteria import LONGEST_BLUR_PX
 from measure.correlation.spline import FILTER, coefficients, sample_shifted
 from measure.correlation.steepest_descent import (
     AFFINE,
@@ -26,7 +27,6 @@ from measure.correlation.texture import carries, pixel_noise, require_texture
 
 WARP_NAMES = {TRANSLATION: "translation", EUCLIDEAN: "euclidean", AFFINE: "affine"}
 
-LONGEST_BLUR_PX = 24.0
 _MARGIN = 16
 _SLOPE_STEP_PX = 0.02
 _FEWEST_PIXELS = 60

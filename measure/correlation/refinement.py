@@ -21,23 +21,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from measure.correlation.criteria import LEAST_ZNCC, STRANGE, UNEVEN_LIGHT, UNEXPLAINED
 from measure.correlation.gauss_newton import solve
 from measure.correlation.reference_image import Reference
 from measure.correlation.robust_gauss_newton import solve_robust
 from measure.correlation.spline import FILTER, NOISE_LEFT, coefficients
-
-LEAST_ZNCC = 0.80
-"""Correlation below which two images are not of the same mark."""
-
-MOST_HIDDEN = 0.25
-"""Share of a subset that may be covered before the mark counts as occluded."""
-
-_UNEXPLAINED = 0.02
-_UNEVEN = 3.0
-"""Times white noise that light changing across the mark must explain: a few in a hundred frames with even light do by chance."""
-
-_STRANGE = 10.0
-"""Times the expected noise that may remain under robust weights; more is another picture, of which a few pixels agree."""
 
 _ROUNDED = 2.0 * NOISE_LEFT / 12.0
 """Variance of the difference of two images that are rounded to whole grey levels."""
@@ -154,7 +142,7 @@ def recognise(picture: NDArray, mark: Reference, guess: NDArray[np.float64], exp
     window = surface_near(picture, mark.half, guess)
     if window is None:
         return None
-    enough = max(4.0 * expected.unexplained, 0.1 * _UNEXPLAINED)
+    enough = max(4.0 * expected.unexplained, 0.1 * UNEXPLAINED)
     scale = max(expected.noise, 0.02 * mark.contrast)
     model = mark.uneven_light if expected.uneven_light and mark.uneven_light is not None else mark
     if expected.hidden > 0.0:
@@ -162,7 +150,7 @@ def recognise(picture: NDArray, mark: Reference, guess: NDArray[np.float64], exp
         if robust is not None and robust.unexplained <= enough:
             return robust
     best = _settled(refine(window, model, guess))
-    if best is not None and best.unexplained <= enough and best.uneven <= _UNEVEN:
+    if best is not None and best.unexplained <= enough and best.uneven <= UNEVEN_LIGHT:
         return best
     if model is not mark:
         best, model = _settled(refine(window, mark, guess)), mark
@@ -175,15 +163,15 @@ def recognise(picture: NDArray, mark: Reference, guess: NDArray[np.float64], exp
         return best
     robust = _settled(refine(window, model, near, scale))
     if robust is None:
-        return best if best is not None and best.unexplained <= _UNEXPLAINED else None
+        return best if best is not None and best.unexplained <= UNEXPLAINED else None
     return robust if _is_the_mark(robust, enough, scale, expected.lost) else None
 
 
 def _is_the_mark(robust: Match, enough: float, scale: float, lost: bool) -> bool:
     """Whether what is left under robust weights is the mark; stricter where it was lost a frame ago."""
     if lost:
-        return robust.unexplained <= max(enough, _UNEXPLAINED) and robust.noise <= 3.0 * scale and 0.5 < robust.gain < 2.0
-    return robust.unexplained <= 1.0 - LEAST_ZNCC**2 and robust.noise <= _STRANGE * scale
+        return robust.unexplained <= max(enough, UNEXPLAINED) and robust.noise <= 3.0 * scale and 0.5 < robust.gain < 2.0
+    return robust.unexplained <= 1.0 - LEAST_ZNCC**2 and robust.noise <= STRANGE * scale
 
 
 def _settled(match: Match | None) -> Match | None:

@@ -9,8 +9,8 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from measure.correlation.criteria import SETTLED_PX, TUKEY
 from measure.correlation.gauss_newton import (
-    SETTLED_PX,
     centre,
     compose,
     dot,
@@ -18,9 +18,6 @@ from measure.correlation.gauss_newton import (
     step_px,
 )
 from measure.correlation.spline import sample
-
-_TUKEY = 4.685
-"""Distance in sigmas at which a pixel loses all weight: 95 % efficiency on normal noise."""
 
 _STEPS = 60
 _SPREAD_STEPS = 2
@@ -123,7 +120,7 @@ def _tukey(r: NDArray[np.float32], spread: float, size: int, kept: NDArray[np.in
     kept : (n,) places of the pixels in the square of `size`. Returns the share of pixels beyond.
     """
     hidden, covered = 0, np.zeros(size * size, np.bool_)
-    narrow = np.float32(1.0 / (_TUKEY * spread))
+    narrow = np.float32(1.0 / (TUKEY * spread))
     for i in range(len(r)):
         ratio = r[i] * narrow
         inside = np.float32(1.0) - ratio * ratio

@@ -13,8 +13,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-BLUR_PX = 0.6
-"""Measured: at 0.8 the error is 1.14 times the Cramer-Rao bound on fine speckle, at 0.6 it is 1.05, with the same bias."""
+from measure.correlation.criteria import BLUR_PX
 
 REACH = 10
 """Half-length in px of the filter; what is cut off is 1e-5 of its sum."""

@@ -8,13 +8,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from measure.common.errors import InputError
-from measure.correlation.spline import BLUR_PX
+from measure.correlation.criteria import BLUR_PX, TEXTURE_OVER_NOISE
 from measure.correlation.steepest_descent import AFFINE, EUCLIDEAN
 
 _NOISE_SLOPE = 1.0 / (8.0 * math.pi * BLUR_PX**4)
 """Variance of a slope of blurred white noise of variance one."""
-
-_TEXTURE_OVER_NOISE = 2.0
 
 
 def pixel_noise(subset: NDArray) -> float:
@@ -64,7 +62,7 @@ def carries(warp: int, inverse_hessian: NDArray, half: int, pixels: int, noise: 
     lever = {EUCLIDEAN: [2 * squares], AFFINE: [squares] * 4}[warp]
     by_noise = noise**2 * _NOISE_SLOPE * pixels * np.array([1.0, 1.0, *lever])
     scaled = np.linalg.inv(inverse_hessian) / np.sqrt(np.outer(by_noise, by_noise))
-    return bool(np.linalg.eigvalsh(scaled)[0] > _TEXTURE_OVER_NOISE)
+    return bool(np.linalg.eigvalsh(scaled)[0] > TEXTURE_OVER_NOISE)
 
 
 def require_texture(f: NDArray, fx: NDArray, fy: NDArray, dtype: np.dtype, x: float, y: float) -> None:

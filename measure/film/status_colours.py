@@ -8,5 +8,5 @@ STATUS_COLOURS = {OK: "#1b9e77", OCCLUDED: "#d95f02", LOST: "#e7298a", AMBIGUOUS
 
 RESIDUAL_COLOUR = "#e6ab02"
 
-ENLARGED = 1000.0
+ENLARGED = 1000
 """Times by which the residual of a mark is drawn larger than it is; it would not be visible otherwise."""
