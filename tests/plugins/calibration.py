@@ -8,6 +8,7 @@ tables of one test module make one page.
 
 from __future__ import annotations
 
+import random
 import subprocess
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
@@ -16,9 +17,7 @@ from importlib import metadata
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import pytest
-from scipy.stats import binom
 
 Rows = Sequence[Mapping[str, Any]]
 USUAL_SEED = 2009
@@ -27,6 +26,8 @@ SURE = 0.005  # how often a rate at the end of its range may be called outside o
 
 def consistent(hits: int, cases: int, low: float, high: float = 1.0) -> bool:
     """Whether a true rate between low and high gives so many hits, but for one time in two hundred at its ends."""
+    from scipy.stats import binom
+
     return bool(binom.cdf(hits, cases, low) > SURE and binom.sf(hits - 1, cases, high) > SURE)
 
 
@@ -55,9 +56,10 @@ def validation_table(request: pytest.FixtureRequest) -> Callable[..., None]:
 
 
 def _cell(value: Any) -> str:
-    if isinstance(value, bool | np.bool_):
-        return "yes" if value else "no"
-    return f"{value:.4g}" if isinstance(value, float | np.floating) else str(value)
+    plain = getattr(value, "item", lambda: value)()  # of a NumPy scalar
+    if isinstance(plain, bool):
+        return "yes" if plain else "no"
+    return f"{plain:.4g}" if isinstance(plain, float) else str(plain)
 
 
 @dataclass(frozen=True)
@@ -142,11 +144,10 @@ def pytest_configure(config: pytest.Config) -> None:
 
 def _chosen(items: list[pytest.Item], config: pytest.Config) -> set[str]:
     """Names of the calibrating tests that are run: those that repeat by their share, and of the others a share."""
-    share, chance = config.option.share, np.random.default_rng(config.option.seed)
+    share, chance = config.option.share, random.Random(config.option.seed)
     scaled = [item for item in items if "share_of" in getattr(item, "fixturenames", ())]
     others = [item for item in items if item not in scaled]
-    drawn = chance.permutation(len(others))[: round(share * len(others))]
-    return {item.nodeid for item in (*scaled, *(others[i] for i in drawn))}
+    return {item.nodeid for item in (*scaled, *chance.sample(others, round(share * len(others))))}
 
 
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
