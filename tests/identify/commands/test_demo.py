@@ -30,7 +30,7 @@ def test_the_demonstration_names_the_hidden_effect_from_film_and_loops(tmp_path,
     assert "://" not in (tmp_path / "report.html").read_text()
 
 
-@pytest.mark.slow
+@pytest.mark.calibrate
 def test_the_same_film_and_loops_without_the_effect_show_no_gap(tmp_path, made_by):
     made_by.make(tmp_path / "data", hidden=None)
     assert main(["-o", str(tmp_path / "out"), "--data", str(tmp_path / "data" / "demo"), "--quiet"]) == 0

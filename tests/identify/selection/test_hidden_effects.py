@@ -103,7 +103,7 @@ def test_nothing_is_named_where_there_is_only_noise(campaign, seed):
     assert result["gap"]["before"] == result["gap"]["after"]
 
 
-@pytest.mark.slow
+@pytest.mark.calibrate
 def test_a_force_that_no_effect_of_the_catalogue_explains_is_unknown_and_said_where(campaign):
     result = explained(campaign(Gust(0.4), 301))
     assert result["verdict"] == "unknown", result["sentence"]

@@ -40,7 +40,7 @@ def check_same(result: dict[str, Any], other: dict[str, Any], share: float) -> N
     assert abs(same["value"] - size["value"]) < share * size["stderr"]
 
 
-@pytest.mark.slow
+@pytest.mark.calibrate
 def test_the_order_of_the_runs_changes_nothing(told):
     folder, result = told
     runs = (folder / "campaign.toml").read_text().split("[[run]]")[1:]
