@@ -26,7 +26,7 @@ VALIDATION ?= $(if $(filter 1,$(SHARE)),docs/validation,out/validation)
 SUBSET ?= standard
 METHODS ?= explain-gap
 
-.PHONY: demo test fast calibrate lint datasets scoreboard clean pins
+.PHONY: demo test fast calibrate lint docs datasets scoreboard clean pins
 .DELETE_ON_ERROR:
 
 demo: $(VENV)/installed
@@ -46,6 +46,10 @@ lint: $(VENV)/installed-lint
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/pyright
+
+docs: $(VENV)/installed-docs
+	$(CALM) $(BIN)/sphinx-build -W --keep-going --quiet docs out/docs
+	@echo out/docs/index.html
 
 datasets: $(VENV)/installed
 	$(BIN)/python datasets/make_datasets.py

@@ -67,7 +67,7 @@ def settled(sweep: Sweep, failure_deg: float) -> Settled:
     """
     # drawn, because runs at even distances of a factorial design share their levels
     runs = np.unique(np.random.default_rng(0).integers(0, sweep.design.runs, _PROBES))
-    models = [sweep.model_at(sweep.design.piece(run, run + 1)[0]) for run in runs]
+    models = [sweep.model_at(sweep.design.piece(run, run + 1)[0]) for run in runs.tolist()]
     spread = sweep.model.nuisance.release_theta_rad or Nuisance().release_theta_rad
     limit = np.radians(failure_deg) / spread
     given = sweep.model.simulation.step_s is not None
