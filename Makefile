@@ -21,7 +21,7 @@ PYTEST := $(CALM) $(BIN)/pytest --numprocesses $(WORKERS) --dist loadgroup $(PYT
 
 SHARE ?= 1
 SEED ?= $(shell $(BIN)/python -c "import random; print(random.randrange(10**6))")
-VALIDATION ?= $(if $(filter 1,$(SHARE)),docs/validation,out/validation)
+VALIDATION ?= $(if $(filter 1,$(SHARE)),docs/validation/calibration,out/validation)
 
 SUBSET ?= standard
 METHODS ?= explain-gap
@@ -38,7 +38,7 @@ test: $(VENV)/installed-test
 fast: $(VENV)/installed-test
 	$(PYTEST) -m "not slow"
 
-# The statistical suites, from a fresh seed. The whole of it writes its tables to docs/validation, a share of it to out/validation.
+# The statistical suites, from a fresh seed. The whole of it writes its tables to docs/validation/calibration, a share of it to out/validation.
 calibrate: $(VENV)/installed-test
 	$(PYTEST) --calibrate --seed $(SEED) --share $(SHARE) --validation $(VALIDATION)
 

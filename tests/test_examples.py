@@ -2,11 +2,12 @@
 
 The convention is in CONTRIBUTING.md: `console` and `python` blocks of one document run from top to bottom in one empty
 folder with the datasets in it. What a console block shows must be printed, numbers aside; a line of three dots stands for
-anything.
+anything. Links into the generated reference are checked by `make docs`.
 """
 
 from __future__ import annotations
 
+import json
 import os
 import re
 import shutil
@@ -17,15 +18,24 @@ from collections.abc import Iterator
 from functools import cache
 from pathlib import Path
 from types import ModuleType
+from typing import Any
 
 import pytest
 
 ROOT = Path(__file__).resolve().parents[1]
 COMMANDS = tuple(tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]["scripts"])
-DOCUMENTS = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").glob("*.md"))]
+README, TUTORIAL = ROOT / "README.md", ROOT / "docs" / "tutorial.ipynb"
+PAGES = sorted(path for path in (ROOT / "docs").rglob("*.md") if "generated" not in path.parts)
+DOCUMENTS = [README, ROOT / "CONTRIBUTING.md", *PAGES]
 BESIDE_PYTHON = Path(sys.executable).parent
 
-every_document = pytest.mark.parametrize("document", DOCUMENTS, ids=lambda path: path.stem)
+
+def name_of(document: Path) -> str:
+    """How a test calls a document: `how-to/track-video`."""
+    return document.relative_to(ROOT).with_suffix("").as_posix().removeprefix("docs/")
+
+
+every_document = pytest.mark.parametrize("document", DOCUMENTS, ids=name_of)
 
 
 def blocks(document: Path) -> list[tuple[str, str]]:
@@ -64,6 +74,16 @@ def run_python(block: str, file: Path, module: ModuleType) -> None:
     exec(compile(block, file, "exec", dont_inherit=True), vars(module))
 
 
+def cells_of(notebook: Path) -> list[dict[str, Any]]:
+    """The cells of code in a notebook."""
+    return [cell for cell in json.loads(notebook.read_text(encoding="utf-8"))["cells"] if cell["cell_type"] == "code"]
+
+
+def inner_imports(source: str) -> list[str]:
+    """Imports of what a package does not export; `simulate.effects` is a front door of its own."""
+    return re.findall(r"^\s*(?:from|import) (?:measure|simulate(?!\.effects import)|identify)\.[\w.]+.*$", source, re.M)
+
+
 @cache
 def options(command: str) -> frozenset[str]:
     """The options in a command's help."""
@@ -71,8 +91,13 @@ def options(command: str) -> frozenset[str]:
     return frozenset(re.findall(r"(?<![\w-])--?[a-z][a-z-]*", ran.stdout))
 
 
+def has_examples(document: Path) -> bool:
+    """Whether anything in a document is run."""
+    return any(language in ("console", "python") for language, _ in blocks(document))
+
+
 @pytest.mark.slow
-@every_document
+@pytest.mark.parametrize("document", [path for path in DOCUMENTS if has_examples(path)], ids=name_of)
 def test_examples_run_and_show_what_they_say(document, tmp_path, monkeypatch):
     if "datasets/" in document.read_text(encoding="utf-8"):
         shutil.copytree(ROOT / "datasets", tmp_path / "datasets")
@@ -84,6 +109,29 @@ def test_examples_run_and_show_what_they_say(document, tmp_path, monkeypatch):
             run_console(block, tmp_path)
         elif language == "python":
             run_python(block, tmp_path / f"example_{number}.py", module)
+
+
+@pytest.mark.slow
+def test_the_tutorial_runs_from_top_to_bottom(tmp_path):
+    import nbformat
+    from nbclient import NotebookClient
+
+    shutil.copytree(ROOT / "datasets", tmp_path / "datasets")
+    (tmp_path / "docs").mkdir()
+    notebook = nbformat.read(TUTORIAL, as_version=4)
+    assert not any(cell.get("outputs") for cell in notebook.cells), "the tutorial is kept without its outputs"
+    NotebookClient(notebook, timeout=None, kernel_name="python3", resources={"metadata": {"path": str(tmp_path / "docs")}}).execute()
+
+
+def test_the_tutorial_imports_from_the_front_doors_only():
+    source = "\n".join(cell["source"] if isinstance(cell["source"], str) else "".join(cell["source"]) for cell in cells_of(TUTORIAL))
+    assert inner_imports(source) == []
+
+
+@every_document
+def test_examples_import_from_the_front_doors_only(document):
+    found = [line for language, block in blocks(document) if language == "python" for line in inner_imports(block)]
+    assert name_of(document) == "CONTRIBUTING" or not found, f"{document.name}: {found}"
 
 
 @every_document
@@ -98,12 +146,12 @@ def test_options_shown_with_a_command_exist(document):
 
 
 def test_every_command_is_shown_in_the_readme_with_an_example_that_runs():
-    shown = [line for language, block in blocks(DOCUMENTS[0]) if language == "console" for line, _, _ in typed(block)]
+    shown = [line for language, block in blocks(README) if language == "console" for line, _, _ in typed(block)]
     assert {line.split()[0] for line in shown} >= set(COMMANDS)
 
 
 def test_every_file_of_the_datasets_has_its_row_in_the_readme():
-    rows = re.findall(r"^\| `(datasets/[^`]+)`", DOCUMENTS[0].read_text(encoding="utf-8"), re.M)
+    rows = re.findall(r"^\| `(datasets/[^`]+)`", README.read_text(encoding="utf-8"), re.M)
     files = [path.relative_to(ROOT).as_posix() for path in (ROOT / "datasets").rglob("*") if path.is_file()]
     shipped = [name for name in files if "__pycache__" not in name]
     missing = [name for name in shipped if name not in rows and not any(name.startswith(row) for row in rows if row.endswith("/"))]
@@ -111,7 +159,8 @@ def test_every_file_of_the_datasets_has_its_row_in_the_readme():
     assert all((ROOT / row).exists() for row in rows)
 
 
-def test_links_between_documents_lead_somewhere():
-    for document in DOCUMENTS:
-        for target in re.findall(r"\]\((?!https?:|#)([^)#]+)", document.read_text(encoding="utf-8")):
-            assert (document.parent / target).exists(), f"{document.name}: {target}"
+@every_document
+def test_links_between_documents_lead_somewhere(document):
+    for target in re.findall(r"\]\((?!https?:|#)([^)#]+)", document.read_text(encoding="utf-8")):
+        place = document.parent / target
+        assert place.exists() or "reference/generated" in place.as_posix(), f"{document.name}: {target}"

@@ -256,7 +256,7 @@ def test_no_folder_of_tests_is_a_package():
 
 def test_only_the_named_things_stand_at_the_root():
     files = {path.name for path in ROOT.iterdir() if path.is_file() and not path.name.startswith(".")}
-    known = {"CHANGELOG.md", "CONTRIBUTING.md", "LICENSE", "Makefile", "README.md", "constraints.txt", "pyproject.toml"}
+    known = {"CHANGELOG.md", "CITATION.cff", "CONTRIBUTING.md", "LICENSE", "Makefile", "README.md", "constraints.txt", "pyproject.toml"}
     assert files == known
     folders = {path.name for path in ROOT.iterdir() if (path / "__init__.py").exists()}
     assert folders == set(ROOMS)
