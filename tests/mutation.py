@@ -192,7 +192,10 @@ class Copy:
         self.already = cache(self._already)
 
     def _already(self, tests: tuple[str, ...]) -> tuple[str, ...]:
-        return tuple(failing(ran(self.folder, tests).stdout))
+        found = ran(self.folder, tests)
+        if found.returncode not in (0, 1):
+            raise SystemExit(f"{' '.join(tests)} cannot be run as they are:\n{found.stdout[-2000:]}{found.stderr[-2000:]}")
+        return tuple(failing(found.stdout))
 
     def noticed_by(self, place: Place) -> str:
         """The first test that fails, or nothing."""
