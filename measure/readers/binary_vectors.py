@@ -1,17 +1,20 @@
-"""Vectors of numbers out of a binary file, as the table that text files become: those of one length are columns, single numbers notes."""
+"""Vectors of numbers out of a binary file as a table: those of one length are columns, single numbers notes; nothing goes through text."""
 
 from __future__ import annotations
 
+import json
 from collections import Counter
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from measure.common.arrays import Array
 from measure.common.errors import InputError
-from measure.readers.text_dialect import LARGEST_FILE, TextTable
+from measure.readers.text_encoding import LARGEST_FILE
+from measure.tables.raw_table import RawTable, odd_numbers
 
 LARGEST_UNPACKED = 50_000_000  # numbers
 _MOST_COLUMNS = 50
@@ -35,8 +38,21 @@ class Vectors:
             for k in range(min(array.shape[1], _MOST_COLUMNS)):
                 self.values[f"{name}[{k + 1}]"], self.units[f"{name}[{k + 1}]"] = array[:, k], unit
 
+    def save(self, path: Path) -> None:
+        """Write them as one .npz archive, `about` being names, units and notes as JSON."""
+        about = json.dumps({"names": list(self.values), "units": self.units, "notes": self.notes})
+        arrays: dict[str, Any] = {"about": np.array(about), **{f"v{k}": v for k, v in enumerate(self.values.values())}}
+        np.savez(path, **arrays)
 
-def table_of(path: Path, kind: str, found: Vectors) -> TextTable:
+    @classmethod
+    def load(cls, path: Path) -> Vectors:
+        """Read what `save` wrote."""
+        with np.load(path, allow_pickle=False) as archive:
+            about = json.loads(str(archive["about"]))
+            return cls({name: archive[f"v{k}"] for k, name in enumerate(about["names"])}, about["units"], about["notes"])
+
+
+def table_of(path: Path, kind: str, found: Vectors) -> RawTable:
     """The vectors that share the most common length, as a table with their names.
 
     Raises
@@ -52,9 +68,16 @@ def table_of(path: Path, kind: str, found: Vectors) -> TextTable:
         raise InputError(
             f"{path}: no two vectors of one length; found {_listed(found.values)}. Save force and elongation sample by sample."
         )
-    rows = [[repr(float(value)) for value in row] for row in zip(*columns.values(), strict=True)]
     units = tuple(found.units.get(name, "") for name in columns)
-    return TextTable(kind, "none", "point", tuple(found.notes), tuple(columns), units if any(units) else (), rows, 1)
+    return RawTable(
+        path,
+        tuple(columns.values()),
+        header=tuple(columns),
+        units=units if any(units) else (),
+        written=kind,
+        notes=tuple(found.notes),
+        odd=[odd_numbers(column) for column in columns.values()],
+    )
 
 
 def _listed(values: Mapping[str, Array]) -> str:

@@ -1,78 +1,57 @@
-"""MATLAB files of version 7.3 and other HDF5 files as tables, read by h5py, which is an extra.
+"""The vectors of an HDF5 file, read by h5py, which is an extra; `measure.readers.guarded` calls it in a process of its own.
 
-The HDF5 library may run for ever, or fall, on a damaged file. It therefore reads in a process of its own that can be ended, and
-that may not take more memory than a loop needs.
+Only numbers that lie in the file itself are read: links to other files, storage in other files and virtual data sets, by which
+a file could have any other file on the machine read, are passed over.
 """
 
 from __future__ import annotations
 
-import io
-import json
-import os
-import subprocess
-import sys
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
-from measure.common.errors import InputError
-from measure.common.limits import DECODER_BYTES
-from measure.common.optional_packages import required
-from measure.readers.binary_vectors import Vectors, require_size, table_of
-from measure.readers.text_dialect import TextTable
-
-_ROOT = Path(__file__).resolve().parents[2]
-_PATIENCE_S = 10.0
-_BYTES_A_SECOND = 5e6  # what is read of packed data on a slow machine; beyond the patience
-_CALL = """
-import sys
-try:
-    import resource
-    resource.setrlimit(resource.RLIMIT_AS, (int(sys.argv[1]), resource.getrlimit(resource.RLIMIT_AS)[1]))
-except ImportError:
-    pass
-from measure.readers.hdf5_child import main
-raise SystemExit(main(sys.argv[2:]))
-"""
+from measure.readers.binary_vectors import Vectors, numbers_of, require_unpacked
 
 
-def read_hdf5(path: Path) -> TextTable:
-    """The data sets of an HDF5 file that share the most common length; MATLAB's structures as dotted names.
+def vectors(path: Path) -> Vectors:
+    """Every data set of numbers of one or two dimensions, by its path with dots.
 
     Raises
     ------
     InputError
-        h5py is not installed, a damaged file, no two vectors of one length.
+        It promises more numbers than a loop has. Whatever else a damaged file leads h5py to is raised as it comes.
     """
-    required("h5py", path, "a MATLAB 7.3 or HDF5 file", "hdf5", f'save it with save("{path.name}", "-v7")')
-    require_size(path)
-    with np.load(io.BytesIO(_read_apart(path)), allow_pickle=False) as archive:
-        about = json.loads(str(archive["about"]))
-        values = {name: archive[f"v{k}"] for k, name in enumerate(about["names"])}
-    return table_of(path, "HDF5", Vectors(values, about["units"], about["notes"]))
+    import h5py
+
+    with h5py.File(path, "r") as file:
+        return _found(path, file, h5py.Dataset)
 
 
-def _read_apart(path: Path) -> bytes:
-    """What `measure.readers.hdf5_child` writes of a file, in a process that is ended where it takes too long."""
-    patience = _PATIENCE_S + path.stat().st_size / _BYTES_A_SECOND
-    paths = os.pathsep.join([str(_ROOT), *filter(None, [os.environ.get("PYTHONPATH")])])
-    try:
-        ran = subprocess.run(
-            [sys.executable, "-c", _CALL, str(DECODER_BYTES), str(path.resolve())],
-            env={**os.environ, "PYTHONPATH": paths, "OPENBLAS_NUM_THREADS": "1"},
-            capture_output=True,
-            timeout=patience,
-            check=False,
-        )
-    except subprocess.TimeoutExpired:
-        sentence = f"the HDF5 library does not come to an end of it in {patience:.0f} s; it is damaged"
-        raise InputError(f"{path}: {sentence}. {_again(path)}") from None
-    if ran.returncode == 2:
-        raise InputError(ran.stderr.decode("utf-8", "replace").strip().replace(str(path.resolve()), str(path)))
-    if ran.returncode != 0:
-        raise InputError(f"{path}: the HDF5 library falls over it (status {ran.returncode}); it is damaged. {_again(path)}")
-    return ran.stdout
+def _found(path: Path, file: Any, dataset: type) -> Vectors:
+    sets: list[tuple[str, Any]] = []
+    file.visititems(lambda name, item: sets.append((name, item)) if isinstance(item, dataset) and _is_here(name, item) else None)
+    require_unpacked(path, sum(int(item.size) for _, item in sets))
+    found = Vectors()
+    for name, item in sets:
+        values = numbers_of(item[()])
+        if values is not None and values.size:
+            # MATLAB writes the columns of a matrix as rows
+            shown = values.T if "MATLAB_class" in item.attrs else values
+            found.add(name.replace("/", "."), shown, _unit(item.attrs))
+    return found
 
 
-def _again(path: Path) -> str:
-    return f'Save it with save("{path.name}", "-v7"), or export text.'
+def _is_here(name: str, item: Any) -> bool:
+    """Whether a data set is an array of numbers in this very file; what MATLAB keeps for itself is not."""
+    plain = item.dtype.kind in "iufb" and item.shape is not None and len(item.shape) <= 2
+    empty = bool(item.attrs.get("MATLAB_empty", 0))
+    is_text = item.attrs.get("MATLAB_class", b"") in (b"char", "char")
+    return plain and not item.external and not item.is_virtual and not empty and not is_text and not name.startswith("#")
+
+
+def _unit(attributes: Any) -> str:
+    value = attributes.get("units", attributes.get("unit", ""))
+    value = value.item() if isinstance(value, np.ndarray) and value.size == 1 else value
+    text = value.decode("utf-8", "replace") if isinstance(value, bytes) else value
+    return text.strip() if isinstance(text, str) else ""

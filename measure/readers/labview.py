@@ -21,13 +21,14 @@ from measure.common.arrays import Array
 from measure.common.errors import InputError
 from measure.common.optional_packages import required
 from measure.readers.binary_vectors import Vectors, numbers_of, require_size, require_unpacked, table_of
-from measure.readers.text_dialect import TextTable, decoded
+from measure.readers.text_encoding import decoded
+from measure.tables.raw_table import RawTable
 
 _X = "X_Value"
 _EXPORT = "export it as text without headers"
 
 
-def read_lvm(path: Path, encoding: str | None = None) -> TextTable:
+def read_lvm(path: Path, encoding: str | None = None) -> RawTable:
     """The segments of a LabVIEW measurement file, one behind the other; a time that is only implied is written out.
 
     Raises
@@ -90,7 +91,7 @@ def _require_one_clock(path: Path, parts: Sequence[Mapping[str, Array]]) -> None
             )
 
 
-def read_tdms(path: Path) -> TextTable:
+def read_tdms(path: Path) -> RawTable:
     """The channels of a TDMS file that share the most common length; with one group by their own names, else `group/channel`.
 
     Where no channel is a time and all waveforms have one increment, a column `time` is made of it.

@@ -16,13 +16,13 @@ from measure.common.arrays import Array
 from measure.common.command_line import existing_file
 from measure.common.errors import InputError, nearest
 from measure.readers.column_mapping import QUANTITIES, ColumnMapping
-from measure.readers.hdf5 import read_hdf5
+from measure.readers.guarded import read_hdf5, read_matlab
 from measure.readers.labview import read_lvm, read_tdms
-from measure.readers.matlab import read_matlab
 from measure.readers.stated_conditions import Claim, claims, conditions
-from measure.readers.text_dialect import TextTable, read_text_table
+from measure.readers.text_table import read_text_table
 from measure.readers.time_axis import in_order, remarks
 from measure.tables.loop import Loop
+from measure.tables.raw_table import RawTable
 from measure.tables.units import (
     FACTORS,
     SI,
@@ -40,7 +40,7 @@ class Understood:
     """What was understood of a file: how it is written, and which column and unit was taken for what."""
 
     file: str
-    table: TextTable
+    table: RawTable
     columns: Mapping[str, int]
     units: Mapping[str, Unit]
     sample_period_s: float | None
@@ -49,21 +49,20 @@ class Understood:
     def sentences(self) -> list[str]:
         """For people: the dialect, the columns, and the first rows as numbers in SI."""
         table = self.table
-        header = "no header" if not table.header else f"header in line {table.first_line - 1 - bool(table.units)}"
-        written = f"{table.encoding}, delimiter {table.delimiter}, decimal {table.decimal}, {header}"
-        lines = [f"{self.file}: {written if table.delimiter != 'none' else table.encoding}, {len(table.rows)} rows"]
+        header = "" if not table.lines else f", header in line {table.header_line}" if table.header else ", no header"
+        lines = [f"{self.file}: {table.written}{header}, {len(table)} rows"]
         for quantity, place in self.columns.items():
             unit = self.units[quantity]
             lines.append(f"  {quantity:<10} column {place + 1} {_quoted(table, place)}, unit {unit.text} = {unit.factor:g} {SI[quantity]}")
         if self.sample_period_s is not None:
             lines.append(f"  time       {self.sample_period_s:g} s from sample to sample, as given")
-        for row in table.rows[:5]:
-            shown = (f"{float(row[place]) * self.units[q].factor:.6g} {SI[q]}" for q, place in self.columns.items())
+        for row in range(min(5, len(table))):
+            shown = (f"{table.columns[place][row] * self.units[q].factor:.6g} {SI[q]}" for q, place in self.columns.items())
             lines.append("    " + "  ".join(shown))
         return lines
 
 
-def _quoted(table: TextTable, place: int) -> str:
+def _quoted(table: RawTable, place: int) -> str:
     return f'"{table.header[place]}"' if table.header else "(no name)"
 
 
@@ -80,21 +79,21 @@ def read_loop_file(path: Path, mapping: ColumnMapping | None = None) -> tuple[Lo
     table = _table(path, wanted)
     columns = {q: place for q in QUANTITIES if (place := _place(path, table, wanted, q)) is not None}
     units = {q: _unit(path, table, place, wanted, q) for q, place in columns.items()}
-    values = {q: _numbers(path, table, place, q) * units[q].factor for q, place in columns.items()}
+    values = {q: _numbers(table, place, q) * units[q].factor for q, place in columns.items()}
     if "time" not in values:
-        values["time"] = np.arange(len(table.rows)) * float(wanted.sample_period_s or 0.0)
+        values["time"] = np.arange(len(table)) * float(wanted.sample_period_s or 0.0)
     further = _other(table, set(columns.values()))
-    ordered, said = in_order({**values, **{f"other {name}": v for name, v in further.items()}}, lambda row: f"{path}, {table.at(row)}")
+    ordered, said = in_order({**values, **{f"other {name}": v for name, v in further.items()}}, table.where)
     other = {name: ordered[f"other {name}"] for name in further}
-    claimed = claims(path, table.preamble, other)
-    known = conditions(path, table.preamble, wanted.name_pattern)
+    claimed = claims(path, table.notes, other)
+    known = conditions(path, table.notes, wanted.name_pattern)
     other = {**{name: np.full(len(ordered["time"]), value) for name, value in known.items()}, **other}
     said += remarks(ordered["time"]) + _other_clock(other, columns, wanted.sample_period_s)
     loop = Loop(ordered["time"], ordered["elongation"], ordered["force"], name=str(path), other=other, remarks=said)
     return loop, Understood(str(path), table, columns, units, wanted.sample_period_s, claimed)
 
 
-def _table(path: Path, wanted: ColumnMapping) -> TextTable:
+def _table(path: Path, wanted: ColumnMapping) -> RawTable:
     """The file as a table; what kind it is shows in its first bytes, its name only where they leave it open."""
     with open(path, "rb") as file:
         head = file.read(520)
@@ -109,7 +108,7 @@ def _table(path: Path, wanted: ColumnMapping) -> TextTable:
     return read_text_table(path, wanted.delimiter, wanted.decimal, wanted.encoding, wanted.header)
 
 
-def _place(path: Path, table: TextTable, wanted: ColumnMapping, quantity: str) -> int | None:
+def _place(path: Path, table: RawTable, wanted: ColumnMapping, quantity: str) -> int | None:
     """Index of the column of a quantity; None for a time that is given by the sample period."""
     if quantity in wanted.columns:
         return _named(path, table, str(wanted.columns[quantity]), quantity)
@@ -122,9 +121,9 @@ def _place(path: Path, table: TextTable, wanted: ColumnMapping, quantity: str) -
     raise InputError(_missing(path, table, quantity, len(found)))
 
 
-def _named(path: Path, table: TextTable, name: str, quantity: str) -> int:
+def _named(path: Path, table: RawTable, name: str, quantity: str) -> int:
     found = [place for place, header in enumerate(table.header) if header == name]
-    size = len(table.rows[0])
+    size = len(table.columns)
     if len(found) == 1:
         return found[0]
     if not found and name.isdecimal() and 1 <= int(name) <= size:
@@ -135,13 +134,12 @@ def _named(path: Path, table: TextTable, name: str, quantity: str) -> int:
     raise InputError(f'{path}: no column "{name}" for the {quantity}; {hint}')
 
 
-def _missing(path: Path, table: TextTable, quantity: str, found: int) -> str:
+def _missing(path: Path, table: RawTable, quantity: str, found: int) -> str:
     own = f"{quantity}_{SI[quantity]}"
-    line = max(table.first_line - 1 - bool(table.units), 1)
     period = " or --sample-period SECONDS" if quantity == "time" else ""
     if not table.header:
         return (
-            f"{path}: no header, so no column for the {quantity}; its first row reads {', '.join(table.rows[0])}.\n"
+            f"{path}: no header, so no column for the {quantity}; its first row reads {', '.join(table.first_row)}.\n"
             f"Add --column {quantity}=NUMBER (counted from 1) --unit {quantity}=UNIT{period}."
         )
     listed = ", ".join(f'"{name}"' for name in table.header)
@@ -149,16 +147,16 @@ def _missing(path: Path, table: TextTable, quantity: str, found: int) -> str:
     likely = [name for place, name in enumerate(table.header) if quantity_of(_written_unit(table, place)) == quantity]
     name, unit = (likely[0], _written_unit(table, table.header.index(likely[0]))) if likely else ("NAME", "UNIT")
     advice = f'Add --column {quantity}="{name}" --unit {quantity}={unit}{period}, or rename it to {own}.'
-    place = f", line {line}" if table.delimiter != "none" else ""
-    notes = f"\nIt also holds {', '.join(table.preamble[:12])}." if place == "" and table.preamble else ""
+    place = f", line {table.header_line}" if table.lines else ""
+    notes = f"\nIt also holds {', '.join(table.notes[:12])}." if place == "" and table.notes else ""
     return f"{path}{place}: {what}; found {listed}.\n{advice}{notes}"
 
 
-def _written_unit(table: TextTable, place: int) -> str:
+def _written_unit(table: RawTable, place: int) -> str:
     return (table.units[place] if table.units else "") or (split_unit(table.header[place])[1] if table.header else "")
 
 
-def _unit(path: Path, table: TextTable, place: int, wanted: ColumnMapping, quantity: str) -> Unit:
+def _unit(path: Path, table: RawTable, place: int, wanted: ColumnMapping, quantity: str) -> Unit:
     """The unit that was given, or else the one that stands in the file."""
     if quantity in wanted.units:
         return unit_of(quantity, str(wanted.units[quantity]))
@@ -172,17 +170,12 @@ def _unit(path: Path, table: TextTable, place: int, wanted: ColumnMapping, quant
     )
 
 
-def _numbers(path: Path, table: TextTable, place: int, quantity: str) -> Array:
-    values = np.empty(len(table.rows))
-    for i, row in enumerate(table.rows):
-        try:
-            values[i] = float(row[place])
-        except ValueError:
-            values[i] = np.nan
-        if not np.isfinite(values[i]):
-            found = f'"{row[place]}"' if row[place] else "empty"
-            raise InputError(f"{path}, {table.at(i)}: the {quantity} is {found}, no number. Mend the cell or remove the row.")
-    return values
+def _numbers(table: RawTable, place: int, quantity: str) -> Array:
+    odd = table.first_odd(place)
+    if odd:
+        found = f'"{odd.text}"' if odd.text else "empty"
+        raise InputError(f"{table.where(odd.row)}: the {quantity} is {found}, no number. Mend the cell or remove the row.")
+    return table.columns[place]
 
 
 def _other_clock(other: Mapping[str, Array], columns: Mapping[str, int], period_s: float | None) -> list[str]:
@@ -200,15 +193,11 @@ def _other_clock(other: Mapping[str, Array], columns: Mapping[str, int], period_
     )
 
 
-def _other(table: TextTable, taken: set[int]) -> dict[str, Array]:
-    """Further columns of numbers, by name or by number."""
+def _other(table: RawTable, taken: set[int]) -> dict[str, Array]:
+    """Further columns of numbers, by name or by number; of two with one name the first."""
     made: dict[str, Array] = {}
-    for place in range(len(table.rows[0])):
+    for place, column in enumerate(table.columns):
         name = table.header[place] if table.header else f"column {place + 1}"
-        try:
-            values = np.array([float(row[place]) for row in table.rows])
-        except ValueError:
-            continue
-        if place not in taken and name not in made:
-            made[name] = values
+        if place not in taken and not table.first_odd(place, ("empty", "word")):
+            made.setdefault(name, column)
     return made

@@ -1,31 +1,48 @@
-"""MATLAB files up to version 7 as tables, by the names of their variables."""
+"""The vectors of a MATLAB file up to version 7, read by SciPy; `measure.readers.guarded` calls it in a process of its own."""
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
-from measure.common.errors import InputError
-from measure.readers.binary_vectors import Vectors, require_size, table_of
-from measure.readers.mat5 import Mat5Error, read_mat5
-from measure.readers.text_dialect import TextTable
+import numpy as np
+
+from measure.common.arrays import Array
+from measure.readers.binary_vectors import Vectors, numbers_of, require_unpacked
+
+_DEEPEST = 5  # structures within structures
 
 
-def read_matlab(path: Path) -> TextTable:
-    """The vectors of a MATLAB file that share the most common length, as a table with their names.
+def vectors(path: Path) -> Vectors:
+    """Every real array of numbers by name, structures as dotted names; cells, objects, texts and sparse matrices are passed over.
 
     Raises
     ------
     InputError
-        Version 7.3, not a MATLAB file, no two vectors of one length.
+        It promises more numbers than a loop has. Whatever else a damaged file leads SciPy to is raised as it comes.
     """
-    require_size(path)
-    try:
-        found = read_mat5(path.read_bytes())
-    except Mat5Error as error:
-        raise InputError(
-            f'{path}: cannot be read as a MATLAB file: {error}. Save it with save("{path.name}", "-v7"), or export text.'
-        ) from error
-    vectors = Vectors()
-    for name, array in found.items():
-        vectors.add(name, array)
-    return table_of(path, "MATLAB", vectors)
+    from scipy.io import loadmat, whosmat
+
+    require_unpacked(path, sum(int(np.prod(shape, dtype=float)) for _, shape, _ in whosmat(str(path), appendmat=False)))
+    read = loadmat(str(path), appendmat=False)
+    arrays = [found for name, value in read.items() if not name.startswith("__") for found in _arrays(name, value, 0)]
+    require_unpacked(path, sum(array.size for _, array in arrays))
+    found = Vectors()
+    for name, array in arrays:
+        found.add(name, array)
+    return found
+
+
+def _arrays(name: str, value: Any, depth: int) -> Iterator[tuple[str, Array]]:
+    """The arrays of numbers in a variable; of structures only those of one element are followed."""
+    if not isinstance(value, np.ndarray):
+        return
+    fields = value.dtype.names
+    if fields and value.size == 1 and depth < _DEEPEST:
+        for field in fields:
+            yield from _arrays(f"{name}.{field}", value.ravel()[0][field], depth + 1)
+        return
+    numbers = None if fields else numbers_of(value)
+    if numbers is not None and numbers.size:
+        yield name, numbers

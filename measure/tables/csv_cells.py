@@ -1,78 +1,34 @@
-"""A table as rows of cells: read strictly, with the line number of every row, and written so that no cell runs as a formula."""
+"""This project's own CSV: comma, point, UTF-8, one header row; read strictly, and written so that no cell runs as a formula."""
 
 from __future__ import annotations
 
 import csv
-from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+from collections import Counter
+from collections.abc import Collection, Iterable, Iterator, Mapping
+from itertools import islice
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
+from measure.common.arrays import Array
 from measure.common.command_line import existing_file
 from measure.common.errors import InputError
 from measure.common.output import replacing
+from measure.tables.number_columns import NumberColumns, RaggedRow
+from measure.tables.raw_table import RawTable
+from measure.tables.text_lines import TextLines
 
 # A spreadsheet takes a cell that begins so for a formula, which may call programs.
 _FORMULA = ("=", "+", "-", "@")
+_ROWS_AT_ONCE = 10_000
 
 
-@dataclass(frozen=True)
-class Cells:
-    """Header and rows of a CSV; every row has as many cells as the header. lines : where each row ends in the file."""
-
-    path: Path
-    header: list[str]
-    rows: list[list[str]]
-    lines: list[int]
-
-    def words(self, name: str) -> list[str]:
-        """A column as it stands."""
-        place = self.header.index(name)
-        return [row[place].strip() for row in self.rows]
-
-    def numbers(self, name: str, *, empty: bool = False) -> NDArray[np.floating]:
-        """A column of numbers; with `empty` an empty cell is NaN, and so nothing else may be.
-
-        Raises
-        ------
-        InputError
-            A cell is not a number; its line is named.
-        """
-        values = np.full(len(self.rows), np.nan)
-        for i, cell in enumerate(self.words(name)):
-            if cell or not empty:
-                try:
-                    values[i] = _number(cell)
-                except ValueError:
-                    advice = "Leave the cell empty where nothing was seen" if empty else "Mend the cell or remove the row"
-                    place = f"{self.path}, line {self.lines[i]}"
-                    raise InputError(f"{place}: {name} is {_quoted(cell)}, which is not a number. {advice}.") from None
-        return values
-
-    def numbers_if_they_are(self, name: str) -> NDArray[np.floating] | None:
-        """A column of numbers, NaN where a cell is empty; nothing if any cell holds words."""
-        try:
-            return np.array([np.nan if cell.lower() in ("", "nan") else _number(cell) for cell in self.words(name)])
-        except ValueError:
-            return None
-
-
-def _number(cell: str) -> float:
-    """Python takes 1_000 for a thousand and NaN for a number; neither is one in a laboratory."""
-    value = float(cell)
-    if "_" in cell or np.isnan(value):
-        raise ValueError(cell)
-    return value
-
-
-def _quoted(cell: str) -> str:
-    return f'"{cell}"' if cell else "empty"
-
-
-def read_cells(path: Path) -> Cells:
+def read_columns(path: Path, words: Collection[str] = ()) -> RawTable:
     """Read a CSV with a comma, UTF-8 and one header row.
+
+    Parameters
+    ----------
+    words : names of the columns that are kept as text.
 
     Raises
     ------
@@ -81,27 +37,94 @@ def read_cells(path: Path) -> Cells:
     """
     existing_file(path, what="a table (CSV)")
     try:
-        with open(path, encoding="utf-8-sig", newline="") as file:
-            reader = csv.reader(file)
-            numbered = [(reader.line_num, row) for row in reader]
+        lines = TextLines(path.read_bytes().decode("utf-8-sig"))
+        return _quoted_table(path, lines, words) if '"' in lines.text else _plain_table(path, lines, words)
     except (UnicodeDecodeError, csv.Error) as error:
         raise InputError(f"{path}: is not a CSV in UTF-8 ({error}). Export it again as comma-separated text.") from error
-    while numbered and not numbered[-1][1]:
-        numbered.pop()
-    if not numbered or not any(numbered[0][1]):
+
+
+def _plain_table(path: Path, lines: TextLines, words: Collection[str]) -> RawTable:
+    """Without a quote every line is a row."""
+    header = _header(path, lines.first().split(","))
+    columns = _columns_for(header, len(lines) - 1, words)
+    try:
+        for block in lines.blocks(skipped=1):
+            columns.add_lines(block)
+    except RaggedRow as error:
+        raise _ragged(path, error.row + 2, error.found, header) from None
+    return _table(path, header, columns, range(2, len(lines) + 1))
+
+
+def _quoted_table(path: Path, lines: TextLines, words: Collection[str]) -> RawTable:
+    """A quoted cell may hold a comma, or run over several lines."""
+    reader = csv.reader(f"{line}\n" for block in lines.blocks() for line in block)
+    header = _header(path, next(reader, []))
+    ends: list[int] = []
+    columns = _columns_for(header, len(lines) - 1, words)
+    try:
+        while rows := list(islice(_noted(reader, ends), _ROWS_AT_ONCE)):
+            columns.add_rows(rows)
+    except RaggedRow as error:
+        raise _ragged(path, ends[error.row], error.found, header) from None
+    return _table(path, header, columns, ends)
+
+
+def _noted(reader: Iterator[list[str]], ends: list[int]) -> Iterator[list[str]]:
+    """The rows, and in `ends` the line at which each ends."""
+    for row in reader:
+        ends.append(reader.line_num)  # type: ignore[attr-defined]
+        yield row
+
+
+def _columns_for(header: tuple[str, ...], rows: int, words: Collection[str]) -> NumberColumns:
+    return NumberColumns(len(header), rows, words={k: [] for k, name in enumerate(header) if name in words})
+
+
+def _header(path: Path, cells: list[str]) -> tuple[str, ...]:
+    header = tuple(name.strip() for name in cells)
+    if not any(cells):
         raise InputError(f"{path}, line 1: no header row; the first line must name the columns, such as time_s.")
-    header = [name.strip() for name in numbered[0][1]]
-    _require_distinct(path, header)
-    for line, row in numbered[1:]:
-        if len(row) != len(header):
-            raise InputError(f"{path}, line {line}: {len(row)} cells and {len(header)} columns; the file is cut or a cell holds a comma.")
-    return Cells(path, header, [row for _, row in numbered[1:]], [line for line, _ in numbered[1:]])
-
-
-def _require_distinct(path: Path, header: list[str]) -> None:
-    double = [name for name in header if header.count(name) > 1]
+    double = [name for name, often in Counter(header).items() if often > 1]
     if double:
         raise InputError(f'{path}, line 1: two columns are named "{double[0]}"; rename one.')
+    return header
+
+
+def _ragged(path: Path, line: int, found: int, header: tuple[str, ...]) -> InputError:
+    return InputError(f"{path}, line {line}: {found} cells and {len(header)} columns; the file is cut or a cell holds a comma.")
+
+
+def _table(path: Path, header: tuple[str, ...], columns: NumberColumns, lines: range | list[int]) -> RawTable:
+    values = [column[: len(lines)] for column in columns.values]
+    words = {header[k]: cells for k, cells in columns.words.items()}
+    return RawTable(path, values, header, lines=lines, header_line=1, odd=columns.odd, words=words)
+
+
+def numbers(table: RawTable, name: str, *, empty: bool = False) -> Array:
+    """A column of numbers, (n,); with `empty` an empty cell is NaN, and so nothing else may be.
+
+    Raises
+    ------
+    InputError
+        A cell is not a number; its line is named.
+    """
+    place = table.header.index(name)
+    odd = table.first_odd(place, ("nan", "word") if empty else ("empty", "nan", "word"))
+    if odd:
+        advice = "Leave the cell empty where nothing was seen" if empty else "Mend the cell or remove the row"
+        found = f'"{odd.text}"' if odd.text else "empty"
+        raise InputError(f"{table.where(odd.row)}: {name} is {found}, which is not a number. {advice}.")
+    return table.columns[place]
+
+
+def numbers_if_they_are(table: RawTable, name: str) -> Array | None:
+    """A column of numbers, NaN where a cell is empty; None if any cell holds words."""
+    if name in table.words:
+        column = NumberColumns(1, len(table))
+        column.add_rows([[cell] for cell in table.words[name]])
+        return None if "word" in column.odd[0] else column.values[0]
+    place = table.header.index(name)
+    return None if table.first_odd(place, ("word",)) else table.columns[place]
 
 
 def write_columns(columns: Mapping[str, Iterable], path: Path) -> None:

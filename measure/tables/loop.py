@@ -15,8 +15,9 @@ import numpy as np
 from measure.common.arrays import Array
 from measure.common.errors import InputError
 from measure.tables.checks import no_time, require_equal_lengths, require_finite, require_increasing
-from measure.tables.csv_cells import Cells, read_cells, write_columns
+from measure.tables.csv_cells import numbers, numbers_if_they_are, read_columns, write_columns
 from measure.tables.frames import columns_of, frame_of
+from measure.tables.raw_table import RawTable
 
 if TYPE_CHECKING:
     from pandas import DataFrame
@@ -89,19 +90,18 @@ def read_loop(path: Path) -> Loop:
     InputError
         A column is missing, a cell is not a number, a row has too few or too many cells, time does not increase.
     """
-    return loop_of(read_cells(Path(path)))
+    return loop_of(read_columns(Path(path)))
 
 
-def loop_of(cells: Cells) -> Loop:
-    """The loop that stands in the cells of a CSV file; see `read_loop`."""
+def loop_of(table: RawTable) -> Loop:
+    """The loop that stands in the columns of a CSV file; see `read_loop`."""
     for column in LOOP_COLUMNS:
-        if column not in cells.header:
-            raise InputError(_no_column(f"{cells.path}, line 1", cells.header, column))
-    time, elongation, force = (cells.numbers(name) for name in LOOP_COLUMNS)
-    further = {name: cells.numbers_if_they_are(name) for name in cells.header if name not in LOOP_COLUMNS}
-    return Loop(
-        time, elongation, force, name=str(cells.path), other={name: values for name, values in further.items() if values is not None}
-    )
+        if column not in table.header:
+            raise InputError(_no_column(f"{table.path}, line 1", table.header, column))
+    time, elongation, force = (numbers(table, name) for name in LOOP_COLUMNS)
+    further = {name: numbers_if_they_are(table, name) for name in table.header if name not in LOOP_COLUMNS}
+    other = {name: values for name, values in further.items() if values is not None}
+    return Loop(time, elongation, force, name=str(table.path), other=other)
 
 
 def _no_column(place: str, header: Sequence[str], missing: str) -> str:

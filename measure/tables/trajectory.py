@@ -12,13 +12,15 @@ import numpy as np
 from measure.common.arrays import Array
 from measure.common.errors import InputError, nearest
 from measure.tables.checks import no_time, require_equal_lengths, require_finite, require_increasing, require_no_infinity
-from measure.tables.csv_cells import Cells, read_cells, write_columns
+from measure.tables.csv_cells import numbers, read_columns, write_columns
 from measure.tables.frames import columns_of, frame_of
+from measure.tables.raw_table import RawTable
 
 if TYPE_CHECKING:
     from pandas import DataFrame
 
 CHANNELS = ("x_m", "y_m", "z_m", "theta_x_rad", "theta_y_rad", "theta_z_rad")
+WORDS = ("status",)
 _SIGMA = {f"sigma_{channel}": channel for channel in CHANNELS}
 
 
@@ -102,16 +104,15 @@ def read_trajectory(path: Path) -> Trajectory:
     InputError
         No time_s, no channel at all, an unknown column, a cell that is not a number, time that does not increase.
     """
-    return trajectory_of(read_cells(Path(path)))
+    return trajectory_of(read_columns(Path(path), WORDS))
 
 
-def trajectory_of(cells: Cells) -> Trajectory:
-    """The trajectory that stands in the cells of a CSV file; see `read_trajectory`."""
-    _require_known(f"{cells.path}, line 1", cells.header)
-    channels = {name: cells.numbers(name, empty=True) for name in CHANNELS if name in cells.header}
-    sigma = {channel: cells.numbers(name, empty=True) for name, channel in _SIGMA.items() if name in cells.header}
-    status = cells.words("status") if "status" in cells.header else ()
-    return Trajectory(cells.numbers("time_s"), channels, sigma, status, name=str(cells.path))
+def trajectory_of(table: RawTable) -> Trajectory:
+    """The trajectory that stands in the columns of a CSV file; see `read_trajectory`."""
+    _require_known(f"{table.path}, line 1", table.header)
+    channels = {name: numbers(table, name, empty=True) for name in CHANNELS if name in table.header}
+    sigma = {channel: numbers(table, name, empty=True) for name, channel in _SIGMA.items() if name in table.header}
+    return Trajectory(numbers(table, "time_s"), channels, sigma, table.words.get("status", ()), name=str(table.path))
 
 
 def _require_known(place: str, header: Sequence[str]) -> None:
