@@ -192,7 +192,7 @@ class Copy:
         self.already = cache(self._already)
 
     def _already(self, tests: tuple[str, ...]) -> tuple[str, ...]:
-        found = ran(self.folder, tests)
+        found = ran(self.folder, tests, "--continue-on-collection-errors")
         if found.returncode not in (0, 1):
             raise SystemExit(f"{' '.join(tests)} cannot be run as they are:\n{found.stdout[-2000:]}{found.stderr[-2000:]}")
         return tuple(failing(found.stdout))
@@ -200,7 +200,7 @@ class Copy:
     def noticed_by(self, place: Place) -> str:
         """The first test that fails, or nothing."""
         tests = tests_of(place.file, self.folder)
-        left_out = [option for test in self.already(tests) for option in ("--deselect", test)]
+        left_out = [option for test in self.already(tests) for option in ("--deselect" if "::" in test else "--ignore", test)]
         path = self.folder / place.file
         whole, stamp = path.read_bytes(), path.stat()
         path.write_bytes(place.broken())

@@ -1,4 +1,4 @@
-"""`make calibrate`: the statistical suites, with a fresh seed, and the tables that they leave under docs/validation.
+"""`make calibrate`: the statistical suites, with a fresh seed, and the tables that they leave under docs/validation/calibration.
 
 A test marked `calibrate` runs only where it is asked for (`--calibrate`, `-m calibrate`, or by its full name). It takes its
 chance from `calibration_seed`. A test that repeats something asks `share_of(200)` how often, so that `--share 0.1` makes a tenth of

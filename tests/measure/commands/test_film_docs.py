@@ -1,4 +1,4 @@
-"""What docs/film.md says of files and options is so; that its examples run is tested with those of all documents."""
+"""What docs/how-to/track-video.md says of files and options is so; that its examples run is tested with those of all documents."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from pathlib import Path
 
 from measure.geometry.film_project import make_project
 
-DOCS = (Path(__file__).resolve().parents[3] / "docs" / "film.md").read_text(encoding="utf-8")
+DOCS = (Path(__file__).resolve().parents[3] / "docs" / "how-to" / "track-video.md").read_text(encoding="utf-8")
 
 
 def _blocks(language):
