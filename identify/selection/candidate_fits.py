@@ -69,7 +69,7 @@ def _starts(problem: Problem, before: Fit, screened: Screened) -> Iterator[Array
     effect not there yet, for straight lines from a release that cannot be led far astray.
     """
     promised = np.concatenate([before.q, screened.start])
-    fresh = np.zeros_like(screened.start) if screened.effect.is_straight() else screened.start
+    fresh = np.zeros_like(screened.start) if screened.effect.is_linear() else screened.start
     planned = np.concatenate([as_planned(before.problem, before.q), fresh])
     yield from (planned, promised) if gap_test(before).release_p < GAP_P else (promised, planned)
     yield from (np.concatenate([before.q, sign * np.ones_like(fresh)]) for sign in _signs(problem, len(before.q)))

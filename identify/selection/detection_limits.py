@@ -48,7 +48,7 @@ def sight(fit: Fit, effects: Sequence[Effect], noise: Array, tests: Family) -> t
 
 def _sight(fit: Fit, effect: Effect, noise: Array, wanted: float) -> Sight:
     problem = fit.problem.with_another(effect)
-    if effect.is_straight():
+    if effect.is_linear():
         looks = [_straight(fit.free_of_parameters(columns), noise, wanted) for _, _, columns in columns_of_shapes(fit, effect)]
     else:
         looks = [_bent(fit, problem, noise, wanted)]

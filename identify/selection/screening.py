@@ -57,7 +57,7 @@ def screen(fit: Fit, effects: Iterable[Effect]) -> list[Screened]:
 
 
 def _screened(fit: Fit, effect: Effect) -> Screened | None:
-    if not effect.is_straight():
+    if not effect.is_linear():
         shape = _shapes(effect)[0]
         return _tried_at_sizes(fit, fit.problem.with_another(shape), shape)
     looks = looks_at_shapes(fit, effect)

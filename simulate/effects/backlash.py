@@ -18,7 +18,7 @@ class Backlash(LegEffect):
     """
 
     name = "backlash"
-    gap_m: float = parameter(0.0, low=0.0, high=0.05, typical=1e-3, straight=False, doc="elongation after a reversal without force, g")
+    gap_m: float = parameter(0.0, low=0.0, high=0.05, typical=1e-3, linear=False, doc="elongation after a reversal without force, g")
 
     @staticmethod
     def leg_force(u: float, v: float, t: float, R: float, travel: float, p: Any) -> float:

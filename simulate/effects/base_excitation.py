@@ -4,14 +4,12 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from simulate.model.effect import PlatformEffect, parameter
-
-if TYPE_CHECKING:
-    from simulate.model.model import Model
+from simulate.model.rig import Rig
 
 _FREQUENCIES_HZ = (1.0, 2.0, 3.0, *np.arange(4.5, 25.0, 1.5).tolist(), 30.0, 40.0, 60.0)  # no wider apart than a film of 0.6 s can tell
 
@@ -34,9 +32,9 @@ class BaseExcitation(PlatformEffect):
         (1.0, 0.0, 0.0), low=-1.0, high=1.0, typical=0.5, starts=((1.0, 0.0, 0.0), (0.0, 0.0, 1.0)), doc="direction of the acceleration, n"
     )
 
-    def constants_of(self, model: Model) -> tuple[float, ...]:
+    def constants_of(self, model: Rig) -> tuple[float, ...]:
         """The moving mass, kg."""
-        return (model.platform.mass_kg * model.gravity.mass_factor,)
+        return (model.moving_mass_kg,)
 
     @staticmethod
     def platform_wrench(t: float, pose: Any, twist: Any, p: Any, wrench: Any) -> None:

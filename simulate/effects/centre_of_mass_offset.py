@@ -3,12 +3,8 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
 
-from simulate.model.effect import ModelEffect, parameter
-
-if TYPE_CHECKING:
-    from simulate.model.model import Model
+from simulate.model.effect import ModelEffect, RigT, parameter
 
 
 @dataclass(frozen=True)
@@ -21,7 +17,7 @@ class CentreOfMassOffset(ModelEffect):
     name = "centre-of-mass-offset"
     offset_m: tuple[float, ...] = parameter((0.0,) * 3, low=-0.1, high=0.1, typical=0.002, doc="shift within the platform frame, d")
 
-    def adjust(self, model: Model) -> Model:
+    def adjust(self, model: RigT) -> RigT:
         """The model with its mass elsewhere."""
         x, y, z = (a + b for a, b in zip(model.platform.centre_of_mass_m, self.offset_m, strict=True))
         return replace(model, platform=replace(model.platform, centre_of_mass_m=(x, y, z)))

@@ -3,12 +3,9 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
 
-from simulate.model.effect import Bounds, ModelEffect, parameter
-
-if TYPE_CHECKING:
-    from simulate.model.model import Model
+from simulate.model.effect import Bounds, ModelEffect, RigT, parameter
+from simulate.model.rig import Rig
 
 
 @dataclass(frozen=True)
@@ -23,12 +20,12 @@ class EndStopDissipation(ModelEffect):
     name = "end-stop-dissipation"
     damping_N_s_per_m: float = parameter(0.0, low=-1.0e4, high=1.0e4, typical=0.5, doc="added to the damping of each stop")
 
-    def adjust(self, model: Model) -> Model:
+    def adjust(self, model: RigT) -> RigT:
         """The model with the changed stops."""
         return replace(model, end_stop=replace(model.end_stop, damping_N_s_per_m=model.end_stop.damping_N_s_per_m + self.damping_N_s_per_m))
 
     @classmethod
-    def bounds(cls, model: Model | None = None) -> Bounds:
+    def bounds(cls, model: Rig | None = None) -> Bounds:
         """As declared, and never below what leaves the stop without any damping."""
         (name, (low, high)), *_ = super().bounds().items()
         return {name: (low if model is None else -model.end_stop.damping_N_s_per_m, high)}

@@ -4,12 +4,10 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from simulate.model.effect import PlatformEffect, parameter
-
-if TYPE_CHECKING:
-    from simulate.model.model import Model
+from simulate.model.rig import Rig
 
 
 @dataclass(frozen=True)
@@ -27,9 +25,9 @@ class HandrailContact(PlatformEffect):
     )
     stiffness_N_per_m: float = parameter(0.0, low=0.0, high=1e5, typical=500.0, doc="of the rails, k")
 
-    def stiffness(self, model: Model) -> tuple[float, float]:
+    def stiffness(self, model: Rig) -> tuple[float, float]:
         """The rails, and their friction under the push of an impact at 1 m/s."""
-        mass = model.platform.mass_kg * model.gravity.mass_factor
+        mass = model.moving_mass_kg
         return self.stiffness_N_per_m, 0.2 * math.sqrt(self.stiffness_N_per_m * mass) / 5e-3
 
     @staticmethod

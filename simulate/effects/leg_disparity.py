@@ -3,12 +3,8 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
 
-from simulate.model.effect import ModelEffect, parameter
-
-if TYPE_CHECKING:
-    from simulate.model.model import Model
+from simulate.model.effect import ModelEffect, RigT, parameter
 
 
 @dataclass(frozen=True)
@@ -23,6 +19,6 @@ class LegDisparity(ModelEffect):
     name = "leg-disparity"
     force_N: tuple[float, ...] = parameter((0.0,) * 6, low=-5.0, high=5.0, typical=0.01, doc="shift of the stored force, one value a leg")
 
-    def adjust(self, model: Model) -> Model:
+    def adjust(self, model: RigT) -> RigT:
         """The model with six different legs."""
         return replace(model, actuator=model.actuator.shifted(self.force_N))

@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from simulate.model.effect import Bounds, LegEffect, parameter
-
-if TYPE_CHECKING:
-    from simulate.model.model import Model
+from simulate.model.rig import Rig
 
 BELOW, ABOVE = 0.8, 1.3
 
@@ -29,7 +27,7 @@ class PowerLawFriction(LegEffect):
         2.0, low=0.3, high=3.0, typical=2.0, starts=(0.5, 1.5, 2.0, 2.8), doc="n; meant for 0.3 to 0.8 and 1.3 to 3"
     )
 
-    def own_bounds(self, model: Model | None = None) -> Bounds:
+    def own_bounds(self, model: Rig | None = None) -> Bounds:
         """A search that starts below 0.8 or above 1.3 stays there: between, the law is viscous friction under another name."""
         found = type(self).bounds(model)
         low, high = found["exponent"]

@@ -3,12 +3,8 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
 
-from simulate.model.effect import ModelEffect, parameter
-
-if TYPE_CHECKING:
-    from simulate.model.model import Model
+from simulate.model.effect import ModelEffect, RigT, parameter
 
 
 @dataclass(frozen=True)
@@ -25,7 +21,7 @@ class ReleasePose(ModelEffect):
     theta_rad: tuple[float, ...] = parameter((0.0,) * 3, low=-0.5, high=0.5, typical=0.005, doc="rotation vector at the release")
     velocity_m_per_s: tuple[float, ...] = parameter((0.0,) * 3, low=-1.0, high=1.0, typical=0.005, doc="velocity at the release")
 
-    def adjust(self, model: Model) -> Model:
+    def adjust(self, model: RigT) -> RigT:
         """The model released elsewhere."""
         at = model.release
         moved = replace(

@@ -17,11 +17,10 @@ from measure.common.command_line import existing_file
 from measure.common.errors import InputError, nearest
 from measure.common.output import write_text
 from simulate.effects import CATALOGUE
-from simulate.model.effect import Effect, effect_from
+from simulate.model.effect import Catalogue, Effect, effect_from
 from simulate.model.model import Model
 
 SCHEMA = 1
-Catalogue = Mapping[str, type[Effect]]
 _BESIDE_THE_MODEL = ("schema", "effect", "provenance")
 
 

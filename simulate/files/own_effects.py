@@ -11,7 +11,7 @@ from pathlib import Path
 from measure.common.command_line import existing_file
 from measure.common.errors import InputError
 from simulate.effects import CATALOGUE
-from simulate.model.effect import Effect
+from simulate.model.effect import Effect, effects_among
 
 
 def catalogue_with(files: Iterable[Path]) -> dict[str, type[Effect]]:
@@ -43,13 +43,9 @@ def _effects_in(file: Path) -> list[type[Effect]]:
         specification.loader.exec_module(module)
     except Exception as error:
         raise InputError(f"{file}: could not be run: {type(error).__name__}: {error}. Mend it and try again.") from error
-    found = [kind for kind in vars(module).values() if _is_effect(kind) and kind.__module__ == name]
+    found = [kind for kind in effects_among(vars(module)) if kind.__module__ == name]
     if not found:
         raise InputError(
             f"{file}: defines no effect. Derive a frozen dataclass from simulate.model.effect.LegEffect or another, with a name."
         )
     return found
-
-
-def _is_effect(kind: object) -> bool:
-    return isinstance(kind, type) and issubclass(kind, Effect) and isinstance(getattr(kind, "name", None), str)

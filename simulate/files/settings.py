@@ -8,7 +8,8 @@ from typing import Any
 
 from measure.common.errors import InputError
 from simulate.effects import CATALOGUE
-from simulate.files.model_file import Catalogue, document_of, model_from
+from simulate.files.model_file import document_of, model_from
+from simulate.model.effect import Catalogue
 from simulate.model.model import LEGS, Model
 
 

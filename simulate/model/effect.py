@@ -1,7 +1,7 @@
 """What a physical effect is to the rest of the program: a name, parameters with bounds, and formulas.
 
-An effect is a frozen dataclass in a file of its own. It carries no state, and its defaults switch it off. Whatever
-it does, it does through one or more of the hooks below; hooks that it does not define cost nothing.
+An effect is a frozen dataclass in a file of its own. It carries no state, and its defaults switch it off. It acts through one
+or more of the methods listed at `Effect`; those that it does not define cost nothing.
 
 Formulas that run inside the compiled kernels (`leg_...`, `joint_...`, `platform_...`) are plain static functions of numbers. They
 are compiled from this very source, for the loop fit and for the six-leg model alike, so there is one formula. They may
@@ -14,17 +14,16 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field, fields, replace
 from itertools import product
-from typing import TYPE_CHECKING, Any, ClassVar, Self
+from typing import Any, ClassVar, Self, TypeVar
 
 import numpy as np
 
 from measure.common.arrays import Array
 from measure.common.errors import InputError, nearest
-
-if TYPE_CHECKING:
-    from simulate.model.model import Model
+from simulate.model.rig import Rig
 
 Bounds = dict[str, tuple[float, float]]
+RigT = TypeVar("RigT", bound=Rig)
 
 
 def parameter(
@@ -36,7 +35,7 @@ def parameter(
     doc: str,
     source: str = "",
     starts: tuple[float | tuple[float, ...], ...] = (),
-    straight: bool = True,
+    linear: bool = True,
 ) -> Any:
     """A parameter of an effect; its unit stands in its name.
 
@@ -48,14 +47,14 @@ def parameter(
     doc, source : what it is, and where the formula or the bounds come from.
     starts : values from which a search starts, for a parameter that shapes an effect (a time constant, a frequency) and shows
         nothing of itself while the effect is off.
-    straight : whether the effect grows with it in a straight line from where it is switched off; a gap that opens does not.
+    linear : whether the effect grows in proportion to it from where it is switched off; a gap that opens does not.
     """
     limits = {"low": low, "high": high, "typical": typical, "doc": doc, "source": source}
-    return field(default=default, metadata={**limits, "starts": starts, "straight": straight})
+    return field(default=default, metadata={**limits, "starts": starts, "linear": linear})
 
 
 class Formulas:
-    """The compiled hooks of an effect, none by default (a plain class, so that they are not taken for parameters)."""
+    """The compiled formulas of an effect, none by default (a plain class, so that they are not taken for parameters)."""
 
     leg_force: Any = None
     leg_mass: Any = None
@@ -68,9 +67,9 @@ class Formulas:
 
 @dataclass(frozen=True)
 class Effect(Formulas):
-    """One physical effect. Subclasses add parameters, made with `parameter`, and the hooks they need.
+    """One physical effect. Subclasses add parameters, made with `parameter`, and those of these methods by which they act.
 
-    Hooks compiled into the kernels, all static, SI units (u elongation, v = u', R the hysteretic force of the leg,
+    Formulas compiled for the kernels, all static, SI units (u elongation, v = u', R the hysteretic force of the leg,
     travel = elongation since the last reversal, huge before the first, p parameters):
 
         leg_force(u, v, t, R, travel, p) -> N        added to the leg's force, positive pushes the platform away
@@ -85,7 +84,7 @@ class Effect(Formulas):
     pose is position of the centre of mass (3) and unit quaternion (4, scalar first), twist is velocity (3) and angular
     velocity (3), everything in world axes. Behind its own parameters an effect finds in p what its `constants_of` gave.
 
-    Hooks in Python:
+    Methods in Python (model is the rig with its base parameters; what is returned is of the same kind):
 
         adjust(model) -> model                       changes the base model (a stop, a release, a leg's stored force)
         constants_of(model) -> numbers               as many as `constants` says, for the formulas of a deployment
@@ -117,16 +116,16 @@ class Effect(Formulas):
             if not limits["low"] <= entry <= limits["high"]:
                 raise InputError(f'effect "{self.name}": {key} is {entry:g}; it must lie within {limits["low"]:g} and {limits["high"]:g}.')
 
-    def adjust(self, model: Model) -> Model:
+    def adjust(self, model: RigT) -> RigT:
         """The base model as this effect changes it; most effects leave it alone."""
         return model
 
-    def constants_of(self, model: Model) -> tuple[float, ...]:
+    def constants_of(self, model: Rig) -> tuple[float, ...]:
         """What the formulas need to know of the base model; most effects need nothing."""
         del model
         return ()
 
-    def stiffness(self, model: Model) -> tuple[float, float]:
+    def stiffness(self, model: Rig) -> tuple[float, float]:
         """Spring and damper that the formulas do not show at rest, N/m and N s/m; the step is chosen by them."""
         del model
         return 0.0, 0.0
@@ -146,12 +145,12 @@ class Effect(Formulas):
         return force_N
 
     @classmethod
-    def bounds(cls, model: Model | None = None) -> Bounds:
+    def bounds(cls, model: Rig | None = None) -> Bounds:
         """Lower and upper bound of each flat parameter; an effect may narrow them for the model at hand."""
         del model
         return {name: (meta["low"], meta["high"]) for name, meta in cls._flat_metadata()}
 
-    def own_bounds(self, model: Model | None = None) -> Bounds:
+    def own_bounds(self, model: Rig | None = None) -> Bounds:
         """The bounds within which a search that starts from this effect may move; most effects may go wherever their kind may."""
         return type(self).bounds(model)
 
@@ -167,9 +166,9 @@ class Effect(Formulas):
         return np.array([meta["typical"] for _, meta in cls._flat_metadata()])
 
     @classmethod
-    def is_straight(cls) -> bool:
-        """Whether the effect begins as a straight line, so that its rate of change at zero says how it begins."""
-        return all(meta["straight"] for _, meta in cls._flat_metadata())
+    def is_linear(cls) -> bool:
+        """Whether the effect grows in proportion to its parameters from zero on, so that its derivative there describes its onset."""
+        return all(meta["linear"] for _, meta in cls._flat_metadata())
 
     @classmethod
     def flat_names(cls) -> list[str]:
@@ -209,6 +208,9 @@ class Effect(Formulas):
         return replace(self, **changed)
 
 
+Catalogue = Mapping[str, type[Effect]]
+
+
 class LegEffect(Effect):
     """An effect inside every leg; it shows in a loop as well as in a deployment."""
 
@@ -233,8 +235,19 @@ class MeasurementEffect(Effect):
     acts_on = "measurement"
 
 
-def effect_from(catalogue: Mapping[str, type[Effect]], name: str, parameters: Mapping[str, Any]) -> Effect:
-    """Make an effect from the words of a model file.
+def effects_among(namespace: Mapping[str, Any]) -> list[type[Effect]]:
+    """The kinds of effects among the names of a module, in the order in which they stand there: those that have a name of their own."""
+    kinds = [value for value in namespace.values() if isinstance(value, type) and issubclass(value, Effect)]
+    return [kind for kind in kinds if isinstance(getattr(kind, "name", None), str)]
+
+
+def effect_from(catalogue: Catalogue, name: str, parameters: Mapping[str, Any]) -> Effect:
+    """Make an effect from its entry in a model file.
+
+    Parameters
+    ----------
+    catalogue : the kinds of effects by name.
+    name, parameters : as the file gives them, in the units of their names.
 
     Raises
     ------
