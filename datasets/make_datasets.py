@@ -28,7 +28,7 @@ from measure.tables.trajectory import Trajectory, write_trajectory
 from simulate.deployment.deploy import deploy
 from simulate.effects import HubInertia, ViscousFriction
 from simulate.files.model_file import write_model
-from simulate.law import loop_force
+from simulate.loop import loop_force
 from simulate.model.effect import Effect
 from simulate.model.model import (
     Actuator,

@@ -10,11 +10,11 @@ from typing import TYPE_CHECKING
 from measure.common.front_door import loaded_late
 
 if TYPE_CHECKING:
-    from simulate.deployment.deploy import Deployment as Deployment
     from simulate.deployment.deploy import deploy as deploy
+    from simulate.deployment.result import Deployment as Deployment
     from simulate.files.model_file import read_model as read_model
     from simulate.files.model_file import write_model as write_model
-    from simulate.law import loop_force as loop_force
+    from simulate.loop import loop_force as loop_force
     from simulate.model.model import Actuator as Actuator
     from simulate.model.model import EndStop as EndStop
     from simulate.model.model import Geometry as Geometry
@@ -37,9 +37,9 @@ _HOMES = {
     "Simulation": "model.model",
     "read_model": "files.model_file",
     "write_model": "files.model_file",
-    "loop_force": "law",
+    "loop_force": "loop",
     "deploy": "deployment.deploy",
-    "Deployment": "deployment.deploy",
+    "Deployment": "deployment.result",
 }
 
 __all__ = [

@@ -14,26 +14,13 @@ away from both asymptotes; the bracket form also recovers when a moving asymptot
 from __future__ import annotations
 
 import math
-from functools import lru_cache
 from typing import Any
 
 import numpy as np
 from numba import njit
 
 from measure.common.arrays import Array
-from simulate.dispatch.formulas import (
-    Program,
-    call_leg_asymptotes,
-    call_leg_force,
-    call_leg_mass,
-    flat_parameters,
-    program,
-)
-from simulate.dispatch.intrinsics import bits_of, number_of, pointer
-from simulate.model.effect import Effect
-
-A_L, B_L, A_U, B_U, BETA, LINE_VALUES = 0, 1, 2, 3, 4, 5
-NEVER = -1e9  # elongation at the last reversal where there was none
+from simulate.dispatch.intrinsics import bits_of, number_of
 
 
 @njit(cache=True, error_model="numpy", forceinline=True)
@@ -108,88 +95,3 @@ def steady_loop_area(height_N: float, stroke_m: float, beta_per_m: float) -> flo
     """Area of the steady loop between flat asymptotes `height_N` apart, J: D S (1 - (2 / (S beta)) tanh(S beta / 2))."""
     x = stroke_m * beta_per_m / 2
     return height_N * stroke_m * (1 - math.tanh(x) / x)
-
-
-@lru_cache(maxsize=64)
-def _parameters(effects: tuple[Effect, ...]) -> Array:
-    return flat_parameters(effects)
-
-
-def loop_force(
-    lines: Array,
-    time_s: Array,
-    elongation_m: Array,
-    speed_m_per_s: Array,
-    acceleration_m_per_s2: Array,
-    start_force_N: float,
-    effects: tuple[Effect, ...] = (),
-) -> Array:
-    """Force of an actuator along a given elongation: the law, sample to sample exact, and every effect on the leg.
-
-        F = R + sum F_effect - (sum m_effect) u''
-
-    Parameters
-    ----------
-    lines : (5,) a_l, b_l, a_u, b_u, beta.
-    time_s, elongation_m, speed_m_per_s, acceleration_m_per_s2 : (n,) each.
-    start_force_N : the hysteretic force R at the first sample.
-
-    Returns
-    -------
-    (n,) force in N, before any effect of the load cell (`Effect.observe_force`).
-    """
-    values = np.concatenate([np.asarray(lines, dtype=float), _parameters(effects)])
-    called = program(effects, LINE_VALUES)
-    return loop_kernel(values, called, time_s, elongation_m, speed_m_per_s, acceleration_m_per_s2, float(start_force_N))
-
-
-@njit(cache=True)
-def loop_kernel(values: Array, called: Program, time: Array, u: Array, v: Array, acceleration: Array, start_force: float) -> Array:
-    """`loop_force` on bare arrays: `values` holds the five line values and then the parameters of the effects."""
-    n = len(u)
-    force = np.empty(n)
-    before, after = np.empty(2), np.empty(2)
-    R, turned_at, direction = start_force, NEVER, 0.0
-    asymptotes(values, 0, called, u[0], v[0], time[0], before, 0)
-    for i in range(n):
-        if i > 0:
-            step = u[i] - u[i - 1]
-            if step * direction < 0.0:
-                turned_at = u[i - 1]
-            if step != 0.0:
-                direction = step
-            asymptotes(values, 0, called, u[i], v[i], time[i], after, 0)
-            side = 0 if step > 0.0 else 1
-            R = advance(R, step, before[side], after[side], values[BETA])
-            before[0], before[1] = after[0], after[1]
-        force[i] = R + direct_force(values, called, u[i], v[i], time[i], R, u[i] - turned_at)
-        force[i] -= axial_mass(values, called, u[i]) * acceleration[i]
-    return force
-
-
-@njit(cache=True, forceinline=True)
-def asymptotes(values: Array, line: int, called: Program, u: float, v: float, t: float, h: Array, at: int) -> None:
-    """Lower and upper asymptote at an elongation, into h[at] and h[at + 1]; the five line values start at `line`."""
-    h[at] = values[line + A_L] * u + values[line + B_L]
-    h[at + 1] = values[line + A_U] * u + values[line + B_U]
-    for row in range(called.leg_asymptotes.shape[0]):
-        p = pointer(values, called.leg_asymptotes[row, 1])
-        call_leg_asymptotes(called.leg_asymptotes[row, 0], (u, v, t, p, pointer(h, at)))
-
-
-@njit(cache=True, forceinline=True)
-def direct_force(values: Array, called: Program, u: float, v: float, t: float, R: float, travel: float) -> float:
-    """Sum of the forces that effects add to a leg, N."""
-    total = 0.0
-    for row in range(called.leg_force.shape[0]):
-        total += call_leg_force(called.leg_force[row, 0], (u, v, t, R, travel, pointer(values, called.leg_force[row, 1])))
-    return total
-
-
-@njit(cache=True, forceinline=True)
-def axial_mass(values: Array, called: Program, u: float) -> float:
-    """Sum of the inertia that effects add along a leg, kg."""
-    total = 0.0
-    for row in range(called.leg_mass.shape[0]):
-        total += call_leg_mass(called.leg_mass[row, 0], (u, pointer(values, called.leg_mass[row, 1])))
-    return total

@@ -11,8 +11,8 @@ import numpy as np
 from identify.actuator.layout import strokes
 from identify.loops.loop_data import LoopData
 from measure.common.arrays import Array
-from simulate.dispatch.formulas import flat_parameters, program
-from simulate.law import axial_mass
+from simulate.dispatch.formula_table import flat_parameters, formula_table
+from simulate.loop import axial_mass
 from simulate.model.effect import Effect
 
 _OTHER_RATE = 1.2  # ratio of frequencies below which nothing can be concluded
@@ -48,10 +48,10 @@ def effective_stiffness(data: LoopData, effects: tuple[Effect, ...] = ()) -> flo
 
 def inertia(data: LoopData, effects: tuple[Effect, ...]) -> Array:
     """Mass times acceleration of the effects with inertia along the leg, N, at every sample."""
-    values, called = flat_parameters(effects), program(effects, 0)
-    if not len(called.leg_mass):
+    values, table = flat_parameters(effects), formula_table(effects, 0)
+    if not len(table.leg_mass):
         return np.zeros(len(data.time_s))
-    mass = np.array([axial_mass(values, called, float(u)) for u in data.elongation_m])
+    mass = np.array([axial_mass(values, table, float(u)) for u in data.elongation_m])
     return mass * data.acceleration_m_per_s2
 
 

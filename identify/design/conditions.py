@@ -16,8 +16,8 @@ from identify.loops.loop_data import prepare
 from measure.common.arrays import Array
 from measure.tables.loop import Loop
 from measure.tables.trajectory import Trajectory
-from simulate.kernel.step_size import longest_arm
 from simulate.model.model import Geometry, Model
+from simulate.model.rig import longest_arm
 
 _FURTHER = 0.2  # of the stroke that is left, above the start heights there are
 _HEAVIER = (1.25, 2.0)

@@ -11,10 +11,10 @@ from numpy.typing import NDArray
 
 from identify.estimation.threads import others_busy
 from measure.common.arrays import Array
-from simulate.deployment.deploy import channels_of, deploy_ahead, deploy_many
-from simulate.kernel.integrator import POSE
+from simulate.deployment.deploy import channels_of, deploy_many, deploy_with_division
+from simulate.kernel.layout import SAMPLE_POSE
 from simulate.kernel.model_rows import without_idle
-from simulate.kernel.step_division import Pace
+from simulate.kernel.step_division import StepDivision
 from simulate.kernel.step_size import step_of
 from simulate.model.effect import Effect
 from simulate.model.model import Model, Simulation
@@ -68,7 +68,7 @@ def duration_for(times_s: Array, release: RunRelease) -> float:
 
 def poses_at(samples: Array, places: Array) -> Array:
     """Poses (m, 7) at places (m,) between the samples (n, k) of a deployment; behind a sample that is not finite nothing is seen."""
-    rows = samples[:, POSE : POSE + POSE_SIZE]
+    rows = samples[:, SAMPLE_POSE : SAMPLE_POSE + POSE_SIZE]
     finite = np.isfinite(rows)
     good = len(rows) if finite.all() else int(np.argmin(finite.all(axis=1)))
     if good == len(rows) and places.max(initial=0.0) <= good - 1:
@@ -163,22 +163,22 @@ def observe_beside(first: View, views: Sequence[View]) -> list[dict[str, Array]]
 
     Models that differ only in what happens between rig and film are simulated once.
     """
-    _, step, pace = _ahead(without_idle([first.rig])[0])
+    _, step, division = _ahead(without_idle([first.rig])[0])
     samples: dict[Model, Array] = {}
     groups: dict[tuple, list[Model]] = {}
     for rig in dict.fromkeys(view.rig for view in views):
         groups.setdefault((rig.simulation, *(type(effect) for effect in rig.effects)), []).append(rig)
     for group in groups.values():
-        runs = deploy_many([_with_step(rig, step) for rig in group], pace, one_core=others_busy())
+        runs = deploy_many([_with_step(rig, step) for rig in group], division, one_core=others_busy())
         samples |= {rig: run.samples for rig, run in zip(group, runs, strict=True)}
     return [view.of(samples[view.rig]) for view in views]
 
 
 @lru_cache(maxsize=64)
-def _ahead(rig: Model) -> tuple[Array, float, Pace]:
+def _ahead(rig: Model) -> tuple[Array, float, StepDivision]:
     """The samples of a run that chooses its own steps, their length, and how they are divided."""
-    run, pace = deploy_ahead(_with_step(rig, rig.simulation.step_s or max(step_of(rig), _SHORTEST_STEP_S)))
-    return run.samples, run.step_s, pace
+    run, division = deploy_with_division(_with_step(rig, rig.simulation.step_s or max(step_of(rig), _SHORTEST_STEP_S)))
+    return run.samples, run.step_s, division
 
 
 def _with_step(rig: Model, step_s: float) -> Model:

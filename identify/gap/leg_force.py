@@ -16,8 +16,8 @@ from identify.estimation.problem import Problem
 from identify.selection.gap_test import GAP_P
 from identify.selection.null_hypothesis import chance_of_columns, gained_by
 from measure.common.arrays import Array
-from simulate.deployment.energy import stroke_of
 from simulate.model.effect import LegEffect, parameter
+from simulate.model.rig import stroke_of
 
 PLACES = 24
 _LARGER_PART = 0.5

@@ -20,7 +20,7 @@ from identify.selection.gap_test import GAP_P, gap_test
 from identify.selection.null_hypothesis import chance_of_columns
 from measure.common.arrays import Array
 from simulate.model.effect import PlatformEffect, parameter
-from simulate.model.model import Model
+from simulate.model.rig import Rig
 
 KNOTS, SPACING_S = 16, 0.05
 _MOVES = ("z_m", "x_m", "theta_y_rad")  # what vertical force, lateral force and moment move
@@ -61,7 +61,7 @@ class ForceTable(PlatformEffect):
         wrench[4] += p[32 + left] + share * (p[33 + left] - p[32 + left])
 
     @classmethod
-    def places(cls, model: Model) -> Array:
+    def places(cls, model: Rig) -> Array:
         """The places of the table, (KNOTS,), in the abscissa's own unit."""
         _, origin, spacing = cls().constants_of(model)
         return origin + spacing * np.arange(KNOTS)
@@ -73,7 +73,7 @@ class ForceAlongTime(ForceTable):
 
     name = "missing-force-along-time"
 
-    def constants_of(self, model: Model) -> tuple[float, ...]:
+    def constants_of(self, model: Rig) -> tuple[float, ...]:
         """Code, first instant and spacing, s."""
         del model
         return 0.0, 0.0, SPACING_S
@@ -85,7 +85,7 @@ class ForceAlongHeight(ForceTable):
 
     name = "missing-force-along-height"
 
-    def constants_of(self, model: Model) -> tuple[float, ...]:
+    def constants_of(self, model: Rig) -> tuple[float, ...]:
         """Code, lowest height and spacing, m."""
         g = model.geometry
         low, high = (0.0, 1.0) if g is None else (g.stowed_height_m, g.deployed_height_m)
@@ -98,7 +98,7 @@ class ForceAlongSpeed(ForceTable):
 
     name = "missing-force-along-speed"
 
-    def constants_of(self, model: Model) -> tuple[float, ...]:
+    def constants_of(self, model: Rig) -> tuple[float, ...]:
         """Code, rest and spacing, m/s."""
         g = model.geometry
         stroke = 1.0 if g is None else g.deployed_height_m - g.stowed_height_m

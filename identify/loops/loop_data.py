@@ -23,7 +23,7 @@ from identify.loops.segments import Part, parts, usage
 from measure.common.arrays import Array
 from measure.common.errors import InputError
 from measure.tables.loop import Loop
-from simulate.law import loop_force
+from simulate.loop import loop_force
 from simulate.model.effect import Effect
 
 

@@ -28,7 +28,7 @@ def _parser() -> Any:
     made = parser(NAME, "Simulate one deployment of a model.", output="trajectory (CSV)", output_default="deployment.csv")
     add_model_options(made)
     made.add_argument("--legs", type=Path, metavar="FILE", help="write elongation, length and force of each leg (CSV)")
-    made.add_argument("--energy", type=Path, metavar="FILE", help="write the energy ledger against time (CSV)")
+    made.add_argument("--energy", type=Path, metavar="FILE", help="write the energy balance against time (CSV)")
     made.add_argument("--mjcf", type=Path, metavar="FILE", help="write the rig for MuJoCo (XML), to be driven by six motors")
     made.add_argument("--page", type=Path, metavar="FILE", help="write a page that plays the deployment in 3D (.html)")
     made.add_argument("--measured", type=Path, metavar="FILE", help="trajectory (CSV) that the page lays over the modelled one")
@@ -45,7 +45,7 @@ def _work(arguments: Sequence[str]) -> int:
 
     from measure.common.output import provenance
     from measure.tables.trajectory import read_trajectory
-    from simulate.deployment.accuracy import deploy_checked
+    from simulate.deployment.deploy import deploy_checked
     from simulate.deployment.mujoco_export import require_expressed
 
     model, _ = model_told(options)

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from measure.common.arrays import Array
     from simulate.sweeps.chunks import Chunks
     from simulate.sweeps.result import SweepResult
-    from simulate.sweeps.step_search import Settled
+    from simulate.sweeps.step_search import StepChoice
     from simulate.sweeps.sweep import Sweep
 
 NAME = "sweep-deployments"
@@ -67,7 +67,7 @@ def _work(arguments: Sequence[str]) -> int:
     from simulate.sweeps.result import SweepResult
     from simulate.sweeps.tolerance import tolerance_of
 
-    found = _settled(options)
+    found = _chosen(options)
     kept = Chunks(options.output.with_name(options.output.name + ".part"), found.sweep)
     started = time.perf_counter()
     with _computing(found.sweep, kept, options) as computed:
@@ -107,10 +107,10 @@ def _check(options: Any) -> None:
             raise InputError(f"an angle of {angle:g} deg: give one above 0.")
 
 
-def _settled(options: Any) -> Settled:
+def _chosen(options: Any) -> StepChoice:
     from simulate.sweeps.designs import design_of
     from simulate.sweeps.factors import factors_of, with_named_effects
-    from simulate.sweeps.step_search import settled
+    from simulate.sweeps.step_search import choose_step
     from simulate.sweeps.sweep import Sweep
 
     model, catalogue = model_told(options)
@@ -119,7 +119,7 @@ def _settled(options: Any) -> Settled:
     normal = [i for i, factor in enumerate(factors) if factor.normal]
     sweep = Sweep(model, factors, design_of(options.design, len(factors), options.runs, options.seed, normal))
     sweep.require_runnable()
-    return settled(sweep, options.failure_deg)
+    return choose_step(sweep, options.failure_deg)
 
 
 @contextmanager

@@ -7,18 +7,10 @@ import math
 import numpy as np
 
 from measure.common.arrays import Array
-from simulate.kernel.model_rows import geometry_of, leg_lengths
-from simulate.model.model import EndStop, Model, per_leg
+from simulate.model.rig import EndStop, Rig, per_leg, stroke_of
 
 
-def stroke_of(model: Model) -> Array:
-    """(6,) elongation of each leg at its upper stop, m."""
-    g = geometry_of(model)
-    base, joints = np.asarray(g.base_joints_m), np.asarray(g.platform_joints_m)
-    return leg_lengths(base, joints, g.deployed_height_m) - leg_lengths(base, joints, g.stowed_height_m)
-
-
-def stored_in_strips(model: Model, elongation: Array) -> Array:
+def stored_in_strips(model: Rig, elongation: Array) -> Array:
     """(n,) what the strips would still give on their way to full length, J.
 
         sum over the legs of the integral of h_m from u to full,   h_m = (h_l + h_u) / 2
@@ -36,7 +28,7 @@ def stored_in_strips(model: Model, elongation: Array) -> Array:
     return np.sum(slope * (full**2 - elongation**2) / 2 + level * (full - elongation), axis=1)
 
 
-def stored_in_stops(model: Model, elongation: Array) -> Array:
+def stored_in_stops(model: Rig, elongation: Array) -> Array:
     """(n,) energy of the springs of the stops, J: the integral of k p erf(p / s) over the penetration p at either end.
 
     k (p^2 erf(p/s) / 2 + p s exp(-(p/s)^2) / (2 sqrt pi) - s^2 erf(p/s) / 4)
@@ -54,7 +46,7 @@ def _spring_energy(stop: EndStop, p: Array) -> Array:
     return stop.stiffness_N_per_m * (p * p * eased / 2 + p * s * np.exp(-(x * x)) / (2 * math.sqrt(math.pi)) - s * s * eased / 4)
 
 
-def ledger_of(model: Model, elongation: Array, work: dict[str, Array], effects: dict[str, Array]) -> dict[str, Array]:
+def energy_balance(model: Rig, elongation: Array, work: dict[str, Array], effects: dict[str, Array]) -> dict[str, Array]:
     """All entries against time, each (n,), J. What is stored or kinetic is there, what is lost has gone since the release.
 
         kinetic + stored + lost = what they were at the release + work of weight + work of effects

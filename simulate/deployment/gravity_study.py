@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 
 from measure.common.arrays import Array
-from simulate.deployment.accuracy import deploy_checked
-from simulate.deployment.deploy import Deployment
+from simulate.deployment.deploy import deploy_checked
+from simulate.deployment.result import Deployment
 from simulate.model.model import Gravity, Model
 
 EARTH_M_PER_S2 = 9.81

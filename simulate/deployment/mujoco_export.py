@@ -8,9 +8,11 @@ from xml.sax.saxutils import quoteattr
 import numpy as np
 
 from measure.common.errors import InputError
-from simulate.effects import HubInertia, ViscousFriction
-from simulate.kernel.model_rows import geometry_of, quaternion_of
+from simulate.effects.hub_inertia import HubInertia
+from simulate.effects.viscous_friction import ViscousFriction
+from simulate.kernel.model_rows import quaternion_of
 from simulate.model.model import Model
+from simulate.model.rig import geometry_of
 
 _EXPRESSED = ("hub-inertia", "viscous-friction")
 

@@ -12,13 +12,13 @@ _R = TypeVar("_R")
 _LOCK = RLock()
 
 
-def once(make: Callable[_P, _R]) -> Callable[_P, _R]:
-    """Makes each thing once. Two threads that made it side by side would keep one and use the address of the other."""
-    kept: Any = cache(make)
+def compiled_once(make: Callable[_P, _R]) -> Callable[_P, _R]:
+    """Decorator: each thing is compiled once. Two threads that compiled it side by side would keep one and use the address of the other."""
+    cached: Any = cache(make)
 
     @wraps(make)
-    def asked(*args: _P.args, **kwargs: _P.kwargs) -> _R:
+    def wrapped(*args: _P.args, **kwargs: _P.kwargs) -> _R:
         with _LOCK:
-            return kept(*args, **kwargs)
+            return cached(*args, **kwargs)
 
-    return asked
+    return wrapped

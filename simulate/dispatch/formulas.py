@@ -7,23 +7,17 @@ never recompiles a kernel, and an effect from outside the project runs like ours
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
-from numba import cfunc, types
+from numba import cfunc, njit, types
 from numba.extending import register_jitable
 from numpy.typing import NDArray
 
-from measure.common.arrays import Array
 from measure.common.kernel_cache import discard_stale
-from simulate.dispatch.compiled_code import once
-from simulate.dispatch.intrinsics import caller, shifted
-from simulate.model.effect import Effect
-
-if TYPE_CHECKING:
-    from simulate.model.model import Model
+from simulate.dispatch.compiled_code import compiled_once
+from simulate.dispatch.intrinsics import caller, pointer, shifted, whole_at
 
 discard_stale(Path(__file__).resolve().parents[1], ".", "dispatch", "kernel")
 
@@ -40,18 +34,19 @@ SIGNATURES = {
     "platform_mass": types.void(_NUMBERS, _NUMBERS, _NUMBERS),
 }
 
-WORKING = ("leg_force", "joint_resistance", "platform_wrench")  # the hooks that do work, in the order of the kernel's ledger
-
-# The two hooks that every leg asks for at every stage have a second form, for runs side by side: a call a block, not a call
-# a run. Numbers become rows, and the parameters of a run stand `size` apart.
+# The two formulas that every leg needs at every stage have a second form, for runs side by side: one call for a block, not one for
+# each run. Numbers become rows, and the parameters of a run stand `size` apart.
 LANE_SIGNATURES = {
     "leg_force": types.void(_NUMBERS, _NUMBERS, _NUMBER, _NUMBERS, _NUMBERS, _NUMBERS, types.int64, _NUMBERS, types.int64),
     "leg_mass": types.void(_NUMBERS, _NUMBERS, types.int64, _NUMBERS, types.int64),
 }
 
+# A stage of a Runge-Kutta step, which kernels reach through its address too: see kernel.rk_stage.
+STAGE = types.void(_NUMBERS, types.int64, _NUMBERS, _NUMBERS, types.int64, types.int64, _NUMBER, _NUMBER, _NUMBER)
 
-class Program(NamedTuple):
-    """Which formulas a kernel calls, by hook: rows of (address, place of the first parameter, address of the form for lanes)."""
+
+class FormulaTable(NamedTuple):
+    """The formulas that a kernel calls, by kind: rows of (address, place of the first parameter, address of the form for lanes)."""
 
     leg_force: NDArray[np.int64]
     leg_mass: NDArray[np.int64]
@@ -62,56 +57,91 @@ class Program(NamedTuple):
     platform_mass: NDArray[np.int64]
 
 
-def program(effects: Sequence[Effect], first_parameter: int) -> Program:
-    """The formulas of these effects; parameters stand one after the other from `first_parameter` on."""
-    return _program(tuple(type(effect) for effect in effects), first_parameter)
+class FormulaPointers(NamedTuple):
+    """The same table as a kernel's inner functions read it: by kind, address of the rows and their number.
+
+    Arrays handed from function to function are counted each time, which took longer than the mechanics. The table must outlive
+    its pointers.
+    """
+
+    leg_force: tuple[int, int]
+    leg_mass: tuple[int, int]
+    leg_asymptotes: tuple[int, int]
+    leg_transverse: tuple[int, int]
+    joint_resistance: tuple[int, int]
+    platform_wrench: tuple[int, int]
+    platform_mass: tuple[int, int]
 
 
-@once
-def _program(kinds: tuple[type[Effect], ...], first_parameter: int) -> Program:
-    rows: dict[str, list[tuple[int, int, int]]] = {hook: [] for hook in SIGNATURES}
-    place = first_parameter
-    for kind in kinds:
-        for hook, found in rows.items():
-            formula = getattr(kind, hook)
-            if formula is not None:
-                lanes = _lanes(formula, hook).address if hook in LANE_SIGNATURES else 0
-                found.append((address(formula, hook), place, lanes))
-        place += len(kind.flat_names()) + kind.constants
-    return Program(**{hook: np.array(found, dtype=np.int64).reshape(-1, 3) for hook, found in rows.items()})
+@njit(cache=True)
+def pointers_of(table: FormulaTable) -> NDArray[np.int64]:
+    """Address and number of the rows of each kind of formula, one after the other in the order of `FormulaPointers`."""
+    pointers = np.empty(2 * len(table), dtype=np.int64)
+    for i in range(len(table)):
+        pointers[2 * i], pointers[2 * i + 1] = pointer(table[i].reshape(-1), 0), table[i].shape[0]
+    return pointers
 
 
-def flat_parameters(effects: Sequence[Effect], model: Model | None = None) -> Array:
-    """All parameters of these effects, one after the other, each followed by its constants; without a model these are zero."""
-    parts = [np.empty(0)]
-    for effect in effects:
-        constants = np.zeros(effect.constants) if model is None else np.array(effect.constants_of(model), dtype=float)
-        parts += [effect.flat(), constants]
-    return np.concatenate(parts)
+@njit(cache=True, forceinline=True)
+def pointers_at(address: int) -> FormulaPointers:
+    """The pointers that `pointers_of` wrote, from the address of its array."""
+    return FormulaPointers(
+        (whole_at(address, 0), whole_at(address, 1)),
+        (whole_at(address, 2), whole_at(address, 3)),
+        (whole_at(address, 4), whole_at(address, 5)),
+        (whole_at(address, 6), whole_at(address, 7)),
+        (whole_at(address, 8), whole_at(address, 9)),
+        (whole_at(address, 10), whole_at(address, 11)),
+        (whole_at(address, 12), whole_at(address, 13)),
+    )
 
 
-def address(formula: Any, hook: str) -> int:
-    """Where the compiled formula stands in memory."""
-    return _compiled(formula, hook).address
+@njit(cache=True)
+def count_with_power(table: FormulaTable) -> int:
+    """Number of formulas that do work: forces along legs, moments in joints, wrenches, in this order."""
+    return table.leg_force.shape[0] + table.joint_resistance.shape[0] + table.platform_wrench.shape[0]
 
 
-@once
-def _compiled(formula: Any, hook: str) -> Any:
+@njit(cache=True, forceinline=True)
+def formula_at(rows: tuple[int, int], row: int) -> int:
+    """Address of a formula."""
+    return whole_at(rows[0], 3 * row)
+
+
+@njit(cache=True, forceinline=True)
+def parameter_place(rows: tuple[int, int], row: int) -> int:
+    """Place of a formula's first parameter."""
+    return whole_at(rows[0], 3 * row + 1)
+
+
+@njit(cache=True, forceinline=True)
+def lanes_formula_at(rows: tuple[int, int], row: int) -> int:
+    """Address of the form of a formula that serves a block of runs."""
+    return whole_at(rows[0], 3 * row + 2)
+
+
+def address(formula: Any, kind: str) -> int:
+    """Where the compiled formula stands in memory; `kind` is one of SIGNATURES."""
+    return _compiled(formula, kind).address
+
+
+@compiled_once
+def _compiled(formula: Any, kind: str) -> Any:
     try:
-        return cfunc(SIGNATURES[hook], cache=True, error_model="numpy")(formula)
+        return cfunc(SIGNATURES[kind], cache=True, error_model="numpy")(formula)
     except RuntimeError:
-        return cfunc(SIGNATURES[hook], error_model="numpy")(formula)  # defined at a prompt: there is no file to keep it beside
+        return cfunc(SIGNATURES[kind], error_model="numpy")(formula)  # defined at a prompt: there is no file to keep it beside
 
 
-@once
-def _lanes(formula: Any, hook: str) -> Any:
+@compiled_once
+def lanes_form(formula: Any, kind: str) -> Any:
     """The form for lanes. Compiled code is kept by the formula's name and by what stands in its file."""
     register_jitable(formula)
     source = Path(formula.__code__.co_filename)
     try:
-        return cfunc(LANE_SIGNATURES[hook], cache=True)(_LANES[hook](formula, hashlib.sha256(source.read_bytes()).digest()))
+        return cfunc(LANE_SIGNATURES[kind], cache=True)(_LANES[kind](formula, hashlib.sha256(source.read_bytes()).digest()))
     except (OSError, RuntimeError):
-        return cfunc(LANE_SIGNATURES[hook])(_LANES[hook](formula, b""))
+        return cfunc(LANE_SIGNATURES[kind])(_LANES[kind](formula, b""))
 
 
 # The forms use `source` only to have it in their closure, by which numba tells kept code apart.
@@ -143,3 +173,4 @@ call_leg_transverse = caller(SIGNATURES["leg_transverse"])
 call_joint_resistance = caller(SIGNATURES["joint_resistance"])
 call_platform_wrench = caller(SIGNATURES["platform_wrench"])
 call_platform_mass = caller(SIGNATURES["platform_mass"])
+call_stage = caller(STAGE)

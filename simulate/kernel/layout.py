@@ -1,15 +1,24 @@
-"""Where everything stands in the memory of a block of runs that are integrated side by side.
+"""Where everything stands: the numbers of a model, the memory of a block of runs that are integrated side by side, and a sample.
 
-One flat array, row after row, `lanes` numbers a row: entry i of row r is w[r * lanes + i], run i of the block. All rows are
-constants, so that the compiler sees that they do not overlap and works the lanes in vector registers. What a model gives
-stands in an array of its own, laid out alike.
+The memory is one flat array, row after row, `lanes` numbers a row: entry i of row r is w[r * lanes + i], run i of the block. All
+rows are constants, so that the compiler sees that they do not overlap and works the lanes in vector registers. What a model gives
+stands in an array of its own, laid out alike. `docs/kernel.md` shows the whole.
 """
 
 from __future__ import annotations
 
-from simulate.kernel.model_rows import LEG_SIZE
-
 LEGS = 6
+NEVER = -1e9  # elongation at the last reversal where there was none
+
+# The numbers of a model, one row a run; of each leg from its base joint on, LEG_SIZE in all. Parameters of effects stand behind.
+MASS, INERTIA, WEIGHT, CENTRE = 0, 3, 6, 9
+POSITION, QUATERNION, VELOCITY, ANGULAR = 12, 15, 19, 22
+STOP = 25  # stiffness, damping, smoothing
+LEG, LEG_SIZE = 28, 15
+JOINT, STOWED, FULL, LOWEST, LINE, START_FORCE = 3, 6, 7, 8, 9, 14
+PARAMETERS = LEG + LEGS * LEG_SIZE
+
+# The memory of a block.
 STATES = 13  # position of the centre of mass (3), unit quaternion (4), velocity (3), angular velocity (3), world axes
 POWERS = 3  # work done so far, or its rate, by legs, stops, weight; that of effects stands behind everything else
 
@@ -33,7 +42,7 @@ LEG_BEFORE = LEG_VALUE + LEG_SIZE  # elongation, hysteretic force, elongation at
 LENGTH = LEG_BEFORE + 3
 U, V, BIAS, ARM, AXIS, LEVER = LENGTH + 1, LENGTH + 2, LENGTH + 3, LENGTH + 4, LENGTH + 7, LENGTH + 10
 H = LENGTH + 13  # lower and upper asymptote before, lower and upper now
-R, STOP_FORCE, ADDED, MASS, G, SLOPE, EACH = H + 4, H + 5, H + 6, H + 7, H + 8, H + 9, H + 10
+R, STOP_FORCE, ADDED, AXIAL_MASS, G, SLOPE, EACH = H + 4, H + 5, H + 6, H + 7, H + 8, H + 9, H + 10
 # What the legs do, six rows each: elongation, speed, hysteretic, stop and whole force.
 OUT = H + 11
 OUT_V, OUT_R, OUT_STOP, OUT_FORCE = OUT + LEGS, OUT + 2 * LEGS, OUT + 3 * LEGS, OUT + 4 * LEGS
@@ -41,8 +50,14 @@ ROWS = OUT + 5 * LEGS
 
 # Behind the rows: room for what a formula wants to see as plain vectors, and then the work of effects, three rows for each
 # formula that does any (its power, the sum over the stages, what it has done so far).
-POSE, TWIST, WRENCH, MATRIX, PAIR = 0, 7, 13, 19, 55
+SCRATCH_POSE, SCRATCH_TWIST, SCRATCH_WRENCH, SCRATCH_MATRIX, SCRATCH_PAIR = 0, 7, 13, 19, 55
 SCRATCH = 57
 
 # How many runs stand side by side: one alone, a few, or as many as fill the registers.
 ALONE, FEW, MANY = 1, 4, 16
+
+# Columns of a sample: pose (7), twist (6), elongation, hysteretic force and whole force of the legs (6 each), energies (4); behind them
+# the work of each formula that does any.
+SAMPLE_POSE, SAMPLE_TWIST, SAMPLE_ELONGATION, SAMPLE_STORED, SAMPLE_FORCE, SAMPLE_ENERGY = 0, 7, 13, 19, 25, 31
+BY_LEGS, BY_STOPS, BY_WEIGHT = 1, 2, 3
+SAMPLE_SIZE = SAMPLE_ENERGY + 4

@@ -4,7 +4,7 @@ The legs are massless but for what effects add along them, so nothing has to be 
 
     (M + sum m_h J'J) a = sum J' (F - m_h c) + wrench - bias,   l' = J v,   l'' = J a + c,   J = [e, r x e]
 
-Rows of `w` are those of `layout`; n is how many runs stand side by side. `stage` puts the pieces together.
+Rows of `w` are those of `layout`; n is how many runs stand side by side. `rk_stage` puts the pieces together.
 """
 
 from __future__ import annotations
@@ -14,18 +14,27 @@ import math
 from numba import njit
 
 from measure.common.arrays import Array
-from simulate.dispatch import effect_calls as hooks
-from simulate.dispatch.programs import Calls
+from simulate.dispatch.formulas import FormulaPointers
+from simulate.kernel import contributions
 from simulate.kernel.layout import (
     ADDED,
     ARM,
+    AXIAL_MASS,
     AXIS,
     BIAS,
     ELONGATION,
+    FULL,
+    INERTIA,
+    JOINT,
+    LEG,
     LEG_BEFORE,
+    LEG_SIZE,
     LEG_VALUE,
     LENGTH,
     LEVER,
+    LINE,
+    LOWEST,
+    MASS,
     OUT,
     OUT_FORCE,
     OUT_R,
@@ -35,91 +44,64 @@ from simulate.kernel.layout import (
     RIGHT,
     ROTATION,
     STATES,
+    STOP,
     STOP_FORCE,
     STORED,
+    STOWED,
     SYSTEM,
     TRIAL,
     TURNED,
+    WEIGHT,
     H,
     R,
     U,
     V,
 )
-from simulate.kernel.layout import MASS as AXIAL
-from simulate.kernel.model_rows import (
-    FULL,
-    INERTIA,
-    JOINT,
-    LEG,
-    LEG_SIZE,
-    LINE,
-    LOWEST,
-    MASS,
-    STOP,
-    STOWED,
-    WEIGHT,
-)
 from simulate.law import advance
 
 
 @njit(cache=True, error_model="numpy", forceinline=True)
-def rotate(w: Array, n: int) -> None:
-    """Rotation matrices of the trial states, platform axes to world axes, row by row."""
-    for i in range(n):
-        a, b, c, d = w[(TRIAL + 3) * n + i], w[(TRIAL + 4) * n + i], w[(TRIAL + 5) * n + i], w[(TRIAL + 6) * n + i]
-        w[ROTATION * n + i] = 1 - 2 * (c * c + d * d)
-        w[(ROTATION + 1) * n + i] = 2 * (b * c - a * d)
-        w[(ROTATION + 2) * n + i] = 2 * (b * d + a * c)
-        w[(ROTATION + 3) * n + i] = 2 * (b * c + a * d)
-        w[(ROTATION + 4) * n + i] = 1 - 2 * (b * b + d * d)
-        w[(ROTATION + 5) * n + i] = 2 * (c * d - a * b)
-        w[(ROTATION + 6) * n + i] = 2 * (b * d - a * c)
-        w[(ROTATION + 7) * n + i] = 2 * (c * d + a * b)
-        w[(ROTATION + 8) * n + i] = 1 - 2 * (b * b + c * c)
-
-
-@njit(cache=True, error_model="numpy", forceinline=True)
-def start_system(w: Array, fixed: Array, mine: Array, calls: Calls, n: int) -> None:
+def assemble_platform(w: Array, by_lane: Array, by_run: Array, formulas: FormulaPointers, n: int) -> None:
     """Mass matrix and right side of the platform: mass, turned inertia, effects on both, weight, gyroscopic moment."""
     w[SYSTEM * n : (RIGHT + 6) * n] = 0.0
     for i in range(n):
-        p, q, s = fixed[INERTIA * n + i], fixed[(INERTIA + 1) * n + i], fixed[(INERTIA + 2) * n + i]
+        p, q, s = by_lane[INERTIA * n + i], by_lane[(INERTIA + 1) * n + i], by_lane[(INERTIA + 2) * n + i]
         a, b, c = w[ROTATION * n + i], w[(ROTATION + 1) * n + i], w[(ROTATION + 2) * n + i]
         d, e, f = w[(ROTATION + 3) * n + i], w[(ROTATION + 4) * n + i], w[(ROTATION + 5) * n + i]
         g, h, k = w[(ROTATION + 6) * n + i], w[(ROTATION + 7) * n + i], w[(ROTATION + 8) * n + i]
-        w[SYSTEM * n + i] = fixed[MASS * n + i]
-        w[(SYSTEM + 2) * n + i] = fixed[(MASS + 1) * n + i]
-        w[(SYSTEM + 5) * n + i] = fixed[(MASS + 2) * n + i]
+        w[SYSTEM * n + i] = by_lane[MASS * n + i]
+        w[(SYSTEM + 2) * n + i] = by_lane[(MASS + 1) * n + i]
+        w[(SYSTEM + 5) * n + i] = by_lane[(MASS + 2) * n + i]
         w[(SYSTEM + 9) * n + i] = p * a * a + q * b * b + s * c * c
         w[(SYSTEM + 13) * n + i] = p * a * d + q * b * e + s * c * f
         w[(SYSTEM + 14) * n + i] = p * d * d + q * e * e + s * f * f
         w[(SYSTEM + 18) * n + i] = p * a * g + q * b * h + s * c * k
         w[(SYSTEM + 19) * n + i] = p * d * g + q * e * h + s * f * k
         w[(SYSTEM + 20) * n + i] = p * g * g + q * h * h + s * k * k
-    hooks.platform_masses(w, mine, calls, n)
+    contributions.change_platform_mass(w, by_run, formulas, n)
     for i in range(n):
         x, y, z = w[(TRIAL + 10) * n + i], w[(TRIAL + 11) * n + i], w[(TRIAL + 12) * n + i]
         xx, xy, yy = w[(SYSTEM + 9) * n + i], w[(SYSTEM + 13) * n + i], w[(SYSTEM + 14) * n + i]
         xz, yz, zz = w[(SYSTEM + 18) * n + i], w[(SYSTEM + 19) * n + i], w[(SYSTEM + 20) * n + i]
         a, b, c = xx * x + xy * y + xz * z, xy * x + yy * y + yz * z, xz * x + yz * y + zz * z
-        w[RIGHT * n + i] = fixed[WEIGHT * n + i]
-        w[(RIGHT + 1) * n + i] = fixed[(WEIGHT + 1) * n + i]
-        w[(RIGHT + 2) * n + i] = fixed[(WEIGHT + 2) * n + i]
+        w[RIGHT * n + i] = by_lane[WEIGHT * n + i]
+        w[(RIGHT + 1) * n + i] = by_lane[(WEIGHT + 1) * n + i]
+        w[(RIGHT + 2) * n + i] = by_lane[(WEIGHT + 2) * n + i]
         w[(RIGHT + 3) * n + i] = z * b - y * c
         w[(RIGHT + 4) * n + i] = x * c - z * a
         w[(RIGHT + 5) * n + i] = y * a - x * b
         w[(RATE + STATES) * n + i] = 0.0
         w[(RATE + STATES + 1) * n + i] = 0.0
-        lift = fixed[WEIGHT * n + i] * w[(TRIAL + 7) * n + i] + fixed[(WEIGHT + 1) * n + i] * w[(TRIAL + 8) * n + i]
-        w[(RATE + STATES + 2) * n + i] = lift + fixed[(WEIGHT + 2) * n + i] * w[(TRIAL + 9) * n + i]
+        lift = by_lane[WEIGHT * n + i] * w[(TRIAL + 7) * n + i] + by_lane[(WEIGHT + 1) * n + i] * w[(TRIAL + 8) * n + i]
+        w[(RATE + STATES + 2) * n + i] = lift + by_lane[(WEIGHT + 2) * n + i] * w[(TRIAL + 9) * n + i]
 
 
 @njit(cache=True, error_model="numpy", forceinline=True)
-def take_leg(w: Array, fixed: Array, leg: int, n: int) -> None:
+def load_leg(w: Array, by_lane: Array, leg: int, n: int) -> None:
     """Bring a leg to the rows of the leg at hand, so that one copy of the code serves all legs with constant rows."""
     start = (LEG + leg * LEG_SIZE) * n
     for k in range((LINE + 5) * n):
-        w[LEG_VALUE * n + k] = fixed[start + k]
+        w[LEG_VALUE * n + k] = by_lane[start + k]
     for i in range(n):
         w[LEG_BEFORE * n + i] = w[(ELONGATION + leg) * n + i]
         w[(LEG_BEFORE + 1) * n + i] = w[(STORED + leg) * n + i]
@@ -157,7 +139,7 @@ def leg_kinematics(w: Array, n: int) -> None:
 
 
 @njit(cache=True, error_model="numpy", forceinline=True)
-def leg_forces(w: Array, fixed: Array, mine: Array, calls: Calls, t0: float, t: float, n: int, ledger: bool) -> None:
+def leg_forces(w: Array, by_lane: Array, by_run: Array, formulas: FormulaPointers, t0: float, t: float, n: int, with_work: bool) -> None:
     """Hysteretic force, stops and effects of the leg at hand."""
     line = LEG_VALUE + LINE
     for i in range(n):
@@ -165,8 +147,8 @@ def leg_forces(w: Array, fixed: Array, mine: Array, calls: Calls, t0: float, t: 
         u0, u = w[LEG_BEFORE * n + i], w[U * n + i]
         w[H * n + i], w[(H + 1) * n + i] = a_l * u0 + b_l, a_u * u0 + b_u
         w[(H + 2) * n + i], w[(H + 3) * n + i] = a_l * u + b_l, a_u * u + b_u
-        w[STOP_FORCE * n + i] = w[ADDED * n + i] = w[AXIAL * n + i] = 0.0
-    hooks.leg_asymptotes(w, mine, calls, t0, t, n)
+        w[STOP_FORCE * n + i] = w[ADDED * n + i] = w[AXIAL_MASS * n + i] = 0.0
+    contributions.move_asymptotes(w, by_run, formulas, t0, t, n)
     for i in range(n):
         travel = w[U * n + i] - w[LEG_BEFORE * n + i]
         # chosen by arithmetic: a choice between two places would be read lane by lane
@@ -178,12 +160,12 @@ def leg_forces(w: Array, fixed: Array, mine: Array, calls: Calls, t0: float, t: 
     for i in range(n):
         near |= 1 if (w[U * n + i] > w[(LEG_VALUE + FULL) * n + i]) | (w[U * n + i] < w[(LEG_VALUE + LOWEST) * n + i]) else 0
     if near:
-        stop_forces(w, fixed, n)
-    hooks.leg_forces(w, mine, calls, t, n, ledger)
+        stop_forces(w, by_lane, n)
+    contributions.add_leg_forces(w, by_run, formulas, t, n, with_work)
 
 
 @njit(cache=True, error_model="numpy", forceinline=True)
-def stop_forces(w: Array, fixed: Array, n: int) -> None:
+def stop_forces(w: Array, by_lane: Array, n: int) -> None:
     """Force of the stops at both ends of the stroke, (k p + c |p|') erf(p / s) against a penetration p above zero.
 
     One stands at full length, the other where the strip is coiled up: at the stowed length, or at the length at the release where
@@ -193,30 +175,30 @@ def stop_forces(w: Array, fixed: Array, n: int) -> None:
         over, under = w[U * n + i] - w[(LEG_VALUE + FULL) * n + i], w[(LEG_VALUE + LOWEST) * n + i] - w[U * n + i]
         p, side = (over, -1.0) if over > 0.0 else (under, 1.0)
         if p > 0.0:
-            x = p / fixed[(STOP + 2) * n + i]
+            x = p / by_lane[(STOP + 2) * n + i]
             eased = math.erf(x) if x < 6.0 else 1.0
             speed = -side * w[V * n + i]
-            w[STOP_FORCE * n + i] = side * (fixed[STOP * n + i] * p + fixed[(STOP + 1) * n + i] * speed) * eased
+            w[STOP_FORCE * n + i] = side * (by_lane[STOP * n + i] * p + by_lane[(STOP + 1) * n + i] * speed) * eased
 
 
 @njit(cache=True, error_model="numpy", forceinline=True)
-def leg_into_system(w: Array, calls: Calls, n: int, ledger: bool) -> None:
-    """Force and axial inertia of the leg at hand into right side and mass matrix, its power into the ledger."""
+def add_leg(w: Array, formulas: FormulaPointers, n: int, with_work: bool) -> None:
+    """Force and axial inertia of the leg at hand into right side and mass matrix, its power into the energy balance."""
     for i in range(n):
-        push = w[R * n + i] + w[STOP_FORCE * n + i] + w[ADDED * n + i] - w[AXIAL * n + i] * w[BIAS * n + i]
+        push = w[R * n + i] + w[STOP_FORCE * n + i] + w[ADDED * n + i] - w[AXIAL_MASS * n + i] * w[BIAS * n + i]
         w[RIGHT * n + i] += w[AXIS * n + i] * push
         w[(RIGHT + 1) * n + i] += w[(AXIS + 1) * n + i] * push
         w[(RIGHT + 2) * n + i] += w[(AXIS + 2) * n + i] * push
         w[(RIGHT + 3) * n + i] += w[LEVER * n + i] * push
         w[(RIGHT + 4) * n + i] += w[(LEVER + 1) * n + i] * push
         w[(RIGHT + 5) * n + i] += w[(LEVER + 2) * n + i] * push
-    if ledger:
+    if with_work:
         for i in range(n):
             w[(RATE + STATES) * n + i] += w[R * n + i] * w[V * n + i]
             w[(RATE + STATES + 1) * n + i] += w[STOP_FORCE * n + i] * w[V * n + i]
-    if calls.leg_mass[1] > 0:
+    if formulas.leg_mass[1] > 0:
         for i in range(n):
-            m = w[AXIAL * n + i]
+            m = w[AXIAL_MASS * n + i]
             a, b, c = w[AXIS * n + i], w[(AXIS + 1) * n + i], w[(AXIS + 2) * n + i]
             d, e, f = w[LEVER * n + i], w[(LEVER + 1) * n + i], w[(LEVER + 2) * n + i]
             ma, mb, mc, md, me, mf = m * a, m * b, m * c, m * d, m * e, m * f
@@ -244,7 +226,7 @@ def leg_into_system(w: Array, calls: Calls, n: int, ledger: bool) -> None:
 
 
 @njit(cache=True, error_model="numpy", forceinline=True)
-def give_leg(w: Array, leg: int, n: int) -> None:
+def store_leg(w: Array, leg: int, n: int) -> None:
     """What the leg at hand does, to the rows of its number."""
     for i in range(n):
         w[(OUT + leg) * n + i] = w[U * n + i]
@@ -252,19 +234,3 @@ def give_leg(w: Array, leg: int, n: int) -> None:
         w[(OUT_R + leg) * n + i] = w[R * n + i]
         w[(OUT_STOP + leg) * n + i] = w[STOP_FORCE * n + i]
         w[(OUT_FORCE + leg) * n + i] = w[R * n + i] + w[STOP_FORCE * n + i] + w[ADDED * n + i]
-
-
-@njit(cache=True, error_model="numpy", forceinline=True)
-def state_rates(w: Array, n: int) -> None:
-    """Rates of position, quaternion, velocity and angular velocity, from the solved system."""
-    for i in range(n):
-        a, b, c, d = w[(TRIAL + 3) * n + i], w[(TRIAL + 4) * n + i], w[(TRIAL + 5) * n + i], w[(TRIAL + 6) * n + i]
-        x, y, z = w[(TRIAL + 10) * n + i], w[(TRIAL + 11) * n + i], w[(TRIAL + 12) * n + i]
-        w[(RATE + 3) * n + i] = -0.5 * (x * b + y * c + z * d)
-        w[(RATE + 4) * n + i] = 0.5 * (x * a + y * d - z * c)
-        w[(RATE + 5) * n + i] = 0.5 * (y * a + z * b - x * d)
-        w[(RATE + 6) * n + i] = 0.5 * (z * a + x * c - y * b)
-    for k in range(3 * n):
-        w[RATE * n + k] = w[(TRIAL + 7) * n + k]
-    for k in range(6 * n):
-        w[(RATE + 7) * n + k] = w[RIGHT * n + k]

@@ -10,17 +10,12 @@ import numpy as np
 
 from measure.common.arrays import Array
 from measure.common.errors import InputError
-from simulate.dispatch.formulas import WORKING, Program, flat_parameters, program
-from simulate.files.speed_polynomials import with_rate_as_effect
-from simulate.model.model import LEGS, Geometry, Model, per_leg
-
-# Offsets into the row. The kernel reads them as constants.
-MASS, INERTIA, WEIGHT, CENTRE = 0, 3, 6, 9
-POSITION, QUATERNION, VELOCITY, ANGULAR = 12, 15, 19, 22
-STOP = 25  # stiffness, damping, smoothing
-LEG, LEG_SIZE = 28, 15
-JOINT, STOWED, FULL, LOWEST, LINE, START_FORCE = 3, 6, 7, 8, 9, 14  # within a leg, behind its base joint
-PARAMETERS = LEG + LEGS * LEG_SIZE
+from simulate.dispatch.formula_table import WITH_POWER, flat_parameters, formula_table
+from simulate.dispatch.formulas import FormulaTable
+from simulate.kernel.layout import ANGULAR, CENTRE, INERTIA, LEG, MASS, PARAMETERS, POSITION, QUATERNION, STOP, VELOCITY, WEIGHT
+from simulate.kernel.speed_polynomials import with_rate_as_effect
+from simulate.model.model import Model
+from simulate.model.rig import Geometry, geometry_of, leg_lengths, per_leg
 
 
 def row_of(model: Model) -> Array:
@@ -65,22 +60,15 @@ def without_idle(models: Sequence[Model]) -> list[Model]:
     return [replace(model, effects=tuple(effect for effect in model.effects if effect.name not in idle)) for model in models]
 
 
-def geometry_of(model: Model) -> Geometry:
-    """The geometry, or the sentence that there is none."""
-    if model.geometry is None:
-        raise InputError(f'model "{model.name}": no [geometry] table, which a deployment needs. Add base and platform joints.')
-    return model.geometry
-
-
-def program_of(model: Model) -> Program:
+def formula_table_of(model: Model) -> FormulaTable:
     """The formulas that the row of this model is read by."""
-    return program(with_rate_as_effect(model).effects, PARAMETERS)
+    return formula_table(with_rate_as_effect(model).effects, PARAMETERS)
 
 
-def working_effects(model: Model) -> tuple[str, ...]:
-    """Names of the effects whose formulas do work, in the order of the kernel's ledger; one stands there once a formula."""
+def effects_with_power(model: Model) -> tuple[str, ...]:
+    """Names of the effects whose formulas do work, in the order of the kernel's energy balance; one stands there once a formula."""
     effects = with_rate_as_effect(model).effects
-    return tuple(effect.name for hook in WORKING for effect in effects if getattr(type(effect), hook) is not None)
+    return tuple(effect.name for kind in WITH_POWER for effect in effects if getattr(type(effect), kind) is not None)
 
 
 def _put_release(row: Array, model: Model, geometry: Geometry, centre: Array) -> None:
@@ -113,11 +101,6 @@ def _lengths_at_release(row: Array, base: Array, arms: Array) -> Array:
     """Lengths (6,) of the legs at the release; the lower stop of a leg that is shorter than stowed stands where it is held."""
     turned = arms @ rotation_of(row[QUATERNION : QUATERNION + 4]).T
     return np.linalg.norm(row[POSITION : POSITION + 3] + turned - base, axis=1)
-
-
-def leg_lengths(base: Array, joints: Array, height_m: float) -> Array:
-    """Lengths (6,) of the legs with the platform centred and upright at a height."""
-    return np.linalg.norm(joints + np.array([0.0, 0.0, height_m]) - base, axis=1)
 
 
 def quaternion_of(rotation_vector: Array) -> Array:

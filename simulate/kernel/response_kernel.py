@@ -8,20 +8,18 @@ import numpy as np
 from numba import njit, prange
 
 from measure.common.arrays import Array
-from simulate.dispatch.formulas import Program
+from simulate.dispatch.formulas import FormulaTable, pointers_of
 from simulate.dispatch.intrinsics import uncounted
-from simulate.dispatch.programs import listed
-from simulate.kernel.integrator import (
+from simulate.kernel.block import (
     Block,
-    begin_step,
     bounded,
-    end_step,
+    first_stage,
+    lane_rows,
+    later_stages,
+    memory_at_release,
     rows_of_block,
-    start,
-    transposed,
 )
-from simulate.kernel.layout import LEGS, OUT_STOP, ROTATION, STATE
-from simulate.kernel.model_rows import CENTRE
+from simulate.kernel.layout import CENTRE, LEGS, OUT_STOP, ROTATION, STATE
 from simulate.model.responses import (
     DIVERGED,
     FULL_HEIGHT,
@@ -33,38 +31,47 @@ from simulate.model.responses import (
 
 
 @njit(cache=True, parallel=True, error_model="numpy")
-def respond_kernel(
-    values: Array, called: Program, stage: int, n: int, step: float, stride: int, count: int, full_height: float, answers: Array
+def respond_on_all_cores(
+    values: Array, table: FormulaTable, stage: int, n: int, step: float, stride: int, count: int, full_height: float, answers: Array
 ) -> None:
     """Responses of every row of `values`, on all cores, into answers (runs, COUNT); each run by itself, whatever the cores.
 
-    stage, n : address of a compiled stage without a ledger, and its width.
+    stage, n : address of a compiled stage that keeps no account of work, and its width.
     """
     for block in prange((values.shape[0] + n - 1) // n):
-        respond_block(values, block * n, called, stage, n, step, stride, count, full_height, answers)
+        respond_block(values, block * n, table, stage, n, step, stride, count, full_height, answers)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def respond_alone(
-    values: Array, called: Program, stage: int, n: int, step: float, stride: int, count: int, full_height: float, answers: Array
+def respond_on_one_core(
+    values: Array, table: FormulaTable, stage: int, n: int, step: float, stride: int, count: int, full_height: float, answers: Array
 ) -> None:
     """The same digits on one core, for a worker that has others beside it."""
     for block in range((values.shape[0] + n - 1) // n):
-        respond_block(values, block * n, called, stage, n, step, stride, count, full_height, answers)
+        respond_block(values, block * n, table, stage, n, step, stride, count, full_height, answers)
 
 
 @njit(cache=True, error_model="numpy")
 def respond_block(
-    values: Array, first: int, called: Program, stage: int, n: int, step: float, stride: int, count: int, full_height: float, answers: Array
+    values: Array,
+    first: int,
+    table: FormulaTable,
+    stage: int,
+    n: int,
+    step: float,
+    stride: int,
+    count: int,
+    full_height: float,
+    answers: Array,
 ) -> None:
     """Responses of one block of deployments, sampled `count` times."""
     runs = min(n, values.shape[0] - first)
-    mine = rows_of_block(values, first, n)
-    fixed = transposed(mine, n)
-    w, table = start(fixed, n, 0), listed(called)
-    block = Block(uncounted(w), uncounted(fixed), uncounted(mine), uncounted(table), stage, n, 0)
+    by_run = rows_of_block(values, first, n)
+    by_lane = lane_rows(by_run, n)
+    w, pointers = memory_at_release(by_lane, n, 0), pointers_of(table)
+    block = Block(uncounted(w), uncounted(by_lane), uncounted(by_run), uncounted(pointers), stage, n, 0)
     respond_runs(block, step, stride, count, full_height, answers[first : first + runs])
-    w[0], fixed[0], mine[0], table[0] = 0.0, 0.0, 0.0, 0  # kept alive until here
+    w[0], by_lane[0], by_run[0], pointers[0] = 0.0, 0.0, 0.0, 0  # kept alive until here
 
 
 @njit(cache=True, error_model="numpy")
@@ -76,18 +83,18 @@ def respond_runs(block: Block, step: float, stride: int, count: int, full_height
     for sample in range(count):
         for j in range(stride):
             time = (sample * stride + j) * step
-            begin_step(block, time, step)
+            first_stage(block, time, step)
             if j == 0:
                 for i in range(runs):
-                    watch(block.w, block.fixed, i, block.n, time, full_height, turn[i], answers[i])
+                    update_responses(block.w, block.by_lane, i, block.n, time, full_height, turn[i], answers[i])
                 if sample + 1 == count:
-                    conclude(answers)
+                    finish_responses(answers)
                     return
-            end_step(block, time, step)
+            later_stages(block, time, step)
 
 
 @njit(cache=True, error_model="numpy")
-def watch(w: Array, fixed: Array, i: int, n: int, time: float, full_height: float, turn: Array, answer: Array) -> None:
+def update_responses(w: Array, by_lane: Array, i: int, n: int, time: float, full_height: float, turn: Array, answer: Array) -> None:
     """Work one sample of a run into its responses; turn holds theta_z so far, unwrapped, and its last raw value.
 
     Lateral way and tilt stand there squared, the tilt as the squared sine of its half, until the run has ended.
@@ -105,7 +112,7 @@ def watch(w: Array, fixed: Array, i: int, n: int, time: float, full_height: floa
     turn[1] = raw
     if abs(turn[0]) > abs(answer[THETA_Z]):
         answer[THETA_Z] = turn[0]
-    x, y, z = origin(w, fixed, 0, i, n), origin(w, fixed, 1, i, n), origin(w, fixed, 2, i, n)
+    x, y, z = origin(w, by_lane, 0, i, n), origin(w, by_lane, 1, i, n), origin(w, by_lane, 2, i, n)
     answer[LATERAL] = max(answer[LATERAL], x * x + y * y)
     answer[TILT] = max(answer[TILT], b * b + c * c)
     if math.isnan(answer[FULL_HEIGHT]) and z >= full_height:
@@ -115,7 +122,7 @@ def watch(w: Array, fixed: Array, i: int, n: int, time: float, full_height: floa
 
 
 @njit(cache=True, error_model="numpy")
-def conclude(answers: Array) -> None:
+def finish_responses(answers: Array) -> None:
     """Turn the squares of ended runs into lateral way and tilt."""
     for i in range(answers.shape[0]):
         answers[i, LATERAL] = math.sqrt(answers[i, LATERAL])
@@ -123,9 +130,9 @@ def conclude(answers: Array) -> None:
 
 
 @njit(cache=True, error_model="numpy")
-def origin(w: Array, fixed: Array, k: int, i: int, n: int) -> float:
+def origin(w: Array, by_lane: Array, k: int, i: int, n: int) -> float:
     """A coordinate of the origin of the platform frame."""
     at = w[(STATE + k) * n + i]
     for j in range(3):
-        at -= w[(ROTATION + 3 * k + j) * n + i] * fixed[(CENTRE + j) * n + i]
+        at -= w[(ROTATION + 3 * k + j) * n + i] * by_lane[(CENTRE + j) * n + i]
     return at

@@ -9,7 +9,8 @@ import numpy as np
 
 from measure.common.errors import InputError
 from simulate.model.effect import Effect
-from simulate.model.model import LEGS, Model
+from simulate.model.model import Model
+from simulate.model.rig import LEGS, longest_arm
 
 LONGEST_STEP_S = 5.0e-4
 _STEPS_A_RADIAN = 5.0
@@ -43,12 +44,6 @@ def _lightest_mass(model: Model) -> float:
     arm = longest_arm(model)
     inertia = min(model.platform.inertia_kg_m2)
     return min(model.platform.mass_kg, inertia / arm**2 if arm > 0 else math.inf)
-
-
-def longest_arm(model: Model) -> float:
-    """How far the platform's farthest joint is from its origin, m; zero without a geometry."""
-    geometry = model.geometry
-    return 0.0 if geometry is None else float(np.max(np.linalg.norm(np.asarray(geometry.platform_joints_m), axis=1)))
 
 
 def _stiffness(effect: Effect, model: Model) -> tuple[float, float]:

@@ -7,38 +7,28 @@ import math
 from numba import njit
 
 from measure.common.arrays import Array
-from simulate.dispatch import effect_calls as hooks
-from simulate.dispatch.programs import Calls
-from simulate.kernel.layout import (
-    ARM,
-    AXIS,
-    LENGTH,
-    RIGHT,
-    SLOPE,
-    SYSTEM,
-    TRIAL,
-    G,
-    V,
-)
+from simulate.dispatch.formulas import FormulaPointers
+from simulate.kernel import contributions
+from simulate.kernel.layout import ARM, AXIS, LENGTH, RIGHT, SLOPE, SYSTEM, TRIAL, G, V
 
 Triple = tuple[float, float, float]
 
 
 @njit(cache=True, error_model="numpy", forceinline=True)
-def leg_crosswise(w: Array, mine: Array, calls: Calls, n: int, ledger: bool) -> None:
+def add_transverse(w: Array, by_run: Array, formulas: FormulaPointers, n: int, with_work: bool) -> None:
     """Inertia across the leg at hand and friction in its joints, into the system.
 
     M_t = g (1 - n n'),   bias = g (1 - n n') c + g' l' v_t - n |v_t|^2 (g / l + g' / 2),   c = w x (w x r)
 
     added as G' M_t G, G = [1, -[r]x]. The leg turns with w_l = n x v_t / l, and its joints resist w_l and w - w_l.
     """
-    hooks.transverse_masses(w, mine, calls, n)
+    contributions.transverse_inertia(w, by_run, formulas, n)
     for i in range(n):
         g, slope, v, length = w[G * n + i], w[SLOPE * n + i], w[V * n + i], w[LENGTH * n + i]
         r, e, spin = triple(w, ARM, n, i), triple(w, AXIS, n, i), triple(w, TRIAL + 10, n, i)
         swing, flight = cross(spin, r), triple(w, TRIAL + 7, n, i)
         moving = (flight[0] + swing[0] - v * e[0], flight[1] + swing[1] - v * e[1], flight[2] + swing[2] - v * e[2])
-        moment, lever = joint_moments(w, mine, calls, n, i, moving, ledger)
+        moment, lever = joint_moments(w, by_run, formulas, n, i, moving, with_work)
         centripetal = cross(spin, swing)
         along = dot(e, centripetal) * g + dot(moving, moving) * (g / length + 0.5 * slope)
         force = (
@@ -54,14 +44,16 @@ def leg_crosswise(w: Array, mine: Array, calls: Calls, n: int, ledger: bool) -> 
 
 
 @njit(cache=True, error_model="numpy", forceinline=True)
-def joint_moments(w: Array, mine: Array, calls: Calls, n: int, i: int, moving: Triple, ledger: bool) -> tuple[Triple, Triple]:
+def joint_moments(
+    w: Array, by_run: Array, formulas: FormulaPointers, n: int, i: int, moving: Triple, with_work: bool
+) -> tuple[Triple, Triple]:
     """Friction of a leg's two joints: moment on the platform, and force at the platform joint."""
     e, spin, per = triple(w, AXIS, n, i), triple(w, TRIAL + 10, n, i), 1.0 / w[LENGTH * n + i]
     swing = cross(e, moving)
     turning = (swing[0] * per, swing[1] * per, swing[2] * per)
     against = (spin[0] - turning[0], spin[1] - turning[1], spin[2] - turning[2])
-    base = hooks.joint_resistance(w, mine, calls, i, n, math.sqrt(dot(turning, turning)), ledger)
-    joint = hooks.joint_resistance(w, mine, calls, i, n, math.sqrt(dot(against, against)), ledger)
+    base = contributions.sum_joint_resistance(w, by_run, formulas, i, n, math.sqrt(dot(turning, turning)), with_work)
+    joint = contributions.sum_joint_resistance(w, by_run, formulas, i, n, math.sqrt(dot(against, against)), with_work)
     moment = (-joint * against[0], -joint * against[1], -joint * against[2])
     on_leg = (-base * turning[0] - moment[0], -base * turning[1] - moment[1], -base * turning[2] - moment[2])
     lever = cross(on_leg, e)

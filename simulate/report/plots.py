@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from measure.common.arrays import Array
-from simulate.deployment.deploy import Deployment
+from simulate.deployment.result import Deployment
 
 if TYPE_CHECKING:
     from simulate.deployment.gravity_study import Case

@@ -12,10 +12,10 @@ from numpy.typing import NDArray
 
 from measure.common.arrays import Array
 from measure.tables.trajectory import CHANNELS, Trajectory
-from simulate.deployment.deploy import Deployment
-from simulate.kernel import integrator as six_legs
-from simulate.kernel.model_rows import geometry_of, quaternion_of
-from simulate.model.model import LEGS
+from simulate.deployment.result import Deployment
+from simulate.kernel.layout import SAMPLE_POSE
+from simulate.kernel.model_rows import quaternion_of
+from simulate.model.rig import LEGS, geometry_of
 
 _PAGE = Path(__file__).with_name("replay.html.j2")
 _MOST_FRAMES = 400
@@ -39,7 +39,7 @@ def playing_html(run: Deployment, measured: Trajectory | None = None) -> str:
 def _data(run: Deployment, measured: Trajectory | None) -> dict[str, Any]:
     kept = np.unique(np.linspace(0, len(run.time_s) - 1, min(_MOST_FRAMES, len(run.time_s))).astype(np.intp))
     g = geometry_of(run.model)
-    pose = run.samples[kept, six_legs.POSE : six_legs.POSE + 7]
+    pose = run.samples[kept, SAMPLE_POSE : SAMPLE_POSE + 7]
     lengths = np.column_stack([run.leg_columns[f"length_{leg + 1}_m"] for leg in range(LEGS)])[kept]
     return {
         "time": _plain(run.time_s[kept]),

@@ -14,8 +14,8 @@ import numpy as np
 
 from measure.common.arrays import Array
 from measure.common.errors import InputError
-from simulate.sweeps.factors import FARTHEST
 
+FARTHEST = 6.0  # standard deviations; a normal spread ends there
 MOST_FULL_FACTORS = 20
 
 
@@ -25,7 +25,7 @@ class Design:
 
     seed : of sampled designs. normal : places of the factors with a normal spread.
     basic : two-level designs only, the number of factors that run through all combinations; the others follow them.
-    words : two-level designs only, the column of each factor as a bit mask of the basic ones.
+    columns : two-level designs only, the column of each factor as a bit mask of the basic ones (its generator).
     """
 
     kind: str
@@ -34,12 +34,12 @@ class Design:
     seed: int = 0
     normal: tuple[int, ...] = ()
     basic: int = 0
-    words: tuple[int, ...] = ()
+    columns: tuple[int, ...] = ()
 
     def piece(self, first: int, last: int) -> Array:
         """(last - first, factors) coded levels of runs first to last."""
         if self.basic:
-            return _signs(first, last, self.words)
+            return _signs(first, last, self.columns)
         levels = _SAMPLED[self.kind](first, last, self)
         for place in self.normal:
             levels[:, place] = _normal_levels(levels[:, place])
@@ -77,12 +77,12 @@ def _two_level(kind: str, factors: int, runs: int | None) -> Design:
             raise InputError(f"a full design of {factors} factors has 2^{factors} runs; take --design fractional or sobol.")
         if runs not in (None, 1 << factors):
             raise InputError(f"--runs {runs}: the full design of {factors} factors has {1 << factors} runs; leave --runs out.")
-        words = tuple(1 << i for i in range(factors))
+        columns = tuple(1 << i for i in range(factors))
     else:
         basic = _basic_factors(factors, runs)
-        words = _generators(factors, basic)
-    basic = max(word.bit_length() for word in words)
-    return Design(kind, 1 << basic, factors, basic=basic, words=words)
+        columns = _generators(factors, basic)
+    basic = max(column.bit_length() for column in columns)
+    return Design(kind, 1 << basic, factors, basic=basic, columns=columns)
 
 
 def _basic_factors(factors: int, runs: int | None) -> int:
@@ -115,29 +115,29 @@ def _generators(factors: int, basic: int) -> tuple[int, ...]:
 
 def _greedy(factors: int, basic: int, *, pairs: bool, odd: bool = False) -> tuple[int, ...]:
     chosen = [1 << i for i in range(min(basic, factors))]
-    candidates = sorted(range(1, 1 << basic), key=lambda word: (-word.bit_count(), word))
-    for word in candidates:
+    candidates = sorted(range(1, 1 << basic), key=lambda column: (-column.bit_count(), column))
+    for column in candidates:
         if len(chosen) == factors:
             break
-        if word in chosen or (odd and word.bit_count() % 2 == 0):
+        if column in chosen or (odd and column.bit_count() % 2 == 0):
             continue
-        if not pairs or _pairs_apart([*chosen, word]):
-            chosen.append(word)
+        if not pairs or _pairs_apart([*chosen, column]):
+            chosen.append(column)
     if len(chosen) < factors:
         raise InputError("too few runs")
     return tuple(chosen)
 
 
-def _pairs_apart(words: Sequence[int]) -> bool:
+def _pairs_apart(mains: Sequence[int]) -> bool:
     """Whether all main effects and pairwise interactions have columns of their own."""
-    columns = list(words) + [a ^ b for i, a in enumerate(words) for b in words[:i]]
+    columns = list(mains) + [a ^ b for i, a in enumerate(mains) for b in mains[:i]]
     return 0 not in columns and len(set(columns)) == len(columns)
 
 
-def _signs(first: int, last: int, words: Sequence[int]) -> Array:
-    """Coded levels of runs first to last: bit i of the run is basic factor i, clear for low; a word is the product of its bits."""
+def _signs(first: int, last: int, columns: Sequence[int]) -> Array:
+    """Coded levels of runs first to last: bit i of the run is basic factor i, clear for low; a column is the product of its bits."""
     runs = np.arange(first, last, dtype=np.int64)
-    return np.column_stack([np.where(np.bitwise_count(runs & word) % 2 == word.bit_count() % 2, 1.0, -1.0) for word in words])
+    return np.column_stack([np.where(np.bitwise_count(runs & mask) % 2 == mask.bit_count() % 2, 1.0, -1.0) for mask in columns])
 
 
 _BLOCK = 1024

@@ -12,11 +12,12 @@ from dataclasses import dataclass
 
 from measure.common.errors import InputError
 from simulate.effects import CATALOGUE
-from simulate.files.model_file import Catalogue
-from simulate.model.model import LEGS, Model, value_of, with_value
+from simulate.model.effect import Catalogue
+from simulate.model.model import Model, value_of, with_value
+from simulate.model.rig import LEGS
+from simulate.sweeps.designs import FARTHEST
 
 LETTERS = "ABCDEFGHJKLMNOPQRSTUVWXYZ"  # no I, as in the paper's Table 1
-FARTHEST = 6.0  # standard deviations; a normal spread ends there
 _SPREAD = re.compile(r"^(?:\+-|\+/-|±)(?P<size>[0-9.eE+-]+)(?P<percent>%?)$")
 _NORMAL = re.compile(r"^sigma:(?P<size>[0-9.eE+-]+)(?P<percent>%?)$")
 _RANGE = re.compile(r"^(?P<low>[-+0-9.eE]+)\.\.(?P<high>[-+0-9.eE]+)$")
@@ -76,19 +77,19 @@ def paper_factors(model: Model) -> list[Factor]:
     return [factor_of(model, f"{key}=+-10%", letter) for key, letter in zip(keys, LETTERS, strict=False)]
 
 
-def factors_of(model: Model, words: Sequence[str]) -> list[Factor]:
-    """The factors of `--factor`, or the paper's where none is given.
+def factors_of(model: Model, settings: Sequence[str]) -> list[Factor]:
+    """The factors by their settings, as `actuator.b_l_N[0]=+-10%`, or the paper's where none is given.
 
     Raises
     ------
     InputError
         A key that is no number of the model, a spread that cannot be read, a key named twice, too many factors.
     """
-    if not words:
+    if not settings:
         return paper_factors(model)
-    if len(words) > len(LETTERS):
-        raise InputError(f"{len(words)} factors; at most {len(LETTERS)} have a letter.")
-    made = [factor_of(model, word, letter) for word, letter in zip(words, LETTERS, strict=False)]
+    if len(settings) > len(LETTERS):
+        raise InputError(f"{len(settings)} factors; at most {len(LETTERS)} have a letter.")
+    made = [factor_of(model, setting, letter) for setting, letter in zip(settings, LETTERS, strict=False)]
     keys = [factor.key for factor in made]
     if len(set(keys)) < len(keys):
         double = next(key for key in keys if keys.count(key) > 1)
@@ -96,47 +97,47 @@ def factors_of(model: Model, words: Sequence[str]) -> list[Factor]:
     return made
 
 
-def factor_of(model: Model, word: str, letter: str) -> Factor:
+def factor_of(model: Model, setting: str, letter: str) -> Factor:
     """A factor from `KEY=+-10%`, `KEY=+-0.02`, `KEY=2.6..3.0`, or with a normal spread `KEY=sigma:0.001`, `KEY=sigma:1%`."""
-    key, _, levels = (part.strip() for part in word.partition("="))
+    key, _, levels = (part.strip() for part in setting.partition("="))
     try:
         value = value_of(model, key)
     except KeyError as error:
         raise InputError(
-            f"--factor {word}: {error.args[0]} is no number of the model. Name one as in the model file, such as actuator.b_l_N[0]."
+            f"--factor {setting}: {error.args[0]} is no number of the model. Name one as in the model file, such as actuator.b_l_N[0]."
         ) from error
     normal = _NORMAL.match(levels)
-    low, high = _about(value, normal, word) if normal else _levels(value, levels, word)
+    low, high = _about(value, normal, setting) if normal else _levels(value, levels, setting)
     if not (math.isfinite(low) and math.isfinite(high) and low < high):
-        raise InputError(f"--factor {word}: its levels are {low:g} and {high:g}; give two different ones, as +-0.02 or 2.6..3.0.")
+        raise InputError(f"--factor {setting}: its levels are {low:g} and {high:g}; give two different ones, as +-0.02 or 2.6..3.0.")
     return Factor(letter, key, low, high, normal is not None)
 
 
-def with_named_effects(model: Model, words: Sequence[str], catalogue: Catalogue = CATALOGUE) -> Model:
+def with_named_effects(model: Model, settings: Sequence[str], catalogue: Catalogue = CATALOGUE) -> Model:
     """The model with the effects that `effect.NAME.PARAMETER=...` names and it has not, switched off."""
-    for word in words:
-        head, _, rest = word.partition(".")
+    for setting in settings:
+        head, _, rest = setting.partition(".")
         name = rest.partition(".")[0]
         if head == "effect" and name in catalogue and name not in [effect.name for effect in model.effects]:
             model = model.with_effect(catalogue[name]())
     return model
 
 
-def _levels(value: float, levels: str, word: str) -> tuple[float, float]:
+def _levels(value: float, levels: str, setting: str) -> tuple[float, float]:
     spread, between = _SPREAD.match(levels), _RANGE.match(levels)
     try:
         if spread:
-            return _about(value, spread, word)
+            return _about(value, spread, setting)
         if between:
             return float(between["low"]), float(between["high"])
     except ValueError:
         pass
-    raise InputError(f"--factor {word}: levels are written +-10%, +-0.02, 2.6..3.0 or sigma:0.001; found {levels!r}.")
+    raise InputError(f"--factor {setting}: levels are written +-10%, +-0.02, 2.6..3.0 or sigma:0.001; found {levels!r}.")
 
 
-def _about(value: float, spread: re.Match[str], word: str) -> tuple[float, float]:
+def _about(value: float, spread: re.Match[str], setting: str) -> tuple[float, float]:
     try:
         size = float(spread["size"]) * (abs(value) / 100 if spread["percent"] else 1.0)
     except ValueError as error:
-        raise InputError(f"--factor {word}: {spread['size']!r} is no number.") from error
+        raise InputError(f"--factor {setting}: {spread['size']!r} is no number.") from error
     return value - size, value + size

@@ -51,29 +51,29 @@ def coefficients_of(design: Design, letters: Sequence[str], values: Values) -> d
     if design.basic and good == design.runs:
         whole = np.concatenate(list(values()))
         sums = walsh_hadamard(whole) / len(whole)
-        return {name: float((-1) ** word.bit_count() * sums[word]) for word, name in _names(design, letters).items()}
+        return {name: float((-1) ** column.bit_count() * sums[column]) for column, name in _names(design, letters).items()}
     return _least_squares(design, letters, values, good)
 
 
 def _names(design: Design, letters: Sequence[str]) -> dict[int, str]:
     """The shortest product of factors in each column, by the column's bit mask."""
-    if all(word == 1 << i for i, word in enumerate(design.words)):
-        return {word: _product(letters, word) for word in sorted(range(1 << design.basic), key=_order)}
+    if all(column == 1 << i for i, column in enumerate(design.columns)):
+        return {column: _product(letters, column) for column in sorted(range(1 << design.basic), key=_order)}
     names = {0: CONSTANT}
     for order in range(1, HIGHEST_ORDER + 1):
         for chosen in combinations(range(len(letters)), order):
-            column = reduce(xor, (design.words[i] for i in chosen))
+            column = reduce(xor, (design.columns[i] for i in chosen))
             names.setdefault(column, "".join(letters[i] for i in chosen))
     return names
 
 
-def _order(word: int) -> tuple[int, list[int]]:
-    places = [i for i in range(word.bit_length()) if word >> i & 1]
+def _order(column: int) -> tuple[int, list[int]]:
+    places = [i for i in range(column.bit_length()) if column >> i & 1]
     return len(places), places
 
 
-def _product(letters: Sequence[str], word: int) -> str:
-    return "".join(letter for i, letter in enumerate(letters) if word >> i & 1) or CONSTANT
+def _product(letters: Sequence[str], column: int) -> str:
+    return "".join(letter for i, letter in enumerate(letters) if column >> i & 1) or CONSTANT
 
 
 def _least_squares(design: Design, letters: Sequence[str], values: Values, good: int) -> dict[str, float]:

@@ -13,7 +13,7 @@ from measure.common.arrays import Array
 from simulate.model import responses
 from simulate.model.responses import RESPONSES
 from simulate.sweeps.regression import HIGHEST_ORDER, coefficients_of, formula, predicted, variability_percent
-from simulate.sweeps.sweep import Sweep, Tally, tally
+from simulate.sweeps.sweep import RunCounts, Sweep, count_runs
 
 _BINS = 60
 GRID = 17
@@ -59,9 +59,9 @@ class SweepResult:
             first += len(values)
 
     @cached_property
-    def tally(self) -> Tally:
+    def counts(self) -> RunCounts:
         """Runs, diverged and failed."""
-        return sum((tally(answers, self.failure_deg) for answers in self.pieces), Tally(0, 0, 0))
+        return sum((count_runs(answers, self.failure_deg) for answers in self.pieces), RunCounts(0, 0, 0))
 
     @cached_property
     def coefficients(self) -> dict[str, float]:
@@ -71,7 +71,7 @@ class SweepResult:
     @cached_property
     def report(self) -> dict[str, Any]:
         """The result as the command's JSON gives it, but for tolerance, step, time and provenance."""
-        counted = self.tally
+        counted = self.counts
         return {
             "runs": counted.runs,
             "diverged": counted.diverged,
@@ -92,7 +92,7 @@ class SweepResult:
         """Error of the regression on runs that it has not seen, drawn from the whole of the factors' ranges."""
         seed = self.sweep.design.seed + 1
         normal = tuple(i for i, factor in enumerate(self.sweep.factors) if factor.normal)
-        kind = replace(self.sweep.design, kind="random", runs=_FRESH, seed=seed, normal=normal, basic=0, words=())
+        kind = replace(self.sweep.design, kind="random", runs=_FRESH, seed=seed, normal=normal, basic=0, columns=())
         coded = kind.piece(0, _FRESH)
         values = _column(self.sweep.responses_at(coded), self.response)
         good = np.isfinite(values)

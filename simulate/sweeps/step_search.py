@@ -10,20 +10,21 @@ import numpy as np
 from numpy.typing import NDArray
 
 from measure.common.arrays import Array
-from simulate.deployment.deploy import grid
+from simulate.kernel.step_size import grid
 from simulate.model import responses
-from simulate.model.model import Model, Nuisance
-from simulate.sweeps.sweep import Sweep, respond
+from simulate.model.model import Model
+from simulate.model.rig import Nuisance
+from simulate.sweeps.sweep import Sweep, responses_of
 
 LONGEST_STEP_S = 1e-3
 ERROR_DEG = 0.05
 _PROBES = 64
 _MOST_HALVINGS = 5
-_TWIST_RAD = 1e-6
+_TURN_RAD = 1e-6
 
 
 @dataclass(frozen=True)
-class Settled:
+class StepChoice:
     """A sweep with its step, and how exact it is.
 
     error_deg : (probes,) what half the step changes of theta_z at its largest. growth : (probes,) by how much the answer turns for a
@@ -48,18 +49,18 @@ class Settled:
     @property
     def report(self) -> dict[str, Any]:
         """As the JSON of a sweep gives it."""
-        calm, wild = self.error_deg[~self.sensitive], self.error_deg[self.sensitive]
+        steady, sensitive = self.error_deg[~self.sensitive], self.error_deg[self.sensitive]
         return {
             "step_s": self.sweep.grid[0],
             "probes": len(self.error_deg),
-            "largest_error_deg": float(calm.max()) if len(calm) else None,
-            "sensitive_probes": len(wild),
+            "largest_error_deg": float(steady.max()) if len(steady) else None,
+            "sensitive_probes": len(sensitive),
             "sensitive_above_growth": self.limit,
-            "largest_error_of_sensitive_deg": float(wild.max()) if len(wild) else None,
+            "largest_error_of_sensitive_deg": float(sensitive.max()) if len(sensitive) else None,
         }
 
 
-def settled(sweep: Sweep, failure_deg: float) -> Settled:
+def choose_step(sweep: Sweep, failure_deg: float) -> StepChoice:
     """The sweep with the longest step that is fine enough, or, where the model gives a step, with that; never longer than stiffness allows.
 
     Sensitive is a run that a release off by its nuisance spread can turn beyond the failure angle, to first order; a small step changes
@@ -79,24 +80,24 @@ def settled(sweep: Sweep, failure_deg: float) -> Settled:
     return found
 
 
-def _tried(sweep: Sweep, models: Sequence[Model], step: float, limit: float) -> Settled:
+def _tried(sweep: Sweep, models: Sequence[Model], step: float, limit: float) -> StepChoice:
     here, finer = (_theta_z([_stepped(model, s) for model in models]) for s in (step, step / 2))
-    nudged = _theta_z([_nudged(_stepped(model, step)) for model in models])
+    turned = _theta_z([_turned(_stepped(model, step)) for model in models])
     both = np.isnan(here) & np.isnan(finer)
     error = np.where(both, 0.0, np.nan_to_num(np.degrees(np.abs(here - finer)), nan=np.inf))
-    growth = np.nan_to_num(np.abs(nudged - here) / _TWIST_RAD, nan=0.0)
-    return Settled(replace(sweep, model=_stepped(sweep.model, step)), error, growth, limit)
+    growth = np.nan_to_num(np.abs(turned - here) / _TURN_RAD, nan=0.0)
+    return StepChoice(replace(sweep, model=_stepped(sweep.model, step)), error, growth, limit)
 
 
 def _theta_z(models: Sequence[Model]) -> Array:
-    return respond(models)[:, responses.THETA_Z]
+    return responses_of(models)[:, responses.THETA_Z]
 
 
 def _stepped(model: Model, step: float) -> Model:
     return replace(model, simulation=replace(model.simulation, step_s=step))
 
 
-def _nudged(model: Model) -> Model:
+def _turned(model: Model) -> Model:
     """The same rig let go a microradian askew about every axis: an unstable tilt is found as well as an unstable twist."""
     x, y, z = model.release.theta_rad
-    return replace(model, release=replace(model.release, theta_rad=(x + _TWIST_RAD, y + _TWIST_RAD, z + _TWIST_RAD)))
+    return replace(model, release=replace(model.release, theta_rad=(x + _TURN_RAD, y + _TURN_RAD, z + _TURN_RAD)))

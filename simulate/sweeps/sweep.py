@@ -15,14 +15,15 @@ from numba import get_num_threads, set_num_threads
 
 from measure.common.arrays import Array
 from measure.common.errors import InputError
-from simulate.deployment.deploy import grid
-from simulate.dispatch.formulas import Program
-from simulate.kernel import response_kernel as watching
+from simulate.dispatch.formulas import FormulaTable
 from simulate.kernel.layout import MANY
-from simulate.kernel.model_rows import geometry_of, program_of, row_of, without_idle
-from simulate.kernel.rk_stage import stage
+from simulate.kernel.model_rows import formula_table_of, row_of, without_idle
+from simulate.kernel.response_kernel import respond_on_all_cores, respond_on_one_core
+from simulate.kernel.runge_kutta import compiled_stage
+from simulate.kernel.step_size import grid
 from simulate.model import responses
 from simulate.model.model import Model
+from simulate.model.rig import geometry_of
 from simulate.sweeps.designs import Design
 from simulate.sweeps.factors import Factor
 
@@ -31,8 +32,8 @@ _CORES = get_num_threads()
 _AHEAD = 64  # pieces handed to an executor before the first has come back
 
 
-class Rows(NamedTuple):
-    """Rows of a design by straight lines: base + coded levels @ slopes."""
+class LinearRows(NamedTuple):
+    """Rows of a design that are linear in the coded levels: base + coded levels @ slopes."""
 
     base: Array
     slopes: Array
@@ -76,12 +77,12 @@ class Sweep:
     def responses_at(self, coded: Array, alone: bool = False) -> Array:
         """Responses at any coded levels (runs, factors), whether the design has them or not."""
         full_height = geometry_of(self.model).deployed_height_m
-        return _respond(self.rows_at(coded), self._program, self.grid, full_height, alone)
+        return _responses(self.rows_at(coded), self._formulas, self.grid, full_height, alone)
 
     def rows_at(self, coded: Array) -> Array:
         """Rows of runs at these coded levels for the compiled kernel."""
-        if self._lines is not None:
-            return self._lines.base + coded @ self._lines.slopes
+        if self._linear_rows is not None:
+            return self._linear_rows.base + coded @ self._linear_rows.slopes
         return np.array([row_of(self.model_at(levels)) for levels in coded])
 
     def model_at(self, levels: Array) -> Model:
@@ -97,8 +98,8 @@ class Sweep:
         return min((grid(model) for model in self._extremes), key=lambda found: found[0])
 
     @cached_property
-    def _program(self) -> Program:
-        return program_of(self._acting)
+    def _formulas(self) -> FormulaTable:
+        return formula_table_of(self._acting)
 
     @cached_property
     def _extremes(self) -> list[Model]:
@@ -111,8 +112,8 @@ class Sweep:
         return without_idle(self._extremes)[0]
 
     @cached_property
-    def _lines(self) -> Rows | None:
-        """Straight lines through the rows at the levels, where the rows are such lines and no two factors meet in an entry."""
+    def _linear_rows(self) -> LinearRows | None:
+        """The rows as a linear function of the levels, where they are one and no two factors move the same entry."""
         middle = self.model_at(np.zeros(len(self.factors)))
         base = row_of(middle)
         slopes = []
@@ -123,7 +124,7 @@ class Sweep:
             slopes.append((high - low) / 2)
         moved = np.array(slopes) != 0.0
         meet = bool(np.any(moved.sum(axis=0) > 1))
-        return None if meet or not _same_shape(self.model, self.factors) else Rows(base, np.array(slopes))
+        return None if meet or not _same_shape(self.model, self.factors) else LinearRows(base, np.array(slopes))
 
 
 def _same_shape(model: Model, factors: tuple[Factor, ...]) -> bool:
@@ -131,18 +132,23 @@ def _same_shape(model: Model, factors: tuple[Factor, ...]) -> bool:
     return all(factor.applied(model, 1.0).simulation == model.simulation for factor in factors)
 
 
-def respond(models: Sequence[Model]) -> Array:
-    """Responses of models that share the kinds of their effects, duration and sampling, (models, responses.COUNT), SI."""
+def responses_of(models: Sequence[Model]) -> Array:
+    """Responses of models that share the kinds of their effects, duration and sampling.
+
+    Returns
+    -------
+    (models, responses.COUNT) in SI units, NaN where there is none.
+    """
     acting = without_idle(models)
     finest = min((grid(model) for model in models), key=lambda found: found[0])
     rows = np.array([row_of(model) for model in acting])
-    return _respond(rows, program_of(acting[0]), finest, geometry_of(models[0]).deployed_height_m)
+    return _responses(rows, formula_table_of(acting[0]), finest, geometry_of(models[0]).deployed_height_m)
 
 
-def _respond(rows: Array, called: Program, steps: tuple[float, int, int], full_height: float, alone: bool = False) -> Array:
+def _responses(rows: Array, formulas: FormulaTable, steps: tuple[float, int, int], full_height: float, alone: bool = False) -> Array:
     answers = np.empty((len(rows), responses.COUNT))
-    kernel = watching.respond_alone if alone else watching.respond_kernel
-    kernel(rows, called, stage(MANY, False).address, MANY, *steps, full_height, answers)
+    kernel = respond_on_one_core if alone else respond_on_all_cores
+    kernel(rows, formulas, compiled_stage(MANY, False).address, MANY, *steps, full_height, answers)
     return answers
 
 
@@ -181,16 +187,16 @@ def piece_of(sweep: Sweep, first: int, last: int) -> tuple[int, Array]:
     return first, sweep.responses(first, last, alone=True)
 
 
-class Tally(NamedTuple):
+class RunCounts(NamedTuple):
     """How many runs diverged, and how many failed of those that did not."""
 
     runs: int
     diverged: int
     failed: int
 
-    def __add__(self, other: tuple[Any, ...]) -> Tally:  # type: ignore[override]
-        """The tally of both."""
-        return Tally(*(a + b for a, b in zip(self, other, strict=True)))
+    def __add__(self, other: tuple[Any, ...]) -> RunCounts:  # type: ignore[override]
+        """The counts of both together."""
+        return RunCounts(*(a + b for a, b in zip(self, other, strict=True)))
 
     @property
     def failed_percent(self) -> float:
@@ -214,8 +220,8 @@ def wilson(hits: int, of: int) -> tuple[float, float]:
     return max(centre - half, 0.0), min(centre + half, 1.0)
 
 
-def tally(answers: Array, failure_deg: float) -> Tally:
+def count_runs(answers: Array, failure_deg: float) -> RunCounts:
     """Count runs that diverged, and runs whose theta_z goes beyond the failure angle."""
     diverged = ~np.isnan(answers[:, responses.DIVERGED])
     failed = np.abs(np.degrees(answers[~diverged, responses.THETA_Z])) > failure_deg
-    return Tally(len(answers), int(diverged.sum()), int(failed.sum()))
+    return RunCounts(len(answers), int(diverged.sum()), int(failed.sum()))

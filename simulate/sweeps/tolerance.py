@@ -11,8 +11,9 @@ import numpy as np
 
 from measure.common.arrays import Array
 from simulate.model import responses
-from simulate.model.model import LEGS, Model, per_leg
-from simulate.sweeps.sweep import respond, wilson
+from simulate.model.model import Model
+from simulate.model.rig import LEGS, per_leg
+from simulate.sweeps.sweep import responses_of, wilson
 
 # Small against what the paper varies, large against rounding: 0.1 % of the mean stored force either way.
 _STEP_SHARE = 1e-3
@@ -22,7 +23,7 @@ _TRIALS = 256
 _CURVE = (0.25, 0.5, 1.0, 2.0, 4.0)
 
 
-class Kept(NamedTuple):
+class SpreadTrial(NamedTuple):
     """Trials with normal stored forces: their spread, the angle kept with the stated probability, the share within the angle asked for."""
 
     spread_N: float
@@ -42,7 +43,7 @@ def gradient_deg_per_N(model: Model) -> Array:
 def theta_z_deg(model: Model, shifts: Array) -> Array:
     """(runs,) signed largest theta_z with the stored forces shifted by each row of (runs, 6), N."""
     rigs = [replace(model, actuator=model.actuator.shifted(tuple(row))) for row in shifts]
-    return np.degrees(respond(rigs)[:, responses.THETA_Z])
+    return np.degrees(responses_of(rigs)[:, responses.THETA_Z])
 
 
 def spread_N(gradient: Array, angle_deg: float, probability: float) -> float:
@@ -50,7 +51,7 @@ def spread_N(gradient: Array, angle_deg: float, probability: float) -> float:
 
     s = angle / (z |g|)        z the two-sided normal quantile of the probability
 
-    Linear in the forces, about a rig that does not turn; `kept` says what comes of it.
+    Linear in the forces, about a rig that does not turn; `tried_spread` says what comes of it.
     """
     from scipy.stats import norm
 
@@ -58,14 +59,14 @@ def spread_N(gradient: Array, angle_deg: float, probability: float) -> float:
     return angle_deg / (float(norm.ppf((1 + probability) / 2)) * size) if size > 0 else np.inf
 
 
-def kept(model: Model, spread: float, angle_deg: float, probability: float, seed: int = 0) -> Kept:
+def tried_spread(model: Model, spread: float, angle_deg: float, probability: float, seed: int = 0) -> SpreadTrial:
     """Simulated and not extrapolated: how far the platform turns with stored forces of this spread."""
     drawn = np.random.default_rng([seed, 7]).normal(0.0, spread, (_TRIALS, LEGS))
     turned = np.abs(theta_z_deg(model, drawn))
     turned = turned[np.isfinite(turned)]
     within = int(np.sum(turned < angle_deg))
     share = within / len(turned) if len(turned) else np.nan
-    return Kept(spread, float(np.quantile(turned, probability)) if len(turned) else np.nan, share, wilson(within, len(turned)))
+    return SpreadTrial(spread, float(np.quantile(turned, probability)) if len(turned) else np.nan, share, wilson(within, len(turned)))
 
 
 def tolerance_of(
@@ -79,7 +80,7 @@ def tolerance_of(
     gradient = gradient_deg_per_N(model)
     good = bool(np.all(np.isfinite(gradient)) and np.any(gradient))
     spreads = {angle: spread_N(gradient, angle, probability) for angle in angles_deg} if good else {}
-    tried = {angle: kept(model, spread, angle, probability, seed) for angle, spread in spreads.items()}
+    tried = {angle: tried_spread(model, spread, angle, probability, seed) for angle, spread in spreads.items()}
     return {
         "slope_deg_per_N": gradient,
         "probability": probability,
@@ -97,7 +98,7 @@ def _curve(model: Model, spreads: Mapping[float, float], probability: float, see
     if not spreads:
         return []
     middle = float(np.exp(np.mean(np.log(list(spreads.values())))))
-    points = [kept(model, share * middle, np.inf, probability, seed) for share in _CURVE]
+    points = [tried_spread(model, share * middle, np.inf, probability, seed) for share in _CURVE]
     return [{"spread_N": point.spread_N, "angle_deg": point.angle_deg} for point in points]
 
 

@@ -26,7 +26,7 @@ from measure.tables.loop import Loop
 from measure.tables.trajectory import Trajectory
 from simulate.effects import GravityImbalance
 from simulate.files.model_file import read_model
-from simulate.law import loop_force
+from simulate.loop import loop_force
 from simulate.model.model import Model, with_value
 
 ROOT = Path(__file__).resolve().parents[2]

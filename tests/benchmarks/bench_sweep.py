@@ -36,7 +36,7 @@ from simulate.model import responses
 from simulate.model.model import Model, per_leg
 from simulate.sweeps.designs import design_of
 from simulate.sweeps.factors import paper_factors
-from simulate.sweeps.step_search import settled
+from simulate.sweeps.step_search import choose_step
 from simulate.sweeps.sweep import Sweep, run_on
 
 RUNS = 4096
@@ -136,7 +136,7 @@ def mujoco_seconds(model: Model, runs: int) -> float | None:
 def main() -> None:
     """Print the table."""
     model = read_model(Path(sys.argv[1] if len(sys.argv) > 1 else "datasets/prototype.toml"))
-    found = settled(full_design(model), 30.0)
+    found = choose_step(full_design(model), 30.0)
     sweep = found.sweep
     ours = seconds(lambda: answers_of(sweep), 3)
     half = replace(sweep, model=replace(sweep.model, simulation=replace(sweep.model.simulation, step_s=sweep.grid[0] / 2)))

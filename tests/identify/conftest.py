@@ -22,7 +22,7 @@ from identify.selection.explain import Explanation, explain
 from measure.tables.loop import Loop, write_loop
 from measure.tables.trajectory import Trajectory, write_trajectory
 from simulate.files.model_file import read_model, write_model
-from simulate.law import loop_force
+from simulate.loop import loop_force
 from simulate.model.effect import Effect
 from simulate.model.model import Model, Simulation, with_value
 

@@ -9,7 +9,8 @@ from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
 from simulate.effects import HubInertia, ViscousFriction
-from simulate.law import force_rate, loop_force, restoring_force, steady_loop_area
+from simulate.law import force_rate, restoring_force, steady_loop_area
+from simulate.loop import loop_force
 
 LINES = np.array([-0.25, 2.79, -0.3, 2.89, 400.0])
 

@@ -10,7 +10,7 @@ from itertools import pairwise
 import numpy as np
 
 from simulate.deployment.deploy import deploy_many
-from simulate.kernel.integrator import POSE
+from simulate.kernel.layout import SAMPLE_POSE
 from simulate.model.effect import Effect
 from simulate.model.model import Model, Simulation, with_value
 
@@ -48,7 +48,7 @@ def motions(models: Sequence[Model], step_s: float = STEP_S, duration_s: float =
     made: dict[int, Motion] = {}
     for rows in groups.values():
         for i, run in zip(rows, deploy_many([rigs[i] for i in rows]), strict=True):
-            made[i] = Motion(run.time_s, run.samples[:, POSE : POSE + 3], run.samples[:, POSE + 3 : POSE + 7])
+            made[i] = Motion(run.time_s, run.samples[:, SAMPLE_POSE : SAMPLE_POSE + 3], run.samples[:, SAMPLE_POSE + 3 : SAMPLE_POSE + 7])
     return [made[i] for i in range(len(rigs))]
 
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from measure.tables.loop import Loop
-from simulate.law import loop_force
+from simulate.loop import loop_force
 from simulate.model.effect import Effect
 from simulate.model.model import Actuator, Model
 

@@ -11,7 +11,7 @@ from identify.estimation.covariance import jacobians
 from identify.loops.loop_data import gap, prepare
 from measure import InputError, Loop
 from simulate.effects import GravityImbalance, HubInertia, ViscousFriction
-from simulate.law import loop_force
+from simulate.loop import loop_force
 
 LINES = np.array([-0.25, 2.79, -0.3, 2.89, 400.0])
 NAMES = ("a_l_N_per_m", "b_l_N", "a_u_N_per_m", "b_u_N", "beta_per_m")

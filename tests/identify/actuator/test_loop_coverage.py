@@ -8,7 +8,7 @@ from identify.actuator.fit_actuator import fit_actuator
 from identify.loops.loop_data import prepare
 from measure import Loop
 from simulate.effects import HubInertia, ViscousFriction
-from simulate.law import loop_force
+from simulate.loop import loop_force
 
 RATE, FINE = 300.0, 10
 

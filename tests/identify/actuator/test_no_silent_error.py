@@ -12,7 +12,7 @@ from identify.actuator.fit_actuator import ActuatorFit, fit_actuator
 from identify.loops.loop_data import prepare
 from measure import InputError, Loop
 from simulate.effects import HubInertia, ViscousFriction
-from simulate.law import loop_force
+from simulate.loop import loop_force
 from simulate.model.effect import Effect
 
 FINE = 20  # steps of the truth for each sample

@@ -7,7 +7,7 @@ from identify.actuator.stiffness import effective_stiffness, friction_of
 from identify.loops.loop_data import prepare
 from measure import Loop
 from simulate.effects import HubInertia, ViscousFriction
-from simulate.law import loop_force
+from simulate.loop import loop_force
 
 LINES = np.array([-0.25, 2.79, -0.3, 2.89, 400.0])
 

@@ -9,7 +9,7 @@ from identify.loops.loop_data import prepare
 from identify.report.loop_result import result_of, transition_of
 from measure import Loop
 from simulate.effects import HubInertia, TransitionZone, ViscousFriction
-from simulate.law import loop_force
+from simulate.loop import loop_force
 from simulate.model.effect import Effect
 
 

@@ -8,7 +8,7 @@ import pytest
 from identify.actuator.fit_actuator import fit_actuator
 from identify.loops.loop_data import prepare
 from measure import Loop
-from simulate.law import loop_force
+from simulate.loop import loop_force
 
 T = np.arange(2000) / 400.0
 WAVE = np.sin(2 * np.pi * T)

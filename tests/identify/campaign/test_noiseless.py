@@ -18,7 +18,7 @@ from measure.tables.trajectory import Trajectory
 from simulate.deployment.deploy import deploy
 from simulate.effects import HubInertia
 from simulate.files.model_file import read_model
-from simulate.law import loop_force
+from simulate.loop import loop_force
 from simulate.model.model import Simulation
 
 

@@ -15,7 +15,7 @@ from measure.readers.column_mapping import ColumnMapping, write_mapping
 from measure.tables.loop import Loop, write_loop
 from measure.tables.trajectory import Trajectory, write_trajectory
 from simulate.files.model_file import read_model
-from simulate.law import loop_force
+from simulate.loop import loop_force
 
 PROTOTYPE = Path(__file__).resolve().parents[1].joinpath("rig.toml")
 

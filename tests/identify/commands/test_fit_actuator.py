@@ -11,7 +11,7 @@ from measure import Loop, read_loop, write_loop
 from measure.readers.column_mapping import read_mapping
 from measure.tables.csv_cells import write_columns
 from simulate.files.model_file import read_model
-from simulate.law import loop_force
+from simulate.loop import loop_force
 
 REAL = Path("../shared/real/loops")
 LINES = np.array([-0.25, 2.79, -0.3, 2.89, 400.0])

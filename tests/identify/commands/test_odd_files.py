@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from identify.commands.fit_actuator import main
-from simulate.law import loop_force
+from simulate.loop import loop_force
 
 LINES = np.array([-0.25, 2.79, -0.3, 2.89, 400.0])
 RATE = 200.0

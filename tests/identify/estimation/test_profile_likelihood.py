@@ -12,7 +12,7 @@ from identify.estimation.problem import problem_of
 from identify.estimation.profile_likelihood import REACH, profile_interval
 from measure import Loop
 from simulate.effects import ForceRelaxation, HubInertia, StribeckFriction
-from simulate.law import loop_force
+from simulate.loop import loop_force
 
 FINE = 10
 

@@ -12,7 +12,7 @@ from identify.campaign.runs import read_campaign
 from identify.estimation import problem as problems
 from identify.estimation.problem import problem_of
 from identify.estimation.threads import others_busy, side_by_side
-from simulate.dispatch.compiled_code import once
+from simulate.dispatch.compiled_code import compiled_once
 from simulate.effects import CATALOGUE
 from simulate.files.model_file import read_model
 
@@ -42,7 +42,7 @@ def test_loops_are_seen_to_move_with_an_effect_where_they_do(campaign, prototype
 
 def test_threads_that_ask_at_once_are_given_the_same_thing():
     together = Barrier(8)
-    made = once(lambda key: object())
+    made = compiled_once(lambda key: object())
 
     def ask(_: int) -> object:
         together.wait()

@@ -6,7 +6,7 @@ import pytest
 from identify.loops.loop_data import effective_number, free_start, gap, predict, prepare
 from measure import InputError, Loop
 from simulate.effects import HubInertia, ViscousFriction
-from simulate.law import loop_force
+from simulate.loop import loop_force
 
 LINES = np.array([-0.25, 2.79, -0.3, 2.89, 400.0])
 

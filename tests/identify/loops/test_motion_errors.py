@@ -17,7 +17,7 @@ from identify.loops.harmonics import harmonic_motion
 from identify.loops.loop_data import prepare
 from measure import Loop
 from simulate.effects import HubInertia, ViscousFriction
-from simulate.law import loop_force
+from simulate.loop import loop_force
 from simulate.model.model import Model
 
 HUB, GREASE, LASER_M, CELL_N, FINE = HubInertia(0.57), ViscousFriction(0.3), 1e-5, 1e-3, 20

@@ -7,7 +7,7 @@ from identify.actuator.fit_actuator import fit_actuator
 from identify.loops.loop_data import prepare
 from identify.loops.segments import sentence
 from measure import Loop
-from simulate.law import loop_force
+from simulate.loop import loop_force
 
 LINES = np.array([-0.25, 2.79, -0.3, 2.89, 400.0])
 RATE = 400.0

@@ -9,7 +9,7 @@ from identify.campaign.runs import read_campaign, remarks
 from identify.loops.loop_data import area, prepare
 from identify.loops.sign import oriented
 from measure import Loop, write_loop
-from simulate.law import loop_force
+from simulate.loop import loop_force
 
 
 def loop():

@@ -9,7 +9,7 @@ from identify.loops.loop_data import prepare
 from identify.report.loop_plots import page
 from measure import Loop
 from simulate.effects import HubInertia
-from simulate.law import loop_force
+from simulate.loop import loop_force
 from simulate.model.effect import Effect
 
 LINES = np.array([-0.25, 2.79, -0.3, 2.89, 400.0])

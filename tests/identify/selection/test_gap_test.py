@@ -16,7 +16,7 @@ from identify.selection.screening import kinds_to_try, screen
 from measure.tables.loop import Loop
 from simulate.effects import CATALOGUE, HubInertia, ViscousFriction
 from simulate.files.model_file import read_model
-from simulate.law import loop_force
+from simulate.loop import loop_force
 
 MODEL = read_model(Path(__file__).resolve().parents[1].joinpath("rig.toml"))
 

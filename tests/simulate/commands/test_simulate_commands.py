@@ -38,8 +38,8 @@ def test_a_deployment_is_written_as_trajectory_legs_figure_and_json(folder, caps
     assert legs[0, header.index("force_3_N")] == 2.987
     assert max(result["step_error"]["whole_run"].values()) < 1e-5
     names = (folder / "e.csv").read_text().splitlines()[0].split(",")
-    ledger = dict(zip(names, np.loadtxt(folder / "e.csv", delimiter=",", skiprows=1).T, strict=True))
-    assert ledger["lost_in_stops_J"][-1] == pytest.approx(work["lost_in_stops"])
+    balance = dict(zip(names, np.loadtxt(folder / "e.csv", delimiter=",", skiprows=1).T, strict=True))
+    assert balance["lost_in_stops_J"][-1] == pytest.approx(work["lost_in_stops"])
     assert (folder / "f.png").read_bytes().startswith(b"\x89PNG")
     assert "energy closes" in capsys.readouterr().out
 

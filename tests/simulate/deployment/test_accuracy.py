@@ -7,8 +7,7 @@ import numpy as np
 import pytest
 
 from measure.tables.trajectory import CHANNELS
-from simulate.deployment.accuracy import deploy_checked
-from simulate.deployment.deploy import deploy
+from simulate.deployment.deploy import deploy, deploy_checked
 from simulate.model.model import EndStop, Simulation
 
 

@@ -13,8 +13,8 @@ from simulate.model import responses
 from simulate.sweeps.designs import design_of
 from simulate.sweeps.factors import paper_factors
 from simulate.sweeps.regression import coefficients_of
-from simulate.sweeps.step_search import settled
-from simulate.sweeps.sweep import Sweep, run_on, tally
+from simulate.sweeps.step_search import choose_step
+from simulate.sweeps.sweep import Sweep, count_runs, run_on
 from simulate.sweeps.tolerance import gradient_deg_per_N, spread_N
 
 LETTERS = "ABCDEFGHJKLM"
@@ -29,7 +29,7 @@ def shipped():
 
 @pytest.fixture(scope="module")
 def full(shipped):
-    sweep = settled(Sweep(shipped, tuple(paper_factors(shipped)), design_of("full", 12, None, 0)), 30.0).sweep
+    sweep = choose_step(Sweep(shipped, tuple(paper_factors(shipped)), design_of("full", 12, None, 0)), 30.0).sweep
     answers = np.concatenate([part for _, part in run_on(sweep)])
     theta = np.degrees(answers[:, responses.THETA_Z])
     return sweep, answers, coefficients_of(sweep.design, LETTERS, lambda: iter([theta]))
@@ -63,7 +63,7 @@ def test_the_platform_is_a_body_that_can_be(shipped):
 @pytest.mark.slow
 def test_none_of_the_4096_runs_diverges_and_69_percent_of_them_fail(full):
     _, answers, _ = full
-    counted = tally(answers, 30.0)
+    counted = count_runs(answers, 30.0)
     assert counted.runs == 4096
     assert counted.diverged == 0
     assert round(counted.failed_percent) == 69
@@ -95,7 +95,7 @@ def test_slopes_have_no_influence(full):
 @pytest.mark.slow
 def test_no_run_of_the_design_is_sensitive_and_all_are_exact_to_a_tenth_of_a_degree(full):
     sweep, answers, _ = full
-    assert settled(sweep, 30.0).report["sensitive_probes"] == 0
+    assert choose_step(sweep, 30.0).report["sensitive_probes"] == 0
     fine = replace(sweep, model=replace(sweep.model, simulation=replace(sweep.model.simulation, step_s=sweep.grid[0] / 8)))
     drawn = np.random.default_rng(1).permutation(4096)[:192]
     exact = fine.responses_at(np.vstack([sweep.design.piece(run, run + 1) for run in drawn]))

@@ -10,8 +10,7 @@ from hypothesis import strategies as st
 
 from measure.common.errors import InputError
 from simulate.commands import simulate_deployment, sweep_deployments
-from simulate.deployment.accuracy import deploy_checked
-from simulate.deployment.deploy import deploy
+from simulate.deployment.deploy import deploy, deploy_checked
 from simulate.effects import CATALOGUE
 from simulate.files.model_file import write_model
 from simulate.model.model import Simulation, with_value

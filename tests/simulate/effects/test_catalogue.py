@@ -9,7 +9,7 @@ import pytest
 from measure.common.errors import InputError
 from simulate.deployment.deploy import deploy
 from simulate.effects import CATALOGUE
-from simulate.law import loop_force
+from simulate.loop import loop_force
 from simulate.model.effect import LegEffect
 from simulate.model.model import Simulation
 

@@ -9,7 +9,7 @@ from scipy.spatial.transform import Rotation
 
 from simulate import effects as known
 from simulate.deployment.deploy import deploy
-from simulate.law import loop_force
+from simulate.loop import loop_force
 from simulate.model.model import EndStop, Geometry, Release, Simulation
 
 FLAT = np.array([0.0, 2.79, 0.0, 2.89, 400.0])

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from simulate.deployment.deploy import deploy
-from simulate.law import loop_force
+from simulate.loop import loop_force
 from simulate.model.effect import LegEffect, PlatformEffect, parameter
 from simulate.model.model import Geometry, Simulation
 

@@ -84,10 +84,10 @@ def test_energy_closes_over_release_stroke_stops_and_rebound_on_a_rig_without_sy
 
 
 def test_stops_and_friction_only_take_energy_out_over_a_whole_run(prototype):
-    ledger = deploy(prototype).work_J
-    assert ledger["by_stops"][-1] < 0
-    assert np.all(np.diff(ledger["by_effects"]) <= 1e-12)
-    assert np.all(ledger["by_weight"] == 0)
+    balance = deploy(prototype).work_J
+    assert balance["by_stops"][-1] < 0
+    assert np.all(np.diff(balance["by_effects"]) <= 1e-12)
+    assert np.all(balance["by_weight"] == 0)
 
 
 def test_rk4_shows_order_four_while_the_motion_is_smooth(lopsided):
@@ -274,18 +274,18 @@ def test_every_joule_of_a_deployment_is_stored_kinetic_lost_or_named(lopsided):
     model = heavy.with_effect(GravityImbalance(0.2)).with_effect(PulleyFriction(0.1)).with_effect(JointFriction(1e-3))
     model = replace(model, platform=replace(model.platform, centre_of_mass_m=(0.0, 0.0, 0.0)))
     run = deploy(model)
-    ledger, lifted = run.energy_J, run.channels["z_m"] - run.channels["z_m"][0]
+    balance, lifted = run.energy_J, run.channels["z_m"] - run.channels["z_m"][0]
     named = {"by_viscous-friction", "by_gravity-imbalance", "by_pulley-friction", "by_joint-friction"}
-    assert set(ledger) == {"kinetic", "stored_in_strips", "stored_in_stops", "lost_in_hysteresis", "lost_in_stops", "by_weight"} | named
-    held = ledger["kinetic"] + ledger["stored_in_strips"] + ledger["stored_in_stops"]
-    lost = ledger["lost_in_hysteresis"] + ledger["lost_in_stops"]
-    assert held + lost == pytest.approx(held[0] + sum(ledger[name] for name in (*named, "by_weight")), abs=1e-6)
-    assert ledger["by_gravity-imbalance"] == pytest.approx(0.2 * lifted, abs=1e-6)
-    assert ledger["by_weight"] == pytest.approx(-0.8 * lifted, abs=1e-6)
-    assert all(ledger[f"by_{name}-friction"][-1] < -1e-3 for name in ("viscous", "pulley", "joint"))
-    assert np.all(np.diff(ledger["lost_in_hysteresis"][50:]) >= -1e-9), "the law only takes energy, once it is on its lines"
-    assert ledger["lost_in_stops"][-1] > 0.01
-    assert ledger["stored_in_stops"].max() > 0.01
+    assert set(balance) == {"kinetic", "stored_in_strips", "stored_in_stops", "lost_in_hysteresis", "lost_in_stops", "by_weight"} | named
+    held = balance["kinetic"] + balance["stored_in_strips"] + balance["stored_in_stops"]
+    lost = balance["lost_in_hysteresis"] + balance["lost_in_stops"]
+    assert held + lost == pytest.approx(held[0] + sum(balance[name] for name in (*named, "by_weight")), abs=1e-6)
+    assert balance["by_gravity-imbalance"] == pytest.approx(0.2 * lifted, abs=1e-6)
+    assert balance["by_weight"] == pytest.approx(-0.8 * lifted, abs=1e-6)
+    assert all(balance[f"by_{name}-friction"][-1] < -1e-3 for name in ("viscous", "pulley", "joint"))
+    assert np.all(np.diff(balance["lost_in_hysteresis"][50:]) >= -1e-9), "the law only takes energy, once it is on its lines"
+    assert balance["lost_in_stops"][-1] > 0.01
+    assert balance["stored_in_stops"].max() > 0.01
 
 
 def test_a_leg_that_is_pushed_below_its_stowed_length_meets_a_stop_there_too(prototype):

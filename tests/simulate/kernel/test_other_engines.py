@@ -14,8 +14,7 @@ from scipy.special import erf
 
 from measure.common.errors import InputError
 from simulate import effects as known
-from simulate.deployment.accuracy import deploy_checked
-from simulate.deployment.deploy import deploy
+from simulate.deployment.deploy import deploy, deploy_checked
 from simulate.deployment.mujoco_export import mjcf_of, require_expressed
 from simulate.effects import AirDrag
 from simulate.model.model import EndStop, Release, Simulation, per_leg

@@ -13,7 +13,7 @@ from simulate.sweeps.designs import design_of
 from simulate.sweeps.factors import factors_of, paper_factors
 from simulate.sweeps.regression import coefficients_of, variability_percent
 from simulate.sweeps.result import SweepResult
-from simulate.sweeps.sweep import Sweep, run_on, tally
+from simulate.sweeps.sweep import Sweep, count_runs, run_on
 from simulate.sweeps.tolerance import gradient_deg_per_N, spread_N
 
 
@@ -61,7 +61,7 @@ def test_mirror_symmetry_of_the_rig_leaves_no_constant_and_hardly_any_even_produ
 
 def test_most_combinations_of_the_stored_forces_fail(stored_forces):
     _, answers = stored_forces
-    assert tally(answers, 30.0).failed_percent > 65
+    assert count_runs(answers, 30.0).failed_percent > 65
 
 
 def test_a_sweeps_run_is_the_deployment_of_its_model(prototype):
@@ -77,11 +77,11 @@ def test_a_sweeps_run_is_the_deployment_of_its_model(prototype):
         assert answers[run, responses.TILT] == pytest.approx(tilt.max(), abs=1e-7)
 
 
-def test_factors_that_bend_the_row_are_not_taken_for_straight_lines(prototype):
+def test_factors_that_bend_the_row_are_not_taken_for_straight_linear_rows(prototype):
     # the stowed lengths of the legs follow the stowed height by a square root
     model = replace(prototype, simulation=Simulation(0.3, 500.0))
     sweep, answers = swept(model, ["geometry.stowed_height_m=0.2..0.3", "actuator.b_l_N[0]=+-1%"], "sobol", 8)
-    assert sweep._lines is None
+    assert sweep._linear_rows is None
     for run in range(8):
         theta = deploy(sweep.model_at(sweep.design.piece(run, run + 1)[0])).channels["theta_z_rad"]
         assert answers[run, responses.THETA_Z] == pytest.approx(theta[np.argmax(np.abs(theta))], abs=1e-9)
@@ -103,7 +103,7 @@ def test_diverged_runs_are_counted_and_left_out_of_every_mean(prototype):
     words = ["end_stop.stiffness_N_per_m=100..1e9", "platform.mass_kg=+-1%", "actuator.b_l_N[0]=+-1%"]
     sweep, answers = swept(model, words)
     result = SweepResult(sweep, [answers], "theta_z_deg", 30.0)
-    counted = tally(answers, 30.0)
+    counted = count_runs(answers, 30.0)
     assert counted.diverged == 4
     (values,) = result.values()
     assert np.all(np.isnan(values[~np.isnan(answers[:, responses.DIVERGED])]))
@@ -115,10 +115,10 @@ def test_failure_probability_has_an_interval_that_narrows_with_the_runs():
     answers = np.zeros((1000, responses.COUNT))
     answers[:, responses.DIVERGED] = np.nan
     answers[:100, responses.THETA_Z] = 1.0
-    low, high = tally(answers, 30.0).interval_percent()
+    low, high = count_runs(answers, 30.0).interval_percent()
     assert low < 10.0 < high
     assert high - low < 4.0
-    few = tally(answers[::10], 30.0).interval_percent()
+    few = count_runs(answers[::10], 30.0).interval_percent()
     assert few[1] - few[0] > 3 * (high - low)
 
 

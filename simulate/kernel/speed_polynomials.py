@@ -6,8 +6,9 @@ from dataclasses import replace
 from typing import Any
 
 from measure.common.errors import InputError
-from simulate.effects import RateDependentAsymptotes
-from simulate.model.model import Model, Rate
+from simulate.effects.rate_dependent_asymptotes import RateDependentAsymptotes
+from simulate.model.model import Model
+from simulate.model.rig import Rate
 
 _LINES = {"a_l": "a_l_N_per_m", "b_l": "b_l_N", "a_u": "a_u_N_per_m", "b_u": "b_u_N"}
 _HIGHEST_POWER = 2

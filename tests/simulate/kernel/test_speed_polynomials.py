@@ -8,7 +8,7 @@ import pytest
 from measure.common.errors import InputError
 from simulate.deployment.deploy import deploy
 from simulate.effects import RateDependentAsymptotes
-from simulate.law import loop_force
+from simulate.loop import loop_force
 from simulate.model.model import Rate, Simulation
 
 LINES = np.array([-0.25, 2.79, -0.25, 2.89, 400.0])

@@ -1,4 +1,4 @@
-"""The 6 x 6 systems of a block: their energy and their solution."""
+"""The platform as one rigid body: its rotation, its kinetic energy, the solution of its 6 x 6 systems, and the rates of its state."""
 
 from __future__ import annotations
 
@@ -7,7 +7,23 @@ import math
 from numba import njit
 
 from measure.common.arrays import Array
-from simulate.kernel.layout import KINETIC, RIGHT, SYSTEM, TRIAL
+from simulate.kernel.layout import KINETIC, RATE, RIGHT, ROTATION, SYSTEM, TRIAL
+
+
+@njit(cache=True, error_model="numpy", forceinline=True)
+def rotate(w: Array, n: int) -> None:
+    """Rotation matrices of the trial states, platform axes to world axes, row by row."""
+    for i in range(n):
+        a, b, c, d = w[(TRIAL + 3) * n + i], w[(TRIAL + 4) * n + i], w[(TRIAL + 5) * n + i], w[(TRIAL + 6) * n + i]
+        w[ROTATION * n + i] = 1 - 2 * (c * c + d * d)
+        w[(ROTATION + 1) * n + i] = 2 * (b * c - a * d)
+        w[(ROTATION + 2) * n + i] = 2 * (b * d + a * c)
+        w[(ROTATION + 3) * n + i] = 2 * (b * c + a * d)
+        w[(ROTATION + 4) * n + i] = 1 - 2 * (b * b + d * d)
+        w[(ROTATION + 5) * n + i] = 2 * (c * d - a * b)
+        w[(ROTATION + 6) * n + i] = 2 * (b * d - a * c)
+        w[(ROTATION + 7) * n + i] = 2 * (c * d + a * b)
+        w[(ROTATION + 8) * n + i] = 1 - 2 * (b * b + c * c)
 
 
 @njit(cache=True, error_model="numpy", forceinline=True)
@@ -66,3 +82,19 @@ def solve(w: Array, n: int) -> None:
         w[(RIGHT + 3) * n + i] = y3
         w[(RIGHT + 4) * n + i] = y4
         w[(RIGHT + 5) * n + i] = y5
+
+
+@njit(cache=True, error_model="numpy", forceinline=True)
+def state_rates(w: Array, n: int) -> None:
+    """Rates of position, quaternion, velocity and angular velocity, from the solved system."""
+    for i in range(n):
+        a, b, c, d = w[(TRIAL + 3) * n + i], w[(TRIAL + 4) * n + i], w[(TRIAL + 5) * n + i], w[(TRIAL + 6) * n + i]
+        x, y, z = w[(TRIAL + 10) * n + i], w[(TRIAL + 11) * n + i], w[(TRIAL + 12) * n + i]
+        w[(RATE + 3) * n + i] = -0.5 * (x * b + y * c + z * d)
+        w[(RATE + 4) * n + i] = 0.5 * (x * a + y * d - z * c)
+        w[(RATE + 5) * n + i] = 0.5 * (y * a + z * b - x * d)
+        w[(RATE + 6) * n + i] = 0.5 * (z * a + x * c - y * b)
+    for k in range(3 * n):
+        w[RATE * n + k] = w[(TRIAL + 7) * n + k]
+    for k in range(6 * n):
+        w[(RATE + 7) * n + k] = w[RIGHT * n + k]

@@ -1,0 +1,43 @@
+"""The formulas and parameters of a model's effects as a kernel wants them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from measure.common.arrays import Array
+from simulate.dispatch.compiled_code import compiled_once
+from simulate.dispatch.formulas import LANE_SIGNATURES, SIGNATURES, FormulaTable, address, lanes_form
+from simulate.model.effect import Effect
+from simulate.model.rig import Rig
+
+WITH_POWER = ("leg_force", "joint_resistance", "platform_wrench")  # the formulas that do work, in the order of the kernel's energy balance
+
+
+def formula_table(effects: Sequence[Effect], first_parameter: int) -> FormulaTable:
+    """The formulas of these effects; parameters stand one after the other from `first_parameter` on."""
+    return _formula_table(tuple(type(effect) for effect in effects), first_parameter)
+
+
+@compiled_once
+def _formula_table(effects: tuple[type[Effect], ...], first_parameter: int) -> FormulaTable:
+    rows: dict[str, list[tuple[int, int, int]]] = {kind: [] for kind in SIGNATURES}
+    place = first_parameter
+    for effect in effects:
+        for kind, found in rows.items():
+            formula = getattr(effect, kind)
+            if formula is not None:
+                lanes = lanes_form(formula, kind).address if kind in LANE_SIGNATURES else 0
+                found.append((address(formula, kind), place, lanes))
+        place += len(effect.flat_names()) + effect.constants
+    return FormulaTable(**{kind: np.array(found, dtype=np.int64).reshape(-1, 3) for kind, found in rows.items()})
+
+
+def flat_parameters(effects: Sequence[Effect], model: Rig | None = None) -> Array:
+    """All parameters of these effects, one after the other, each followed by its constants; without a model these are zero."""
+    parts = [np.empty(0)]
+    for effect in effects:
+        constants = np.zeros(effect.constants) if model is None else np.array(effect.constants_of(model), dtype=float)
+        parts += [effect.flat(), constants]
+    return np.concatenate(parts)

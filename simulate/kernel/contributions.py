@@ -1,0 +1,176 @@
+"""What effects contribute to the equations of motion: their formulas, called for every run of a block, by address."""
+
+from __future__ import annotations
+
+from numba import njit
+
+from measure.common.arrays import Array
+from simulate.dispatch.formulas import (
+    FormulaPointers,
+    call_joint_resistance,
+    call_leg_asymptotes,
+    call_leg_force,
+    call_leg_force_lanes,
+    call_leg_mass,
+    call_leg_mass_lanes,
+    call_leg_transverse,
+    call_platform_mass,
+    call_platform_wrench,
+    formula_at,
+    lanes_formula_at,
+    parameter_place,
+)
+from simulate.dispatch.intrinsics import pointer
+from simulate.kernel.layout import (
+    ADDED,
+    AXIAL_MASS,
+    EACH,
+    FULL,
+    LEG_BEFORE,
+    LEG_VALUE,
+    LENGTH,
+    RIGHT,
+    ROWS,
+    SCRATCH,
+    SCRATCH_MATRIX,
+    SCRATCH_PAIR,
+    SCRATCH_POSE,
+    SCRATCH_TWIST,
+    SCRATCH_WRENCH,
+    SLOPE,
+    STOWED,
+    SYSTEM,
+    TRIAL,
+    G,
+    H,
+    R,
+    U,
+    V,
+)
+
+
+@njit(cache=True, error_model="numpy", forceinline=True)
+def power_row(row: int, n: int) -> int:
+    """Where the power of a formula stands; forces along legs come first, then joints, then wrenches."""
+    return ROWS * n + SCRATCH + row * n
+
+
+@njit(cache=True, error_model="numpy", forceinline=True)
+def count_working(formulas: FormulaPointers) -> int:
+    """How many formulas do work."""
+    return formulas.leg_force[1] + formulas.joint_resistance[1] + formulas.platform_wrench[1]
+
+
+@njit(cache=True, error_model="numpy", forceinline=True)
+def move_asymptotes(w: Array, by_run: Array, formulas: FormulaPointers, t0: float, t: float, n: int) -> None:
+    """Asymptotes of the leg at hand as effects move them, before and now."""
+    scratch, size = ROWS * n + SCRATCH_PAIR, len(by_run) // n
+    for row in range(formulas.leg_asymptotes[1]):
+        formula, first = formula_at(formulas.leg_asymptotes, row), parameter_place(formulas.leg_asymptotes, row)
+        for i in range(n):
+            p = pointer(by_run, i * size + first)
+            v = w[V * n + i]
+            w[scratch], w[scratch + 1] = w[H * n + i], w[(H + 1) * n + i]
+            call_leg_asymptotes(formula, (w[LEG_BEFORE * n + i], v, t0, p, pointer(w, scratch)))
+            w[H * n + i], w[(H + 1) * n + i] = w[scratch], w[scratch + 1]
+            w[scratch], w[scratch + 1] = w[(H + 2) * n + i], w[(H + 3) * n + i]
+            call_leg_asymptotes(formula, (w[U * n + i], v, t, p, pointer(w, scratch)))
+            w[(H + 2) * n + i], w[(H + 3) * n + i] = w[scratch], w[scratch + 1]
+
+
+@njit(cache=True, error_model="numpy", forceinline=True)
+def add_leg_forces(w: Array, by_run: Array, formulas: FormulaPointers, t: float, n: int, with_work: bool) -> None:
+    """Forces and axial inertia that effects add to the leg at hand, and the power of each."""
+    size = len(by_run) // n
+    u, v, stored, turned = pointer(w, U * n), pointer(w, V * n), pointer(w, R * n), pointer(w, (LEG_BEFORE + 2) * n)
+    for row in range(formulas.leg_force[1]):
+        p = pointer(by_run, parameter_place(formulas.leg_force, row))
+        w[EACH * n : (EACH + 1) * n] = 0.0
+        if n == 1:
+            travel = w[U] - w[LEG_BEFORE + 2]
+            w[EACH] = call_leg_force(formula_at(formulas.leg_force, row), (w[U], w[V], t, w[R], travel, p))
+        else:
+            call_leg_force_lanes(lanes_formula_at(formulas.leg_force, row), (u, v, t, stored, turned, p, size, pointer(w, EACH * n), n))
+        for i in range(n):
+            w[ADDED * n + i] += w[EACH * n + i]
+        if with_work:
+            for i in range(n):
+                w[power_row(row, n) + i] += w[EACH * n + i] * w[V * n + i]
+    for row in range(formulas.leg_mass[1]):
+        p = pointer(by_run, parameter_place(formulas.leg_mass, row))
+        if n == 1:
+            w[AXIAL_MASS] += call_leg_mass(formula_at(formulas.leg_mass, row), (w[U], p))
+        else:
+            call_leg_mass_lanes(lanes_formula_at(formulas.leg_mass, row), (u, p, size, pointer(w, AXIAL_MASS * n), n))
+
+
+@njit(cache=True, error_model="numpy", forceinline=True)
+def transverse_inertia(w: Array, by_run: Array, formulas: FormulaPointers, n: int) -> None:
+    """Inertia across the leg at hand at its platform joint, and its slope over the length."""
+    scratch, size = ROWS * n + SCRATCH_PAIR, len(by_run) // n
+    for i in range(n):
+        w[scratch], w[scratch + 1] = 0.0, 0.0
+        full = w[(LEG_VALUE + STOWED) * n + i] + w[(LEG_VALUE + FULL) * n + i]
+        for row in range(formulas.leg_transverse[1]):
+            p = pointer(by_run, i * size + parameter_place(formulas.leg_transverse, row))
+            call_leg_transverse(formula_at(formulas.leg_transverse, row), (w[LENGTH * n + i], full, p, pointer(w, scratch)))
+        w[G * n + i], w[SLOPE * n + i] = w[scratch], w[scratch + 1]
+
+
+@njit(cache=True, error_model="numpy", forceinline=True)
+def sum_joint_resistance(w: Array, by_run: Array, formulas: FormulaPointers, lane: int, n: int, rate: float, with_work: bool) -> float:
+    """Sum of the resistances that effects put into a joint, N m s, and the power of each."""
+    total = 0.0
+    for row in range(formulas.joint_resistance[1]):
+        p = pointer(by_run, lane * (len(by_run) // n) + parameter_place(formulas.joint_resistance, row))
+        resistance = call_joint_resistance(formula_at(formulas.joint_resistance, row), (rate, p))
+        total += resistance
+        if with_work:
+            w[power_row(formulas.leg_force[1] + row, n) + lane] -= resistance * rate * rate
+    return total
+
+
+@njit(cache=True, error_model="numpy", forceinline=True)
+def change_platform_mass(w: Array, by_run: Array, formulas: FormulaPointers, n: int) -> None:
+    """The bare platform's mass matrix as effects change it."""
+    scratch, size = ROWS * n, len(by_run) // n
+    for row in range(formulas.platform_mass[1]):
+        for i in range(n):
+            for k in range(7):
+                w[scratch + SCRATCH_POSE + k] = w[(TRIAL + k) * n + i]
+            for j in range(6):
+                for k in range(j + 1):
+                    entry = w[(SYSTEM + j * (j + 1) // 2 + k) * n + i]
+                    w[scratch + SCRATCH_MATRIX + 6 * j + k] = w[scratch + SCRATCH_MATRIX + 6 * k + j] = entry
+            p = pointer(by_run, i * size + parameter_place(formulas.platform_mass, row))
+            call_platform_mass(
+                formula_at(formulas.platform_mass, row), (pointer(w, scratch + SCRATCH_POSE), p, pointer(w, scratch + SCRATCH_MATRIX))
+            )
+            for j in range(6):
+                for k in range(j + 1):
+                    w[(SYSTEM + j * (j + 1) // 2 + k) * n + i] = w[scratch + SCRATCH_MATRIX + 6 * j + k]
+
+
+@njit(cache=True, error_model="numpy", forceinline=True)
+def add_platform_wrenches(w: Array, by_run: Array, formulas: FormulaPointers, t: float, n: int, with_work: bool) -> None:
+    """Wrenches of effects into the right side, the power of each into the energy balance."""
+    scratch, size = ROWS * n, len(by_run) // n
+    for row in range(formulas.platform_wrench[1]):
+        power = power_row(formulas.leg_force[1] + formulas.joint_resistance[1] + row, n)
+        for i in range(n):
+            for k in range(13):
+                w[scratch + k] = w[(TRIAL + k) * n + i]
+            for k in range(6):
+                w[scratch + SCRATCH_WRENCH + k] = 0.0
+            p = pointer(by_run, i * size + parameter_place(formulas.platform_wrench, row))
+            pose, twist, wrench = (
+                pointer(w, scratch + SCRATCH_POSE),
+                pointer(w, scratch + SCRATCH_TWIST),
+                pointer(w, scratch + SCRATCH_WRENCH),
+            )
+            call_platform_wrench(formula_at(formulas.platform_wrench, row), (t, pose, twist, p, wrench))
+            for k in range(6):
+                w[(RIGHT + k) * n + i] += w[scratch + SCRATCH_WRENCH + k]
+            if with_work:
+                for k in range(6):
+                    w[power + i] += w[scratch + SCRATCH_WRENCH + k] * w[scratch + SCRATCH_TWIST + k]
