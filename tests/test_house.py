@@ -187,13 +187,13 @@ def _still(reason: str, *rooms: str) -> list[Any]:
     return [pytest.param(room, marks=mark if room in rooms else ()) for room in ROOMS]
 
 
-@pytest.mark.parametrize("room", _still("circles of two", "simulate"))
+@pytest.mark.parametrize("room", ROOMS)
 def test_imports_of_modules_never_form_a_circle(room):
     circles = [" -> ".join((*circle, circle[0])) for circle in _circles() if circle[0].split(".")[0] == room]
     assert not circles, "; ".join(circles)
 
 
-@pytest.mark.parametrize("room", _still("12 to 23 levels", "simulate", "identify"))
+@pytest.mark.parametrize("room", _still("12 to 23 levels", "identify"))
 def test_no_module_stands_on_more_than_ten_levels_of_its_own_package(room):
     known: dict[str, list[str]] = {}
     deepest = max((_chain(module, room, known) for module in sorted(_graph()) if module.split(".")[0] == room), key=len)
@@ -205,7 +205,7 @@ def test_no_module_imports_a_private_name_of_another():
     assert not wrong, _said(wrong)
 
 
-@pytest.mark.parametrize("room", _still("levels stand where they were first used", "simulate", "identify"))
+@pytest.mark.parametrize("room", _still("levels stand where they were first used", "identify"))
 def test_a_level_that_several_modules_use_stands_in_a_module_of_levels(room):
     taken = [found for found in _imports(room) if found.module in _levels()]
     wrong = [found for found in taken if found.module.split(".")[-2] not in HOMES]

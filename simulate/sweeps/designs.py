@@ -14,9 +14,7 @@ import numpy as np
 
 from measure.common.arrays import Array
 from measure.common.errors import InputError
-
-FARTHEST = 6.0  # standard deviations; a normal spread ends there
-MOST_FULL_FACTORS = 20
+from simulate.sweeps.limits import FARTHEST, MOST_FULL_FACTORS
 
 
 @dataclass(frozen=True)

@@ -15,7 +15,7 @@ from simulate.effects import CATALOGUE
 from simulate.model.effect import Catalogue
 from simulate.model.model import Model, value_of, with_value
 from simulate.model.rig import LEGS
-from simulate.sweeps.designs import FARTHEST
+from simulate.sweeps.limits import FARTHEST
 
 LETTERS = "ABCDEFGHJKLMNOPQRSTUVWXYZ"  # no I, as in the paper's Table 1
 _SPREAD = re.compile(r"^(?:\+-|\+/-|±)(?P<size>[0-9.eE+-]+)(?P<percent>%?)$")
