@@ -23,7 +23,7 @@ _FORMATS: tuple[tuple[Callable[[bytes], bool], Callable[[Path], Footage]], ...] 
 """For each format: whether the first bytes of a file are its own, and what opens it."""
 
 _KNOWN = (
-    "avi, mp4, mov, mkv, wmv, mpg, ts, gif, y4m, Phantom cine, Photron mraw, TIFF with several pictures, "
+    "avi, mp4, mov, mkv, wmv, mpg, ts, gif, y4m, h264, hevc, Phantom cine, Photron mraw, TIFF with several pictures, "
     "and folders of numbered TIFF, PNG, BMP or JPEG pictures"
 )
 

@@ -93,7 +93,7 @@ def _gaps(numbers: list[int], step: int) -> tuple[str, ...]:
     if not gaps:
         return ()
     shown = ", ".join(f"{a} to {b}" for a, b in gaps[:3]) + (", ..." if len(gaps) > 3 else "")
-    return (f"the numbering jumps {len(gaps)} times ({shown}); frames are missing there",)
+    return (f"the numbering jumps ({shown}); frames are missing there",)
 
 
 def _frame_numbers(files: list[Path]) -> list[int]:

@@ -1,4 +1,4 @@
-"""Pixels of 10 and 12 bit that share bytes, taken apart."""
+"""Unpack pixels of 10 and 12 bit that share bytes."""
 
 from __future__ import annotations
 
@@ -9,7 +9,18 @@ from numpy.typing import NDArray
 
 @njit(cache=True, nogil=True)
 def unpack_12(packed: NDArray[np.uint8], count: int) -> NDArray[np.uint16]:
-    """Two pixels in three bytes, the high bits first: AAAAAAAA AAAABBBB BBBBBBBB."""
+    """Unpack two pixels from each three bytes, high bits first: AAAAAAAA AAAABBBB BBBBBBBB.
+
+    Parameters
+    ----------
+    packed : array of uint8
+    count : int
+        Number of pixels.
+
+    Returns
+    -------
+    (count,) array of uint16
+    """
     made = np.empty(count, np.uint16)
     for i in range(count // 2):
         a, b, c = np.uint16(packed[3 * i]), np.uint16(packed[3 * i + 1]), np.uint16(packed[3 * i + 2])
@@ -23,7 +34,18 @@ def unpack_12(packed: NDArray[np.uint8], count: int) -> NDArray[np.uint16]:
 
 @njit(cache=True, nogil=True)
 def unpack_10(packed: NDArray[np.uint8], count: int) -> NDArray[np.uint16]:
-    """Four pixels in five bytes, the high bits first; count is a multiple of four."""
+    """Unpack four pixels from each five bytes, high bits first.
+
+    Parameters
+    ----------
+    packed : array of uint8
+    count : int
+        Number of pixels, a multiple of four.
+
+    Returns
+    -------
+    (count,) array of uint16
+    """
     made = np.empty(count, np.uint16)
     for i in range(count // 4):
         bits = np.uint64(0)
@@ -35,7 +57,20 @@ def unpack_10(packed: NDArray[np.uint8], count: int) -> NDArray[np.uint16]:
 
 
 def unpack(packed: NDArray[np.uint8], bits: int, width: int, height: int) -> NDArray[np.uint8 | np.uint16]:
-    """A picture from its bytes: 8, packed 10, packed 12 or 16 bit (little-endian)."""
+    """Make a picture of its bytes.
+
+    Parameters
+    ----------
+    packed : array of uint8
+    bits : int
+        8, 10 (packed), 12 (packed) or 16 (little-endian).
+    width, height : int
+        px.
+
+    Returns
+    -------
+    (height, width) array of uint8 or uint16
+    """
     if bits == 8:
         return packed.reshape(height, width)
     if bits == 16:

@@ -26,9 +26,17 @@ _LARGEST_NOTE = 2**20
 
 @dataclass(frozen=True)
 class PhantomFilm(Footage):
-    """A Phantom film. stored_bits : of a pixel in the file. offsets : (frames,) bytes to each picture's pixels.
+    """A Phantom film.
 
-    upside_down : whether the lowest row comes first.
+    Attributes
+    ----------
+    path : Path
+    stored_bits : int
+        Of a pixel in the file.
+    offsets : (frames,) tuple of int
+        Bytes from the start of the file to the pixels of each picture.
+    upside_down : bool
+        Whether the lowest row comes first.
     """
 
     path: Path = Path()
@@ -48,12 +56,21 @@ class PhantomFilm(Footage):
 
 
 def is_cine(head: bytes) -> bool:
-    """Whether a file begins as a `.cine` does: its mark (which some tools blank), and a first header of 44 bytes."""
+    """Whether a file with these first bytes (44 at least) is a `.cine`: its mark, which some tools blank, and a header of 44 bytes."""
     return len(head) >= 44 and head[:2] in (b"CI", b"\0\0") and head[2:4] == b"\x2c\0" and head[24:28] == b"\x2c\0\0\0"
 
 
 def open_cine(path: Path) -> Footage:
     """Open a `.cine`.
+
+    Parameters
+    ----------
+    path : Path
+
+    Returns
+    -------
+    Footage
+        With the capture rate and exposure that the camera noted.
 
     Raises
     ------

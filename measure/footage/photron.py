@@ -29,12 +29,21 @@ _KEYS = {
     "bits": ("EffectiveBit Depth", "imageDataInfo/effectiveBit/depth"),
     "side": ("EffectiveBit Side", "imageDataInfo/effectiveBit/side"),
 }
-"""What is looked for: its name in a `.cih`, its path in a `.cihx`."""
+"""What is read from the notes: its name in a `.cih`, its path in a `.cihx`."""
 
 
 @dataclass(frozen=True)
 class PhotronFilm(Footage):
-    """A Photron film. stored_bits : of a pixel in the file, 8, 12 (packed) or 16; shift : unused low bits of it."""
+    """A Photron film.
+
+    Attributes
+    ----------
+    path : Path
+    stored_bits : int
+        Of a pixel in the file: 8, 12 (packed) or 16.
+    shift : int
+        Unused low bits of it.
+    """
 
     path: Path = Path()
     stored_bits: int = 8
@@ -51,6 +60,16 @@ class PhotronFilm(Footage):
 
 def open_photron(path: Path) -> Footage:
     """Open an `.mraw`, named by itself or by its notes.
+
+    Parameters
+    ----------
+    path : Path
+        `.mraw`, `.cih` or `.cihx`.
+
+    Returns
+    -------
+    Footage
+        With the capture rate and exposure that the camera noted.
 
     Raises
     ------
@@ -94,7 +113,7 @@ def _read_notes(path: Path) -> Mapping[str, str]:
         return _from_xml(data[start : end + 6], path)
     rows = dict(re.findall(r"^([^:\r\n#]+?)\s*:\s*(.*?)\s*$", data.decode("latin-1"), re.M))
     if not rows:
-        raise InputError(f"{path}: is not a camera's note; no <cih> and no lines of name : value. Copy it again from the camera.")
+        raise InputError(f"{path}: is not a note of the camera; no <cih> and no lines of name : value. Copy it again from the camera.")
     return {key: rows[name] for key, (name, _) in _KEYS.items() if name in rows}
 
 
@@ -112,7 +131,7 @@ def _from_xml(data: bytes, path: Path) -> Mapping[str, str]:
 def _whole(notes: Mapping[str, str], key: str, path: Path) -> int:
     text = notes.get(key)
     if text is None:
-        raise InputError(f"{path}: does not say {_KEYS[key][0]}. Copy it again from the camera.")
+        raise InputError(f"{path}: has no value for {_KEYS[key][0]}. Copy it again from the camera.")
     try:
         return int(float(text))
     except (ValueError, OverflowError):

@@ -49,7 +49,7 @@ class FrameClock:
         if self.dropped:
             at = np.flatnonzero(np.diff(self.numbers) > 1)
             shown = ", ".join(f"{self.numbers[i]} to {self.numbers[i + 1]}" for i in at[:3]) + (", ..." if len(at) > 3 else "")
-            said.append(f"the time stamps jump {len(at)} times (frame {shown}); {self.dropped} frames were dropped there")
+            said.append(f"{self.dropped} frames were dropped by the time stamps (frame {shown})")
         if self.instants is not None:
             percent = 100 * np.diff(self.instants)
             said.append(f"the frame rate varies: {percent.min():.0f} to {percent.max():.0f} % of the usual step; the time stamps are used")

@@ -39,6 +39,7 @@ def is_container(head: bytes) -> bool:
 _MARKS = (
     (0, b"\x1aE\xdf\xa3", "matroska"), (0, b"GIF8", "gif"), (0, b"YUV4MPEG2", "yuv4mpegpipe"), (0, b"\0\0\1\xba", "mpeg"),
     (0, b"0&\xb2u\x8ef\xcf\x11", "asf"), (4, b"ftyp", "mov"), (4, b"moov", "mov"), (4, b"mdat", "mov"), (4, b"wide", "mov"),
+    (0, b"\0\0\0\1\x67", "h264"), (0, b"\0\0\0\1\x09", "h264"), (0, b"\0\0\0\1\x40\1", "hevc"),
 )  # fmt: skip
 """Where a mark stands in a file, the mark, and FFmpeg's name of the container."""
 
@@ -124,7 +125,7 @@ def open_video(path: Path) -> Footage:
             f"{path}: begins like a film, but no frame of it can be decoded; it is cut or damaged. Copy it again from the camera."
         )
     grey, clock = _grey(first), frame_clock(packets.stamps)
-    frames = max(promised.counted - packets.cut_away + clock.dropped, promised.by_duration, clock.frames, 1)
+    frames = max(promised.counted - packets.cut_away + clock.dropped, promised.by_duration, clock.frames, packets.count, 1)
     return VideoFile(
         str(path),
         grey.shape[1],
@@ -144,7 +145,7 @@ def _opened(path: Path) -> Iterator[tuple[InputContainer, av.VideoStream]]:
     with open(path, "rb") as file:
         form = _format(file.read(HEAD_BYTES))
     with limited(path):
-        container = av.open(str(path.resolve()), format=form, options=_LOCAL_ONLY, metadata_errors="replace")
+        container = _container(str(path.resolve()), form)
     with container:
         if not container.streams.video:
             raise InputError(f"{path}: holds no film, only {len(container.streams.get())} streams of other kinds. Name the film.")
@@ -158,6 +159,13 @@ def _opened(path: Path) -> Iterator[tuple[InputContainer, av.VideoStream]]:
         yield container, stream
 
 
+def _container(name: str, form: str) -> InputContainer:
+    """PyAV before 19 must be asked to take damaged words in the head of a file; later ones do."""
+    if int(av.__version__.split(".")[0]) < 19:
+        return av.open(name, format=form, options=_LOCAL_ONLY, metadata_errors="replace")
+    return av.open(name, format=form, options=_LOCAL_ONLY)
+
+
 @dataclass(frozen=True)
 class Promise:
     """How many pictures a container should hold: counted in its head, or by how long the film lasts; 0 where it is not known."""
@@ -169,40 +177,41 @@ class Promise:
 def _promised(container: InputContainer, stream: av.VideoStream) -> Promise:
     if stream.frames:
         return Promise(counted=stream.frames)
-    rate = stream.average_rate
-    lasts = stream.duration * stream.time_base if stream.duration and stream.time_base else None
-    if lasts is None and container.duration:
-        lasts = container.duration / av.time_base
-    return Promise(by_duration=round(lasts * rate) if lasts and rate else 0)
+    rate = float(stream.average_rate or 0.0)
+    if stream.duration and stream.time_base:
+        return Promise(by_duration=round(stream.duration * float(stream.time_base) * rate))
+    return Promise(by_duration=round((container.duration or 0) / av.time_base * rate))
 
 
 @dataclass(frozen=True)
 class Packets:
-    """The stamps of a film's pictures in order, and how many pictures an edit list cuts away."""
+    """The stamps of a film's pictures in order, how many there are, and how many more an edit list cuts away."""
 
     stamps: NDArray[np.int64] = field(default_factory=lambda: np.empty(0, np.int64))
+    count: int = 0
     cut_away: int = 0
 
 
 def _packets(path: Path) -> Packets:
     """Read without decoding; no stamps where one picture has none or two have the same."""
     stamps: list[int] = []
-    cut_away, complete = 0, True
+    count, cut_away, complete = 0, 0, True
     with _opened(path) as (container, stream):
         try:
             for packet in container.demux(stream):
                 if not packet.size:
                     continue
-                if packet.is_discard:
-                    cut_away += 1
-                elif packet.pts is None:
+                cut_away += packet.is_discard
+                count += not packet.is_discard
+                if packet.pts is None:
                     complete = False
-                else:
+                elif not packet.is_discard:
                     stamps.append(packet.pts)
         except FFmpegError:
             complete = False
     unique = np.unique(np.array(stamps, np.int64))
-    return Packets(unique, cut_away) if complete and len(unique) == len(stamps) else Packets(cut_away=cut_away)
+    distinct = complete and len(unique) == len(stamps)
+    return Packets(unique if distinct else unique[:0], count, cut_away)
 
 
 def _frames(path: Path, container: InputContainer, stream: av.VideoStream) -> Iterator[av.VideoFrame | None]:

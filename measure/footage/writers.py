@@ -16,7 +16,17 @@ from measure.footage.footage import Picture
 
 @dataclass(frozen=True)
 class Clock:
-    """What a camera notes beside its pictures. fps : capture rate. exposure_s : 0 where it is not known. bits : depth of a pixel."""
+    """What a camera notes beside its pictures.
+
+    Attributes
+    ----------
+    fps : float
+        Capture rate, frames per second.
+    exposure_s : float
+        Exposure time, s; 0 where it is not known.
+    bits : int
+        Depth of a pixel.
+    """
 
     fps: float
     exposure_s: float = 0.0
@@ -24,7 +34,16 @@ class Clock:
 
 
 def write_film(path: Path, pictures: Iterable[Picture], codec: str = "FFV1", clock: Clock | None = None) -> None:
-    """Write 8-bit pictures, grey or blue-green-red, as an .avi, or pictures of any depth into a folder or, with a clock, as an .mraw.
+    """Write a film.
+
+    Parameters
+    ----------
+    path : Path
+        `.avi` (8 bit, grey or blue-green-red), `.mraw` (any depth, with a clock) or a folder (any depth).
+    pictures : iterable of (height, width) or (height, width, 3) arrays
+    codec : str
+        Of an avi: four letters that OpenCV knows; FFV1 is lossless.
+    clock : Clock, optional
 
     Raises
     ------

@@ -1,8 +1,8 @@
-"""Made films with exact truth: a platform with marks on its perimeter, seen by a camera, moving as it is told.
+"""Synthetic films with exact truth: a platform with marks on its perimeter in front of a camera, with a prescribed motion.
 
-A public test bench. Every pixel is the mean of rays cast through it, each ray evaluated where it meets the platform's
-cylinder, on a texture that is a formula and not a picture; nothing here interpolates, so that a tracker that does is
-measured and not flattered.
+A test bench for any tracker. Every pixel is the mean of rays cast through it, each evaluated where it meets the
+platform's cylinder, on a texture that is a formula and not a picture. Nothing is interpolated, so that the interpolation
+of a tracker is tested and not favoured.
 """
 
 from __future__ import annotations
@@ -26,16 +26,23 @@ __all__ = ["MadeMark", "Rod", "Scene", "Truth", "deployment_scene", "pictures", 
 
 Array = NDArray[np.float64]
 _INSTANTS = np.linspace(-0.4, 0.4, 5)
-"""When, within the exposure, a picture is collected."""
+"""Instants within the exposure at which the scene is rendered, in exposure times."""
 
 KINDS = {"speckle": SPECKLE, "quadrant": QUADRANT, "dot": DOT}
 
 
 @dataclass(frozen=True)
 class Truth:
-    """What really happened. trajectory : at the frames, counted as a tracker counts it: lengths and rotation from the
-    first frame, the height as given. x_px, y_px : (frames, marks) of the marks' centres. facing : (frames, marks), cosine between
-    a mark's normal and the line to the camera; it is not seen where this is negative.
+    """The exact motion.
+
+    Attributes
+    ----------
+    trajectory : Trajectory
+        At the frames: positions and rotations from the first frame, the height as given.
+    x_px, y_px : (frames, marks) arrays
+        Centres of the marks, px.
+    facing : (frames, marks) array
+        Cosine between a mark's normal and the line of sight; the mark is hidden where it is negative.
     """
 
     trajectory: Trajectory
@@ -47,11 +54,30 @@ class Truth:
 def render(
     trajectory: Trajectory, scene: Scene, path: Path, *, fps: float, seed: int, frames: int | None = None, codec: str = "FFV1"
 ) -> Truth:
-    """Write a made film and return the truth.
+    """Render a film and return the truth.
 
-    trajectory : any channels, absent ones stay zero; frames are taken at `fps` from its first instant to its last,
-    between samples by cubic spline. path : an .avi (losslessly, or with another codec OpenCV knows, such as MJPG), an
-    .mraw (8, 12 or 16 bit, with the camera's notes), or a folder, which gets numbered PNG (8 bit) or TIFF pictures.
+    Parameters
+    ----------
+    trajectory : Trajectory
+        Any channels, absent ones are zero; frames are taken at `fps` from its first instant to its last, between samples
+        by cubic spline.
+    scene : Scene
+        Platform, marks, camera, light and noise.
+    path : Path
+        An .avi (lossless, or with another codec that OpenCV knows, such as MJPG), an .mraw (8, 12 or 16 bit, with the
+        camera's notes), or a folder for numbered PNG (8 bit) or TIFF pictures.
+    fps : float
+        Capture rate, frames per second.
+    seed : int
+        Of textures and noise; the same seed gives the same bytes.
+    frames : int, optional
+        Number of frames at most.
+    codec : str
+        Of an .avi.
+
+    Returns
+    -------
+    Truth
     """
     from measure.footage.writers import Clock, write_film
 
@@ -62,7 +88,17 @@ def render(
 
 
 def true_motion(trajectory: Trajectory, scene: Scene, fps: float, frames: int | None = None) -> Truth:
-    """Where platform and marks are in each frame."""
+    """Where the platform and the marks are in each frame.
+
+    Parameters
+    ----------
+    trajectory, scene, fps, frames
+        As in `render`.
+
+    Returns
+    -------
+    Truth
+    """
     time, pose = _poses(trajectory, fps, frames)
     points, normals = _on_body(scene)
     turn = rotation(pose[:, 3:])
@@ -77,10 +113,25 @@ def true_motion(trajectory: Trajectory, scene: Scene, fps: float, frames: int | 
 
 
 def pictures(trajectory: Trajectory, scene: Scene, *, fps: float, seed: int, frames: int | None = None) -> Iterator[Picture]:
-    """The pictures of a made film, one after the other."""
+    """Render the pictures one after the other.
+
+    Parameters
+    ----------
+    trajectory, scene, fps, seed, frames
+        As in `render`.
+
+    Returns
+    -------
+    iterator of (height, width) arrays of uint8 or uint16
+
+    Raises
+    ------
+    InputError
+        A depth other than 8, 12 or 16 bit.
+    """
     if scene.bits not in (8, 12, 16):
-        raise InputError(f"bits {scene.bits}: a made film has 8, 12 or 16 bits.")
-    chance = np.random.default_rng(seed)
+        raise InputError(f"bits {scene.bits}: a synthetic film has 8, 12 or 16 bits. Give one of these.")
+    rng = np.random.default_rng(seed)
     dots, table = _textures(scene, np.random.default_rng([seed, 1]))
     time, _ = _poses(trajectory, fps, frames)
     instants = _INSTANTS * scene.exposure_s if scene.exposure_s else np.zeros(1)
@@ -92,7 +143,7 @@ def pictures(trajectory: Trajectory, scene: Scene, *, fps: float, seed: int, fra
         light = scene.light ** (t / max(time[-1], 1e-9)) * across
         bare = np.mean([_cast(scene, pose, dots, table) for pose in _pose_at(trajectory, t + instants)], axis=0)
         bright = (bare * (1.0 - cover) + grey * cover) * light * 255.0 * step
-        noisy = bright + chance.normal(0.0, scene.noise * step, bright.shape)
+        noisy = bright + rng.normal(0.0, scene.noise * step, bright.shape)
         yield np.rint(np.clip(noisy, 0, top)).astype(np.uint8 if scene.bits == 8 else np.uint16)
 
 
@@ -128,23 +179,23 @@ def _on_body(scene: Scene) -> tuple[Array, Array]:
     return scene.radius_m * normals + height[:, None] * [0.0, 0.0, 1.0], normals
 
 
-def _textures(scene: Scene, chance: np.random.Generator) -> tuple[Array, Array]:
-    """Speckles of all marks (n, 2), in metres from the mark's centre, and a row per mark of what `cast` must know."""
+def _textures(scene: Scene, rng: np.random.Generator) -> tuple[Array, Array]:
+    """Speckles of all marks (n, 2), in metres from the mark's centre, and the row of each mark for `cast`."""
     dots, table = [], []
     for mark in scene.marks:
-        own = _speckles(mark, chance) if mark.kind == "speckle" else np.empty((0, 2))
+        own = _speckles(mark, rng) if mark.kind == "speckle" else np.empty((0, 2))
         start = sum(len(d) for d in dots)
         table.append([mark.azimuth_rad, mark.height_m, mark.size_m / 2, KINDS[mark.kind], mark.grain_m, start, start + len(own)])
         dots.append(own)
     return np.concatenate([np.empty((0, 2)), *dots]), np.array(table, float).reshape(-1, 7)
 
 
-def _speckles(mark: MadeMark, chance: np.random.Generator) -> Array:
-    """Centres on a loosened grid, so that no part of the mark stays empty."""
+def _speckles(mark: MadeMark, rng: np.random.Generator) -> Array:
+    """Centres on a jittered grid, so that no part of the mark stays empty."""
     pitch = 2.2 * mark.grain_m
     half = np.arange(-mark.size_m / 2 + pitch / 2, mark.size_m / 2, pitch)
     grid = np.stack(np.meshgrid(half, half), axis=-1).reshape(-1, 2)
-    return grid + chance.uniform(-0.5, 0.5, grid.shape) * pitch
+    return grid + rng.uniform(-0.5, 0.5, grid.shape) * pitch
 
 
 def _cast(scene: Scene, pose: Array, dots: Array, table: Array) -> Array:
@@ -181,7 +232,22 @@ def _rods(scene: Scene) -> tuple[Array, Array]:
 
 
 def project_for(scene: Scene, fps: float, start_height_m: float, subset: int = 25) -> Project:
-    """The project file that a careful user would write for a made film: true camera and geometry, true places of the marks."""
+    """The project of a synthetic film: true camera and geometry, true reference points of the marks.
+
+    Parameters
+    ----------
+    scene : Scene
+    fps : float
+        Capture rate, frames per second.
+    start_height_m : float
+        Height of the platform's origin in the first frame, m.
+    subset : int
+        Side of the subset, odd, px.
+
+    Returns
+    -------
+    Project
+    """
     centres, _ = _on_body(scene)
     camera = scene.camera
     distance = {} if np.isinf(camera.distance_m) else {"distance_m": camera.distance_m, "principal_px": camera.principal_px}

@@ -1,4 +1,4 @@
-"""Rays from the camera to the platform's cylinder, and what they meet there."""
+"""Ray casting from the camera to the platform's cylinder, compiled."""
 
 from __future__ import annotations
 
@@ -25,9 +25,27 @@ def cast(
 ) -> NDArray[np.float64]:
     """Mean albedo of every pixel, from rays x rays straight lines through it.
 
-    view : pixel size, principal point (2), cosine and sine of up, the origin seen from the axis (2), 1 / distance.
-    turn, position : pose of the platform, (3, 3) and (3,). body : radius, half height, its albedo, the background's.
-    marks : (n, 7) azimuth, height, half size, kind, grain, first and last speckle. dots : (m, 2). Returns (height, width).
+    Parameters
+    ----------
+    width, height : int
+        px.
+    rays : int
+        Along each side of a pixel.
+    view : (8,) array
+        Size of a pixel (m), principal point (2, px), cosine and sine of up, the origin relative to the optical axis
+        (2, m), 1 / distance (1/m).
+    turn, position : (3, 3) and (3,) arrays
+        Pose of the platform, m.
+    body : (4,) array
+        Radius and half height (m), albedo of the platform and of the background.
+    marks : (n, 7) array
+        Azimuth (rad), height, half size (m), kind, grain (m), first and last speckle.
+    dots : (m, 2) array
+        Speckles of all marks, from the centre of their mark, m.
+
+    Returns
+    -------
+    (height, width) array
     """
     made = np.full((height, width), body[3])
     left, right, top, bottom = _bounds(view, turn, position, body, width, height)

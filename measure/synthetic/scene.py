@@ -1,4 +1,4 @@
-"""What stands in front of the camera in a made film."""
+"""The scene of a synthetic film: platform, marks, rods, camera, light and noise."""
 
 from __future__ import annotations
 
@@ -9,10 +9,20 @@ from measure.geometry.camera import Camera
 
 @dataclass(frozen=True)
 class MadeMark:
-    """A square mark on the perimeter.
+    """A square mark on the perimeter of the platform.
 
-    azimuth_rad : about the vertical, zero towards the camera, positive to the right. height_m : of its centre above
-    the platform's origin. size_m : its side. kind : speckle, quadrant or dot. grain_m : radius of a speckle.
+    Attributes
+    ----------
+    azimuth_rad : float
+        About the vertical, zero towards the camera, positive to the right, rad.
+    height_m : float
+        Of its centre above the platform's origin, m.
+    size_m : float
+        Its side, m.
+    kind : str
+        speckle, quadrant or dot.
+    grain_m : float
+        Radius of a speckle, m.
     """
 
     azimuth_rad: float
@@ -24,7 +34,7 @@ class MadeMark:
 
 @dataclass(frozen=True)
 class Rod:
-    """A thin thing between camera and platform that does not move: a straight strip of the picture, px."""
+    """A thin object at rest between camera and platform: a straight strip of the picture, all in px; `grey` is its albedo, 0 to 1."""
 
     x1: float
     y1: float
@@ -36,12 +46,31 @@ class Rod:
 
 @dataclass(frozen=True)
 class Scene:
-    """What stands in front of the camera, and the camera.
+    """What is in front of the camera, and the camera.
 
-    width, height : px. radius_m, half_height_m : the platform's cylinder about its origin. exposure_s : time over
-    which a picture is collected, centred on the frame's time. light : brightness at the end of the film over that at
-    its start. light_gradient : change of brightness from the left to the right border, over the mean. noise : standard
-    deviation, in grey levels of 8 bit. bits : 8, 12 or 16. rays : per pixel along each side. Albedos from 0 to 1.
+    Attributes
+    ----------
+    width, height : int
+        Of a picture, px.
+    camera : Camera
+    marks : tuple of MadeMark
+    radius_m, half_height_m : float
+        Of the platform's cylinder about its origin, m.
+    rods : tuple of Rod
+    exposure_s : float
+        Exposure time, centred on the frame's time, s.
+    light : float
+        Brightness at the end of the film over that at its start.
+    light_gradient : float
+        Change of brightness from the left to the right border, over the mean.
+    noise : float
+        Standard deviation, in grey levels of 8 bit.
+    bits : int
+        8, 12 or 16.
+    rays : int
+        Per pixel along each side.
+    background, body : float
+        Albedos, 0 to 1.
     """
 
     width: int
@@ -62,10 +91,19 @@ class Scene:
 
 
 def deployment_scene(**changed) -> Scene:
-    """The rig as the shipped film shows it: six speckled marks in two rows, two rods in front, half a millimetre to the pixel.
+    """The rig of the demonstration film: six speckled marks in two rows, two rods in front, 0.5 mm per pixel.
 
     The platform starts at the bottom of the picture and has room to rise by 450 mm. The background is a black cloth
-    under the camera's black level, which keeps the film small. changed : fields of `Scene` that shall differ.
+    under the camera's black level, which keeps the file small.
+
+    Parameters
+    ----------
+    **changed
+        Fields of `Scene` that shall differ.
+
+    Returns
+    -------
+    Scene
     """
     camera = Camera(0.5e-3, (152.0, 962.0), 0.0, 3.0, (152.0, 512.0))
     marks = tuple(MadeMark(azimuth, height, 0.017) for height in (-0.0115, 0.0115) for azimuth in (-0.55, 0.0, 0.55))

@@ -105,12 +105,49 @@ def test_the_project_file_repeats_the_run(film, tmp_path):
     assert (tmp_path / "again.csv").read_bytes() == first
 
 
-def test_a_complete_project_file_keeps_its_comments(film, tmp_path):
+def test_a_project_file_is_read_and_never_written(film, tmp_path):
+    """With comments and half of what a run needs; what repeats the run stands beside the output."""
+    project = tmp_path / "mine.toml"
+    project.write_text(
+        "# measured by Anna\n[film]\nfps = 250.0   # set on the camera\n[scale]\nmm_per_px = 0.5\n[marks]\nplace_px = [[60, 80]]\n"
+    )
+    before = project.read_bytes()
+    assert main([str(film), "--project", str(project), "-o", str(tmp_path / "out.csv"), "--quiet"]) == 0
+    assert project.read_bytes() == before
+    first = (tmp_path / "out.csv").read_bytes()
+    assert main(["--project", str(tmp_path / "out.project.toml"), "-o", str(tmp_path / "again.csv"), "--quiet"]) == 0
+    assert (tmp_path / "again.csv").read_bytes() == first
+
+
+def test_a_project_file_beside_the_output_is_not_written_either(film, tmp_path):
     assert _run(film, tmp_path, "--mm-per-px", "0.5") == 0
     project = tmp_path / "out.project.toml"
     project.write_text("# our camera\n" + project.read_text())
-    assert main(["--project", str(project), "-o", str(tmp_path / "again.csv"), "--quiet"]) == 0
-    assert project.read_text().startswith("# our camera")
+    before = project.read_bytes()
+    same = ["--project", str(project), "-o", str(tmp_path / "out.csv"), "--quiet"]
+    assert main(same) == 0
+    assert not (tmp_path / "out.repeat.project.toml").exists()
+    assert main([*same, "--mm-per-px", "0.25"]) == 0
+    assert project.read_bytes() == before
+    assert "mm_per_px = 0.25" in (tmp_path / "out.repeat.project.toml").read_text()
+
+
+@pytest.mark.parametrize("option", ["-o", "--marks", "--json", "--overlay"])
+def test_an_input_is_never_an_output(option, film, tmp_path, capsys):
+    before = film.read_bytes()
+    assert main([str(film), "--fps", "250", "--mark", "60,80", "--mm-per-px", "0.5", option, str(film)]) == 2
+    assert "is an input" in capsys.readouterr().err
+    assert film.read_bytes() == before
+
+
+def test_all_that_is_missing_is_asked_for_at_once_and_the_film_before_that(film, tmp_path, capsys):
+    assert main([str(film), "--compare", str(film)]) == 2
+    said = capsys.readouterr().err
+    for part in ("no capture rate", "no scale", "--compare needs"):
+        assert part in said
+    assert main([str(tmp_path / "none.avi")]) == 2
+    assert "no such file" in (said := capsys.readouterr().err)
+    assert "capture rate" not in said
 
 
 def test_marks_table_has_a_row_per_frame_and_mark(film, tmp_path):
@@ -155,6 +192,13 @@ def test_wrong_options_end_in_one_sentence_and_nothing_is_written(options, says,
     assert main([str(film), *output, *options]) == 2
     assert says in capsys.readouterr().err
     assert sorted(tmp_path.iterdir()) == before
+
+
+def test_the_warp_is_an_option_and_shown_in_the_project(film, tmp_path, capsys):
+    assert _run(film, tmp_path, "--mm-per-px", "0.5", "--warp", "translation") == 0
+    assert 'warp = "translation"' in (tmp_path / "out.project.toml").read_text()
+    assert _run(film, tmp_path, "--mm-per-px", "0.5", "--warp", "perspective") == 2
+    assert "'translation', 'euclidean' or 'affine'" in capsys.readouterr().err
 
 
 def test_an_unknown_key_of_the_project_is_answered_with_the_nearest(film, tmp_path, capsys):

@@ -112,7 +112,7 @@ def test_a_photron_film_without_its_notes_cannot_be_read(tmp_path):
     with pytest.raises(InputError, match="not beside it"):
         open_footage(tmp_path / "film.mraw")
     (tmp_path / "film.cih").write_text("Image Width : 10\n")
-    with pytest.raises(InputError, match="does not say Image Height"):
+    with pytest.raises(InputError, match="no value for Image Height"):
         open_footage(tmp_path / "film.mraw")
 
 

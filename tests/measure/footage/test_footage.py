@@ -125,6 +125,34 @@ def _fill(frame, kind, picture):
         plane.update(rows.tobytes())
 
 
+CONTAINERS = [
+    ("film.mpg", "mpeg2video", "yuv420p", None), ("film.ts", "libx264", "yuv420p", None), ("film.wmv", "wmv2", "yuv420p", None),
+    ("film.gif", "gif", "gray", None), ("film.y4m", "wrapped_avframe", "gray", None), ("film.mkv", "libx265", "yuv420p10le", None),
+    ("film.mov", "prores_ks", "yuv422p10le", None), ("film.bin", "libx264", "yuv420p", "h264"), ("film.mp4", "libx264", "yuv420p", None),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("name", "codec", "pixels", "kind"), CONTAINERS)
+def test_films_as_people_have_them_are_read_frame_by_frame(name, codec, pixels, kind, tmp_path):
+    """A bright bar that moves 4 px a frame shows which frame is which, whatever the code made of its grey values."""
+    with av.open(str(tmp_path / name), "w", format=kind) as container:
+        stream = container.add_stream(codec, rate=25)
+        stream.width, stream.height, stream.pix_fmt = 128, 96, pixels
+        for n in range(12):
+            picture = np.full((96, 128), 40, np.uint8)
+            picture[:, 20 + 4 * n : 40 + 4 * n] = 200
+            frame = av.VideoFrame.from_ndarray(picture, format="gray").reformat(format=pixels)
+            frame.pts = n
+            container.mux(stream.encode(frame))
+        container.mux(stream.encode(None))
+    film = open_footage(tmp_path / name)
+    frames = list(film.pictures())
+    assert [number for number, _ in frames] == list(range(12))
+    assert film.frames == 12
+    centres = [np.flatnonzero(picture.mean(axis=0) > picture.mean()).mean() for _, picture in frames]
+    assert np.abs(np.array(centres) - 29.5 - 4 * np.arange(12)).max() < 1.0
+
+
 def _spoilt(data, chance):
     """A copy of a file, cut or with bytes changed: a few anywhere, a few in its head, or a stretch."""
     spoilt = bytearray(data)
