@@ -19,7 +19,6 @@ import sys
 import tempfile
 from collections.abc import Iterator
 from dataclasses import dataclass
-from functools import cache
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -143,12 +142,13 @@ def drawn(package: str, places: int, seed: int) -> list[Place]:
     return random.Random(f"{package} {seed}").sample(whole, places)
 
 
-def tests_of(file: Path, folder: Path) -> tuple[str, ...]:
-    """The mirroring room, or the whole package's where there is none, and a few of the whole."""
+def tests_of(file: Path) -> tuple[str, ...]:
+    """The tests of this module, its mirroring room (the whole package's where there is none), and a few of the whole, in this order."""
     package, room = file.parts[0], Path("tests", *file.parts[:-1])
-    mirror = room if len(file.parts) > 2 and (folder / room).is_dir() else Path("tests", package)
+    mirror = room if len(file.parts) > 2 and (ROOT / room).is_dir() else Path("tests", package)
+    own = sorted((ROOT / mirror).rglob(f"test_{file.stem}.py"))
     smoke = [name for name in SMOKE[package] if not Path(name).is_relative_to(mirror)]
-    return (str(mirror), *smoke)
+    return (*(str(path.relative_to(ROOT)) for path in own), str(mirror), *smoke)
 
 
 def ran(folder: Path, tests: tuple[str, ...], *options: str) -> subprocess.CompletedProcess[str]:
@@ -189,29 +189,32 @@ class Copy:
                 shutil.copytree(source, folder / name)
             elif source.exists():
                 shutil.copy2(source, folder / name)
-        self.already = cache(self._already)
-
-    def _already(self, tests: tuple[str, ...]) -> tuple[str, ...]:
-        found = ran(self.folder, tests, "--continue-on-collection-errors")
-        if found.returncode not in (0, 1):
-            raise SystemExit(f"{' '.join(tests)} cannot be run as they are:\n{found.stdout[-2000:]}{found.stderr[-2000:]}")
-        return tuple(failing(found.stdout))
+        self.fail_anyway: set[str] = set()
 
     def noticed_by(self, place: Place) -> str:
-        """The first test that fails, or nothing."""
-        tests = tests_of(place.file, self.folder)
-        left_out = [option for test in self.already(tests) for option in ("--deselect" if "::" in test else "--ignore", test)]
+        """The first test that fails because of the fault, or nothing."""
+        while True:
+            found = self._broken(place)
+            if found.returncode in (0, 5):
+                return ""
+            if found.returncode < 0:
+                return "does not come to an end"
+            first = (failing(found.stdout) or [""])[0]
+            if not first or ran(self.folder, (first,)).returncode in (0, 5):
+                return first or "nothing can be collected"
+            self.fail_anyway.add(first)
+
+    def _broken(self, place: Place) -> subprocess.CompletedProcess[str]:
+        """The tests of a place while it is broken; who fails as it is, is left out."""
+        left_out = [word for test in sorted(self.fail_anyway) for word in ("--deselect" if "::" in test else "--ignore", test)]
         path = self.folder / place.file
         whole, stamp = path.read_bytes(), path.stat()
         path.write_bytes(place.broken())
         try:
-            found = ran(self.folder, tests, "-x", *left_out)
+            return ran(self.folder, tests_of(place.file), "-x", *left_out)
         finally:
             path.write_bytes(whole)
             os.utime(path, ns=(stamp.st_atime_ns, stamp.st_mtime_ns))
-        if found.returncode in (0, 5):
-            return ""
-        return (failing(found.stdout) or ["does not come to an end" if found.returncode < 0 else "nothing can be collected"])[0]
 
 
 def main() -> int:
@@ -230,7 +233,7 @@ def main() -> int:
                 caught += bool(test)
                 print(f"{fault.file}:{fault.line}  {fault.kind}\n    {fault.shown()}\n    {test or 'SURVIVES'}", flush=True)
             lines.append(f"{package:<10s} {caught} of {given.places} noticed")
-    print(*lines, sep="\n")
+        print(*lines, *(f"fails as it is, and was left out: {test}" for test in sorted(copy.fail_anyway)), sep="\n")
     return 0
 
 
