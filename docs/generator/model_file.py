@@ -24,7 +24,7 @@ default must be given where its table is. An effect is added by `[[effect]]` wit
 
 def page() -> str:
     """The page as MyST Markdown: a section for each table of the file, a row for each key."""
-    hints = get_type_hints(Model, include_extras=True)
+    hints = hints_of(Model)
     top = [item for item in fields(Model) if table_of(hints[item.name]) is None and item.name != "effects"]
     head = _HEAD + "".join(f"| `{item.name}` | {words_of(hints[item.name])} | {default_of(item)} |\n" for item in top)
     tables = [(item.name, table_of(hints[item.name])) for item in fields(Model)]
@@ -33,7 +33,7 @@ def page() -> str:
 
 def section(name: str, kind: type) -> str:
     """A table of the file and the tables inside it."""
-    hints = get_type_hints(kind, include_extras=True)
+    hints = hints_of(kind)
     own = [item for item in fields(kind) if table_of(hints[item.name]) is None]
     inner = [(f"{name}.{item.name}", table_of(hints[item.name])) for item in fields(kind)]
     rows = [f"| `{i.name}` | {unit_of(i.name)} | {words_of(hints[i.name])} | {default_of(i)} |" for i in own]
@@ -48,6 +48,11 @@ def section(name: str, kind: type) -> str:
         "",
     ]
     return "\n".join([*text, *(section(path, table) for path, table in inner if table is not None)])
+
+
+def hints_of(kind: type) -> dict[str, Any]:
+    """What each key may be, with its limits."""
+    return get_type_hints(kind, include_extras=True)
 
 
 def table_of(hint: Any) -> type | None:
