@@ -164,3 +164,11 @@ def test_links_between_documents_lead_somewhere(document):
     for target in re.findall(r"\]\((?!https?:|#)([^)#]+)", document.read_text(encoding="utf-8")):
         place = document.parent / target
         assert place.exists() or "reference/generated" in place.as_posix(), f"{document.name}: {target}"
+
+
+@every_document
+def test_files_and_folders_that_a_document_names_are_there(document):
+    text = document.read_text(encoding="utf-8")
+    named = set(re.findall(r"`((?:measure|simulate|identify|tests|docs|datasets|\.ci)/[\w./-]*)`", text))
+    missing = [name for name in sorted(named) if not (ROOT / name).exists() and "calibration" not in name]
+    assert not missing, f"{document.name} names {missing}"
