@@ -123,10 +123,9 @@ def _shown(understood: Sequence[Understood], whole: bool) -> list[str]:
 
 def _oriented(given: Namespace, loops: Sequence[Loop]) -> tuple[list[LoopData], Turned]:
     from identify.loops.loop_data import prepare
-    from identify.loops.sign import Turned, oriented
+    from identify.loops.sign import Turned, prepared
 
-    counted, turned = (list(loops), Turned("", "")) if given.as_given else oriented(loops)
-    return [prepare(loop) for loop in counted], turned
+    return ([prepare(loop) for loop in loops], Turned("", "")) if given.as_given else prepared(loops)
 
 
 def _saved(given: Namespace, mapping: ColumnMapping, turned: Turned, understood: Sequence[Understood]) -> ColumnMapping:

@@ -162,13 +162,14 @@ def reversals(elongation_m: Array, band_m: float) -> tuple[int, ...]:
     turns: list[int] = []
     high = low = 0
     direction = 0
-    for i, u in enumerate(elongation_m):
-        high = i if u > elongation_m[high] else high
-        low = i if u < elongation_m[low] else low
-        if direction >= 0 and elongation_m[high] - u > band_m:
+    values = elongation_m.tolist()
+    for i, u in enumerate(values):
+        high = i if u > values[high] else high
+        low = i if u < values[low] else low
+        if direction >= 0 and values[high] - u > band_m:
             turns += [high] if direction else []
             direction, low = -1, i
-        elif direction <= 0 and u - elongation_m[low] > band_m:
+        elif direction <= 0 and u - values[low] > band_m:
             turns += [low] if direction else []
             direction, high = 1, i
     return tuple(turns)

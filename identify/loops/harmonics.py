@@ -44,7 +44,7 @@ def harmonic_motion(time_s: Array, elongation_m: Array, noise_m: float) -> tuple
         return None
     if harmonics > 1 and _is_triangle(time_s, elongation_m, w, c, left):
         return None
-    moved = np.stack([_basis(time_s, w, harmonics, order) @ c for order in range(3)])
+    moved = np.stack([c @ basis for basis in _bases(time_s, w, harmonics, 3)])
     return moved, _errors(time_s, w, c, max(noise_m, float(np.sqrt(left))))
 
 
@@ -55,8 +55,8 @@ def _is_triangle(time_s: Array, values: Array, w: float, c: Array, left: float) 
     for duty in _DUTIES:
         turn = (w * (time_s - time_s[0]) + phase) / (2.0 * np.pi) + duty / 2.0  # odd about the middle of its rise, as its first harmonic is
         straight = np.interp(turn % 1.0, [0.0, duty, 1.0], [-1.0, 1.0, -1.0])
-        basis = np.column_stack([_basis(time_s, w, 0, 0), straight])
-        best = min(best, float(np.mean((values - basis @ _least_squares(basis, values)) ** 2)))
+        basis = np.stack([np.ones(n), time_s - time_s[0], straight])
+        best = min(best, float(np.mean((values - _least_squares(basis, values) @ basis) ** 2)))
     of_triangle, of_series = 6, len(c) + 1  # level, drift, height, share of the rise, frequency, phase
     return n * np.log(max(best, 1e-30)) + of_triangle * np.log(n) < n * np.log(max(left, 1e-30)) + of_series * np.log(n)
 
@@ -64,15 +64,14 @@ def _is_triangle(time_s: Array, values: Array, w: float, c: Array, left: float) 
 def _errors(time_s: Array, w: float, c: Array, noise_m: float) -> Array:
     """What one standard deviation of each independent combination of coefficients and frequency does to the motion, (k, 3, n)."""
     harmonics, small = (len(c) - 2) // 2, _NUDGE * w
-    slopes = []
-    for order in range(3):
-        faster, slower = (_basis(time_s, w + way, harmonics, order) @ c for way in (small, -small))
-        slopes.append(np.column_stack([_basis(time_s, w, harmonics, order), (faster - slower) / (2.0 * small)]))
-    length = np.sqrt(np.einsum("ij,ij->j", slopes[0], slopes[0]))
-    scaled = slopes[0] / length
-    power, ways = np.linalg.eigh(scaled.T @ scaled)
+    faster, slower = ([c @ basis for basis in _bases(time_s, w + way, harmonics, 3)] for way in (small, -small))
+    nudged = [(more - less) / (2.0 * small) for more, less in zip(faster, slower, strict=True)]
+    slopes = [np.vstack([basis, own]) for basis, own in zip(_bases(time_s, w, harmonics, 3), nudged, strict=True)]
+    length = np.sqrt(np.einsum("ij,ij->i", slopes[0], slopes[0]))
+    scaled = slopes[0] / length[:, None]
+    power, ways = np.linalg.eigh(scaled @ scaled.T)
     root = noise_m * ways / (np.sqrt(np.maximum(power, 1e-12)) * length[:, None])
-    return np.stack([(slope @ root).T for slope in slopes], axis=1)
+    return np.stack([root.T @ slope for slope in slopes], axis=1)
 
 
 def _first_frequency(time_s: Array, values: Array) -> float | None:
@@ -90,33 +89,39 @@ def _first_frequency(time_s: Array, values: Array) -> float | None:
 
 def _fit(time_s: Array, values: Array, w: float, harmonics: int) -> tuple[float, Array, float]:
     """Frequency, coefficients and mean square left, after Gauss-Newton steps in the frequency."""
+    t = time_s - time_s[0]
     for _ in range(6):
-        basis = _basis(time_s, w, harmonics, 0)
+        basis, rate = _bases(time_s, w, harmonics, 2)
         c = _least_squares(basis, values)
-        slope = (_basis(time_s, w, harmonics, 1)[:, 2:] @ c[2:]) * (time_s - time_s[0]) / w
-        step = _least_squares(np.column_stack([basis, slope]), values - basis @ c)[-1]
+        slope = (c @ rate - c[1]) * t / w
+        step = _least_squares(np.vstack([basis, slope]), values - c @ basis)[-1]
         w += float(np.clip(step, -0.1 * w, 0.1 * w))
         if abs(step) < 1e-8 * w:
             break
-    basis = _basis(time_s, w, harmonics, 0)
+    (basis,) = _bases(time_s, w, harmonics, 1)
     c = _least_squares(basis, values)
-    return w, c, float(np.mean((values - basis @ c) ** 2))
+    return w, c, float(np.mean((values - c @ basis) ** 2))
 
 
 def _least_squares(basis: Array, values: Array) -> Array:
-    """By the normal equations of columns of length one: the waves are nearly orthogonal, and it is ten times faster than an SVD."""
-    length = np.sqrt(np.einsum("ij,ij->j", basis, basis)) + 1e-300
-    scaled = basis / length
-    return np.linalg.lstsq(scaled.T @ scaled, scaled.T @ values, rcond=1e-14)[0] / length
+    """By the normal equations of rows of length one: the waves are nearly orthogonal, and it is ten times faster than an SVD."""
+    length = np.sqrt(np.einsum("ij,ij->i", basis, basis)) + 1e-300
+    normal = basis @ basis.T / np.outer(length, length)
+    return np.linalg.lstsq(normal, basis @ values / length, rcond=1e-14)[0] / length
 
 
-def _basis(time_s: Array, w: float, harmonics: int, order: int) -> Array:
-    """Columns 1, t, cos, sin, cos 2 ... or their first or second derivative in time."""
+def _bases(time_s: Array, w: float, harmonics: int, orders: int) -> list[Array]:
+    """Rows 1, t, cos w t, sin w t, cos 2 w t ... and their derivatives in time, one array (2 harmonics + 2, n) for each order."""
     t = time_s - time_s[0]
-    line = ((np.ones_like(t), t), (np.zeros_like(t), np.ones_like(t)), (np.zeros_like(t), np.zeros_like(t)))[order]
-    columns = [*line]
+    turned = np.exp(1j * w * t)
+    lines = (np.ones_like(t), t), (np.zeros_like(t), np.ones_like(t)), (np.zeros_like(t), np.zeros_like(t))
+    made = [np.empty((2 * harmonics + 2, len(t))) for _ in range(orders)]
+    for basis, line in zip(made, lines, strict=False):
+        basis[:2] = line
+    wave = np.ones_like(turned)
     for k in range(1, harmonics + 1):
-        kw = k * w
-        wave = ((np.cos(kw * t), np.sin(kw * t)), (-np.sin(kw * t), np.cos(kw * t)), (-np.cos(kw * t), -np.sin(kw * t)))[order]
-        columns += [kw**order * wave[0], kw**order * wave[1]]
-    return np.column_stack(columns)
+        wave = wave * turned
+        for order, basis in enumerate(made):
+            derivative = (1j * k * w) ** order * wave
+            basis[2 * k], basis[2 * k + 1] = derivative.real, derivative.imag
+    return made

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from identify.loops.loop_data import area, prepare
+from identify.loops.loop_data import LoopData, area, prepare
 from measure.tables.loop import Loop
 
 
@@ -25,7 +25,17 @@ def oriented(loops: Sequence[Loop]) -> tuple[list[Loop], Turned]:
     If every loop with a full cycle runs clockwise one sign is the other way round. Where the force is positive on the whole
     it is the elongation's, else the force's. Loops that disagree are left as they are; the verdict of the fit will say so.
     """
+    return _turned_loops(loops, [prepare(loop) for loop in loops])
+
+
+def prepared(loops: Sequence[Loop]) -> tuple[list[LoopData], Turned]:
+    """The same loops made ready for a fit, each smoothed once where no sign is turned; see `oriented`."""
     data = [prepare(loop) for loop in loops]
+    counted, turned = _turned_loops(loops, data)
+    return [prepare(loop) for loop in counted] if turned.quantity else data, turned
+
+
+def _turned_loops(loops: Sequence[Loop], data: Sequence[LoopData]) -> tuple[list[Loop], Turned]:
     areas = [area(d, d.force_N) for d in data if d.cycles.spans]
     if not areas or max(areas) >= 0.0:
         return list(loops), Turned("", "")

@@ -92,7 +92,6 @@ def _usual_size(lines: TextLines, reading: Reading) -> int:
     sizes: Counter[int] = Counter()
     for block in lines.blocks():
         sizes.update(reading.dialect.sizes(block))
-    del sizes[0]
     return sizes.most_common(1)[0][0]
 
 

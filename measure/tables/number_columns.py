@@ -6,7 +6,8 @@ Both ways give the same bits. The second one also says which cell is none and wh
 from __future__ import annotations
 
 import csv
-from collections.abc import Iterable, Sequence
+from collections import Counter
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from itertools import repeat
 from typing import Literal, NamedTuple
@@ -56,11 +57,13 @@ class Dialect:
         rows = list(csv.reader(lines, delimiter=self.separator))
         return rows if len(rows) == len(lines) else [self.split(line) for line in lines]
 
-    def sizes(self, lines: Sequence[str]) -> Iterable[int]:
-        """How many cells each line has."""
+    def sizes(self, lines: Sequence[str]) -> Counter[int]:
+        """How many lines have how many cells; empty lines have none and are left out."""
         if self.separator is None or any('"' in line for line in lines):
-            return map(len, self.rows(lines))
-        return (count + 1 if line else 0 for count, line in zip(map(str.count, lines, repeat(self.separator)), lines, strict=True))
+            return Counter(len(row) for row in self.rows(lines) if row)
+        separators = Counter(map(str.count, lines, repeat(self.separator)))
+        separators[0] -= lines.count("")
+        return Counter({often + 1: lines for often, lines in separators.items() if lines})
 
 
 @dataclass
