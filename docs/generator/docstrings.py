@@ -12,7 +12,7 @@ from sphinx.ext.napoleon.docstring import NumpyDocstring
 
 from generator.plain_text import restructured
 
-_ARRAY = r"(numpy\.)?ndarray\[tuple\[(typing\.)?Any, \.\.\.\], (numpy\.)?dtype\[(numpy\.)?floating\]\]"
+_ARRAY = r"~?(numpy\.)?ndarray\[tuple\[~?(typing\.)?Any, \.\.\.\], ~?(numpy\.)?dtype\[~?(numpy\.)?floating\]\]"
 _CONFIG: Any = Config(napoleon_use_rtype=False)
 
 
@@ -25,7 +25,7 @@ def as_restructured_text(app: Any, what: Any, name: str, thing: Any, options: An
 def with_short_types(app: Any, what: str, name: str, thing: Any, options: Any, signature: str | None, returns: str | None) -> Any:
     """The signature of a function with `Array` in place of what it stands for; Sphinx calls it for each."""
     del app, what, name, thing, options
-    return tuple(text and re.sub(_ARRAY, "Array", text) for text in (signature, returns))
+    return tuple(text and re.sub(_ARRAY, "Array", text).replace("<factory>", "...") for text in (signature, returns))
 
 
 def with_short_properties(app: Any, doctree: Any, docname: str) -> None:

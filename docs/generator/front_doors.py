@@ -22,7 +22,7 @@ def page(package: str) -> str:
 def first_line(thing: object) -> str:
     """The opening line of a docstring, safe inside a table; what a plain value is where it has none."""
     if not (inspect.isclass(thing) or callable(thing) or inspect.ismodule(thing)):
-        return f"{type(thing).__name__}"
+        return f"`{thing!r}`"
     opening = (inspect.getdoc(thing) or "").split("\n\n")[0].replace("\n", " ")
     return re.split(r"(?<=\.) (?=\w+ : )", opening)[0].replace("|", "\\|")
 
@@ -35,4 +35,4 @@ def _directive(package: str, door: ModuleType, name: str) -> str:
         return f".. autofunction:: {package}.{name}\n"
     if inspect.ismodule(thing):
         return f".. py:module:: {package}.{name}\n\n   {first_line(thing)}\n"
-    return f".. autodata:: {package}.{name}\n   :no-value:\n"
+    return f".. py:data:: {package}.{name}\n   :value: {thing!r}\n"
