@@ -172,3 +172,11 @@ def test_files_and_folders_that_a_document_names_are_there(document):
     named = set(re.findall(r"`((?:measure|simulate|identify|tests|docs|datasets|\.ci)/[\w./-]*)`", text))
     missing = [name for name in sorted(named) if not (ROOT / name).exists() and "calibration" not in name]
     assert not missing, f"{document.name} names {missing}"
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+def test_the_guide_of_a_command_shows_all_its_options(command):
+    guide = (ROOT / "docs" / "how-to" / f"{command}.md").read_text(encoding="utf-8")
+    common = (ROOT / "docs" / "how-to" / "index.md").read_text(encoding="utf-8")
+    missing = [option for option in sorted(options(command)) if option.startswith("--") and f"{option}" not in guide + common]
+    assert not missing, f"docs/how-to/{command}.md does not show {missing}"

@@ -26,7 +26,7 @@ def page() -> str:
     """The page as MyST Markdown: a section for each table of the file, a row for each key."""
     hints = hints_of(Model)
     top = [item for item in fields(Model) if table_of(hints[item.name]) is None and item.name != "effects"]
-    head = _HEAD + "".join(f"| `{item.name}` | {words_of(hints[item.name])} | {default_of(item)} |\n" for item in top)
+    head = _HEAD + "".join(f"| `{item.name}` | {said_of(hints[item.name])} | {default_of(item)} |\n" for item in top)
     tables = [(item.name, table_of(hints[item.name])) for item in fields(Model)]
     return head + "\n" + "\n".join(section(name, kind) for name, kind in tables if kind is not None)
 
@@ -36,7 +36,7 @@ def section(name: str, kind: type) -> str:
     hints = hints_of(kind)
     own = [item for item in fields(kind) if table_of(hints[item.name]) is None]
     inner = [(f"{name}.{item.name}", table_of(hints[item.name])) for item in fields(kind)]
-    rows = [f"| `{i.name}` | {unit_of(i.name)} | {words_of(hints[i.name])} | {default_of(i)} |" for i in own]
+    rows = [f"| `{i.name}` | {unit_of(i.name)} | {said_of(hints[i.name])} | {default_of(i)} |" for i in own]
     text = [
         f"## `[{name}]`",
         "",
@@ -61,13 +61,13 @@ def table_of(hint: Any) -> type | None:
     return next((option for option in options if isinstance(option, type) and is_dataclass(option)), None)
 
 
-def words_of(hint: Any) -> str:
-    """What a value may be, in words."""
+def said_of(hint: Any) -> str:
+    """What a value may be, for people."""
     origin, inner = get_origin(hint), get_args(hint)
     if origin is Annotated:
-        return words_of(inner[0]) + "".join(_limit(rule) for rule in getattr(inner[1], "metadata", ()))
+        return said_of(inner[0]) + "".join(_limit(rule) for rule in getattr(inner[1], "metadata", ()))
     if origin in (Union, UnionType):
-        return ", or ".join(words_of(option) for option in inner if option is not NoneType)
+        return ", or ".join(said_of(option) for option in inner if option is not NoneType)
     if origin is Literal:
         return " or ".join(f'`"{option}"`' for option in inner)
     if origin is tuple:
@@ -76,7 +76,7 @@ def words_of(hint: Any) -> str:
 
 
 def _row_of(inner: tuple[Any, ...]) -> str:
-    one = words_of(inner[0])
+    one = said_of(inner[0])
     if inner[-1] is Ellipsis:
         return f"list of {one}"
     return (
