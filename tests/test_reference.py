@@ -4,7 +4,7 @@ from dataclasses import fields, is_dataclass
 
 import numpy as np
 import pytest
-from generator import catalogue, front_doors, model_file
+from generator import catalogue, front_doors, levels, model_file
 from generator.effect_plots import at_size
 from generator.plain_text import escaped, prose, restructured
 from generator.units import unit_of
@@ -86,3 +86,9 @@ def test_every_parameter_of_an_effect_has_its_row_with_bounds_and_meaning(kind):
 def test_an_effect_is_drawn_at_a_size_that_is_not_nothing_and_within_its_bounds(kind):
     drawn = at_size(kind)
     assert np.any(drawn.flat() != kind().flat())
+
+
+def test_every_level_that_decides_has_a_reason():
+    found = [(file.parent.name, level) for file in levels.criteria_files() for level in levels.levels_of(file)]
+    assert found
+    assert not [f"{room}.{level.name}" for room, level in found if not level.reason]

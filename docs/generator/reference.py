@@ -5,7 +5,7 @@ from __future__ import annotations
 import shutil
 from pathlib import Path
 
-from generator import front_doors, model_file
+from generator import front_doors, levels, model_file
 from generator.catalogue import write_catalogue
 
 
@@ -21,4 +21,5 @@ def write_reference(folder: Path) -> None:
     for package in front_doors.PACKAGES:
         (folder / f"{package}.md").write_text(front_doors.page(package), encoding="utf-8")
     (folder / "model-file.md").write_text(model_file.page(), encoding="utf-8")
+    (folder / "levels.md").write_text(levels.page(), encoding="utf-8")
     write_catalogue(folder / "effects")
