@@ -8,11 +8,12 @@ from typing import Any
 
 
 def loaded_late(package: str, homes: Mapping[str, str]) -> Callable[[str], Any]:
-    """The `__getattr__` of a package that exports `homes`: each name and the module below the package where it stands."""
+    """The `__getattr__` of a package that exports `homes`: each name and the module below the package where it stands, or which it is."""
 
     def load(name: str) -> Any:
         if name not in homes:
             raise AttributeError(f"module {package!r} has no attribute {name!r}")
-        return getattr(import_module(f"{package}.{homes[name]}"), name)
+        module = import_module(f"{package}.{homes[name]}")
+        return module if homes[name] == name else getattr(module, name)
 
     return load

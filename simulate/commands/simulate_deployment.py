@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from measure.common.command_line import DONE, VERDICT_BAD, parser, run
 from measure.common.errors import InputError
-from simulate.files.options import add_model_options, model_told
+from simulate.files.options import add_model_options, model_from_options
 
 if TYPE_CHECKING:
     from measure.tables.trajectory import Trajectory
@@ -48,7 +48,7 @@ def _work(arguments: Sequence[str]) -> int:
     from simulate.deployment.deploy import deploy_checked
     from simulate.deployment.mujoco_export import require_expressed
 
-    model, _ = model_told(options)
+    model, _ = model_from_options(options)
     if options.mjcf is not None:
         require_expressed(model)
     measured = None if options.measured is None else read_trajectory(options.measured)

@@ -2,26 +2,22 @@
 
 from __future__ import annotations
 
-import time
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+import shutil
+from collections.abc import Sequence
+from concurrent.futures import Executor
+from contextlib import AbstractContextManager, nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from measure.common.command_line import DONE, VERDICT_BAD, parser, progress, run
 from measure.common.errors import InputError
-from simulate.files.options import add_model_options, model_told
+from simulate.files.options import add_model_options, model_from_options
+from simulate.sweeps.limits import DESIGNS, FAILURE_DEG
 
 if TYPE_CHECKING:
-    from measure.common.arrays import Array
-    from simulate.sweeps.chunks import Chunks
     from simulate.sweeps.result import SweepResult
-    from simulate.sweeps.step_search import StepChoice
-    from simulate.sweeps.sweep import Sweep
 
 NAME = "sweep-deployments"
-DESIGNS = ("full", "fractional", "latin-hypercube", "sobol", "random")
-FAILURE_DEG = 30.0
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -63,35 +59,24 @@ def _work(arguments: Sequence[str]) -> int:
     _check(options)
 
     from measure.common.output import provenance
-    from simulate.sweeps.chunks import Chunks
-    from simulate.sweeps.result import SweepResult
     from simulate.sweeps.tolerance import tolerance_of
 
-    found = _chosen(options)
-    kept = Chunks(options.output.with_name(options.output.name + ".part"), found.sweep)
-    started = time.perf_counter()
-    with _computing(found.sweep, kept, options) as computed:
-        for _ in progress(kept.keep(computed), what="sweep", total=len(kept.missing), quiet=options.quiet):
-            pass
-    wall = time.perf_counter() - started
-    result = SweepResult(found.sweep, kept, options.response, options.failure_deg)
-    tolerance = tolerance_of(found.sweep.model, options.tolerance_deg or (5.0, FAILURE_DEG), options.probability, options.seed)
+    result, kept = _swept(options)
+    model = result.sweep.model
+    tolerance = tolerance_of(model, options.tolerance_deg or (5.0, FAILURE_DEG), options.probability, options.seed)
     note = provenance([options.model, *options.effects], seed=options.seed, command=[NAME, *_without_how(arguments)])
-    report = {**result.report, "step": found.report, "tolerance": tolerance, "wall_s": wall, "provenance": note}
-    _write(options, kept.folder, result, report)
-    kept.remove()
+    report = {**result.report, "step": result.step, "tolerance": tolerance, "wall_s": result.wall_s, "provenance": note}
+    _write(options, kept, result, report)
+    shutil.rmtree(kept)
     if not options.quiet:
         print(_sentences(report, options))
     return VERDICT_BAD if report["diverged"] else DONE
 
 
 def _check(options: Any) -> None:
-    from simulate.model.responses import RESPONSES
+    from simulate.model.responses import response_named
 
-    if options.response not in RESPONSES:
-        from measure.common.errors import nearest
-
-        raise InputError(f'no response is named "{options.response}"; {nearest(options.response, RESPONSES)}')
+    response_named(options.response)
     if options.output.exists() and not options.output.is_dir():
         raise InputError(f"{options.output}: is a file, and a folder is written. Name another --output.")
     if not options.output.absolute().parent.is_dir():
@@ -107,39 +92,38 @@ def _check(options: Any) -> None:
             raise InputError(f"an angle of {angle:g} deg: give one above 0.")
 
 
-def _chosen(options: Any) -> StepChoice:
-    from simulate.sweeps.designs import design_of
-    from simulate.sweeps.factors import factors_of, with_named_effects
-    from simulate.sweeps.step_search import choose_step
-    from simulate.sweeps.sweep import Sweep
+def _swept(options: Any) -> tuple[SweepResult, Path]:
+    """The sweep, and the folder that keeps its responses until the result stands; nothing is begun before a cluster answers."""
+    from simulate.sweeps.factors import with_named_effects
+    from simulate.sweeps.run_sweep import sweep
 
-    model, catalogue = model_told(options)
+    model, catalogue = model_from_options(options)
     model = with_named_effects(model, options.factor, catalogue)
-    factors = tuple(factors_of(model, options.factor))
-    normal = [i for i, factor in enumerate(factors) if factor.normal]
-    sweep = Sweep(model, factors, design_of(options.design, len(factors), options.runs, options.seed, normal))
-    sweep.require_runnable()
-    return choose_step(sweep, options.failure_deg)
+    kept = options.output.with_name(options.output.name + ".part")
+    design = (options.factor, options.design, options.runs, options.seed, options.workers, options.response, options.failure_deg)
+    with _executor(options) as executor:
+        result = sweep(
+            model,
+            *design,
+            executor=executor,
+            folder=kept,
+            resume=options.resume,
+            progress=lambda pieces, total: progress(pieces, what="sweep", total=total, quiet=options.quiet),
+        )
+    return result, kept
 
 
-@contextmanager
-def _computing(sweep: Sweep, kept: Chunks, options: Any) -> Iterator[Iterator[tuple[int, Array]]]:
-    """The missing pieces as they are computed, on this machine or on a cluster; nothing is begun before that answers."""
-    from simulate.sweeps.sweep import run_by, run_on
-
+def _executor(options: Any) -> AbstractContextManager[Executor | None]:
+    """The cluster's, or none for this machine."""
     if options.dask is None:
-        kept.open(options.resume)
-        yield run_on(sweep, options.workers, kept.missing)
-        return
+        return nullcontext()
     from simulate.sweeps.cluster import connected
 
-    with connected(options.dask) as executor:
-        kept.open(options.resume)
-        yield run_by(executor, sweep, kept.missing)
+    return connected(options.dask)
 
 
 def _without_how(arguments: Sequence[str]) -> list[str]:
-    """The words of the command without those that change no byte of the result."""
+    """The arguments of the command without those that change no byte of the result."""
     words, kept = iter(arguments), []
     for word in words:
         if word in ("--workers", "--dask"):
@@ -151,8 +135,6 @@ def _without_how(arguments: Sequence[str]) -> list[str]:
 
 def _write(options: Any, folder: Path, result: SweepResult, report: dict[str, Any]) -> None:
     """Write everything beside the pieces first, and move it to its place when it is whole."""
-    import shutil
-
     from measure.common.output import replacing, write_json, write_provenance
     from measure.tables.csv_cells import write_columns
     from simulate.report.plots import figure_bytes, sweep_figure
@@ -181,7 +163,7 @@ def _sentences(report: dict[str, Any], options: Any) -> str:
     share = 100 * step["sensitive_probes"] / step["probes"]
     lines = [
         f"sweep     {report['runs']} runs, {report['diverged']} diverged, {report['wall_s']:.1f} s",
-        f"          step {1e3 * step['step_s']:.3g} ms{exact}; {share:.0f} % of the runs are sensitive: their answer hangs on the release",
+        f"          step {1e3 * step['step_s']:.3g} ms{exact}; {share:.0f} % of the runs are sensitive to the release",
         f"          {report['failed_percent']:.1f} % beyond {options.failure_deg:g} deg{sure}",
         f"          {report['formula']}",
         *_regression_sentence(report),

@@ -6,17 +6,21 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from measure.common.arrays import Array
+from measure.tables.frames import frame_of
 from measure.tables.trajectory import CHANNELS, Trajectory
 from simulate.deployment.energy import energy_balance
 from simulate.kernel.layout import LEGS, SAMPLE_ELONGATION, SAMPLE_ENERGY, SAMPLE_FORCE, SAMPLE_POSE, SAMPLE_SIZE
 from simulate.kernel.speed_polynomials import with_rate_as_effect
 from simulate.model.model import Model
 from simulate.model.rig import geometry_of, leg_lengths
+
+if TYPE_CHECKING:
+    from pandas import DataFrame
 
 # What films and other engines are compared at: a hundredth of a millimetre, a hundredth of a degree.
 FINE_M, FINE_RAD = 1e-5, np.radians(0.01)
@@ -61,6 +65,21 @@ class Deployment:
     diverged_at_s: float | None
     effects_with_power: tuple[str, ...] = ()
     step_error: StepError | None = None
+
+    def __repr__(self) -> str:
+        end = "" if self.diverged_at_s is None else f", diverged at {self.diverged_at_s:g} s"
+        size = f"{len(self.time_s)} samples over {self.time_s[-1]:g} s, step {1e3 * self.step_s:g} ms"
+        return f"Deployment({self.model.name!r:.60}, {size}{end})"
+
+    def to_frame(self) -> DataFrame:
+        """The whole run as a pandas frame, one row a sample; units in `frame.attrs["units"]`.
+
+        Returns
+        -------
+        pandas.DataFrame
+            time_s, the six channels, elongation, length and force of each leg, the energy balance; NaN from where it diverged on.
+        """
+        return frame_of({"time_s": self.time_s, **self.channels, **self.leg_columns, **self.energy_columns}, name=self.model.name)
 
     @cached_property
     def channels(self) -> dict[str, Array]:

@@ -1,4 +1,4 @@
-"""The options by which commands are told their model: a file, values changed in it, and effects of one's own."""
+"""The options that give a command its model: a file, values changed in it, and effects of one's own."""
 
 from __future__ import annotations
 
@@ -26,8 +26,8 @@ def add_model_options(made: ArgumentParser) -> None:
     add_effects_option(made)
 
 
-def model_told(given: Namespace) -> tuple[Model, Mapping[str, type[Effect]]]:
-    """The model that these options tell, and the catalogue with the effects of one's own.
+def model_from_options(given: Namespace) -> tuple[Model, Mapping[str, type[Effect]]]:
+    """The model that these options give, and the catalogue with the effects of one's own.
 
     Raises
     ------

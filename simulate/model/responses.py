@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
+from measure.common.errors import InputError, nearest
+
 THETA_Z, LATERAL, TILT, FULL_HEIGHT, STOP_FORCE, DIVERGED = 0, 1, 2, 3, 4, 5
 COUNT = 6
 
@@ -26,3 +28,16 @@ RESPONSES = {
     "time_to_full_height_s": Response(FULL_HEIGHT, "s", 1.0, "first sample at the deployed height; none where it is not reached"),
     "stop_force_N": Response(STOP_FORCE, "N", 1.0, "largest force of one stop"),
 }
+
+
+def response_named(name: str) -> Response:
+    """A response by its name.
+
+    Raises
+    ------
+    InputError
+        There is none of that name; the nearest known one is named.
+    """
+    if name not in RESPONSES:
+        raise InputError(f'no response is named "{name}"; {nearest(name, RESPONSES)}')
+    return RESPONSES[name]

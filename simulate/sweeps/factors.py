@@ -77,8 +77,12 @@ def paper_factors(model: Model) -> list[Factor]:
     return [factor_of(model, f"{key}=+-10%", letter) for key, letter in zip(keys, LETTERS, strict=False)]
 
 
-def factors_of(model: Model, settings: Sequence[str]) -> list[Factor]:
+def factors_of(model: Model, settings: Sequence[str], lettered: int = 0) -> list[Factor]:
     """The factors by their settings, as `actuator.b_l_N[0]=+-10%`, or the paper's where none is given.
+
+    Parameters
+    ----------
+    lettered : letters that are taken already.
 
     Raises
     ------
@@ -87,9 +91,9 @@ def factors_of(model: Model, settings: Sequence[str]) -> list[Factor]:
     """
     if not settings:
         return paper_factors(model)
-    if len(settings) > len(LETTERS):
-        raise InputError(f"{len(settings)} factors; at most {len(LETTERS)} have a letter.")
-    made = [factor_of(model, setting, letter) for setting, letter in zip(settings, LETTERS, strict=False)]
+    if lettered + len(settings) > len(LETTERS):
+        raise InputError(f"{lettered + len(settings)} factors; at most {len(LETTERS)} have a letter.")
+    made = [factor_of(model, setting, letter) for setting, letter in zip(settings, LETTERS[lettered:], strict=False)]
     keys = [factor.key for factor in made]
     if len(set(keys)) < len(keys):
         double = next(key for key in keys if keys.count(key) > 1)

@@ -1,4 +1,6 @@
-"""How far a sweep goes."""
+"""What a sweep may be, and how far it goes."""
 
+DESIGNS = ("full", "fractional", "latin-hypercube", "sobol", "random")
+FAILURE_DEG = 30.0  # the paper's failure: a run that turns farther about the vertical
 FARTHEST = 6.0  # standard deviations; a normal spread ends there
 MOST_FULL_FACTORS = 20  # of a full factorial design, a million runs

@@ -2,18 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
-from dataclasses import dataclass, replace
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import Any
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
 from measure.common.arrays import Array
+from measure.tables.frames import frame_of
 from simulate.model import responses
 from simulate.model.responses import RESPONSES
 from simulate.sweeps.regression import HIGHEST_ORDER, coefficients_of, formula, predicted, variability_percent
 from simulate.sweeps.sweep import RunCounts, Sweep, count_runs
+
+if TYPE_CHECKING:
+    from pandas import DataFrame
 
 _BINS = 60
 GRID = 17
@@ -24,13 +28,40 @@ _FRESH = 256
 class SweepResult:
     """All responses of a sweep, and which of them is explained.
 
-    pieces : responses piece by piece, in order; gone through several times, and never all in memory.
+    sweep : model, factors and design, with the step that was chosen.
+    pieces : responses piece by piece, in order, each (runs, responses.COUNT) in SI units; gone through several times, and never
+        all in memory.
+    response, failure_deg : what the regression explains, and the abs(theta_z) beyond which a run has failed.
+    step : how the step was chosen and how exact it is, as the JSON of the command gives it.
+    wall_s : how long the runs took.
     """
 
     sweep: Sweep
     pieces: Iterable[Array]
     response: str
     failure_deg: float
+    step: Mapping[str, Any] = field(default_factory=dict)
+    wall_s: float = float("nan")
+
+    def __repr__(self) -> str:
+        counted, letters = self.counts, ", ".join(f"{f.letter} {f.key}" for f in self.sweep.factors[:3])
+        more = ", ..." if len(self.sweep.factors) > 3 else ""
+        return (
+            f"SweepResult({self.sweep.model.name!r:.60}, {self.sweep.design.kind}, {counted.runs} runs, {counted.diverged} diverged, "
+            f"{counted.failed_percent:.1f} % beyond {self.failure_deg:g} deg, {self.response} over {letters}{more})"
+        )
+
+    def to_frame(self, table: Literal["runs", "coefficients"] = "runs") -> DataFrame:
+        """The runs or the regression as a pandas frame; units in `frame.attrs["units"]`.
+
+        Parameters
+        ----------
+        table : "runs", one row a run with the coded levels by letter, every response, and when the run diverged; or "coefficients",
+            one row a term of the regression, the largest first, with its share of the variability.
+        """
+        if table == "coefficients":
+            return frame_of(self.coefficient_columns(), name=self.response)
+        return frame_of(self.run_columns(), dict.fromkeys(self.letters, ""), name=self.sweep.model.name)
 
     @property
     def unit(self) -> str:

@@ -1,0 +1,115 @@
+"""A whole sweep in one call: factors and design worked out, a step chosen, all runs simulated."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from concurrent.futures import Executor
+from pathlib import Path
+
+from measure.common.arrays import Array
+from measure.common.errors import InputError
+from simulate.model.model import Model
+from simulate.model.responses import response_named
+from simulate.sweeps.chunks import Chunks
+from simulate.sweeps.designs import design_of
+from simulate.sweeps.factors import Factor, factors_of, with_named_effects
+from simulate.sweeps.limits import DESIGNS, FAILURE_DEG
+from simulate.sweeps.result import SweepResult
+from simulate.sweeps.step_search import choose_step
+from simulate.sweeps.sweep import Sweep, run_by, run_on
+
+Progress = Callable[[Iterable[int], int], Iterable[int]]
+
+
+def sweep(
+    model: Model,
+    factors: Sequence[str | Factor] = (),
+    design: str = "full",
+    runs: int | None = None,
+    seed: int = 0,
+    workers: int | None = None,
+    response: str = "theta_z_deg",
+    failure_deg: float = FAILURE_DEG,
+    *,
+    executor: Executor | None = None,
+    folder: Path | None = None,
+    resume: bool = False,
+    progress: Progress | None = None,
+) -> SweepResult:
+    """Simulate a design of deployments and explain a response by its factors, as `sweep-deployments` does.
+
+    Parameters
+    ----------
+    model : with a geometry.
+    factors : what is varied, `"actuator.b_l_N[0]=+-10%"`, `"platform.mass_kg=0.7..0.9"`, `"release.theta_rad[2]=sigma:0.001"`; by
+        default the paper's twelve, stored force and slope of each leg at +-10 %.
+    design : "full", "fractional", "latin-hypercube", "sobol" or "random".
+    runs : of a sampled or fractional design; by default 1024, or the least of a fractional one.
+    seed : of a sampled design. Same input and seed, same digits, whatever the workers.
+    workers : cores; by default all.
+    response : what the regression explains, a name of `simulate.model.responses.RESPONSES`.
+    failure_deg : a run whose abs(theta_z) goes beyond this angle has failed.
+    executor : computes the runs elsewhere (processes, a cluster); `workers` is then its own business.
+    folder : keep the responses there, piece by piece, instead of in memory; with `resume` what stands there is kept.
+    progress : wraps the pieces as they come in, given their number.
+
+    Returns
+    -------
+    SweepResult
+
+    Raises
+    ------
+    InputError
+        No geometry, an unknown response or factor, a design that cannot be, more steps than anybody waits for.
+    """
+    response_named(response)
+    chosen = choose_step(_posed(model, factors, design, runs, seed), failure_deg)
+    shown: Progress = progress or (lambda pieces, _: pieces)
+    begun = time.perf_counter()
+    if folder is None:
+        pieces = _in_memory(chosen.sweep, workers, executor, shown)
+    else:
+        pieces = _on_disk(Chunks(folder, chosen.sweep), workers, executor, resume, shown)
+    return SweepResult(chosen.sweep, pieces, response, failure_deg, chosen.report, time.perf_counter() - begun)
+
+
+def _posed(model: Model, factors: Sequence[str | Factor], design: str, runs: int | None, seed: int) -> Sweep:
+    """The sweep, refused where no run of it could be simulated."""
+    if design not in DESIGNS:
+        raise InputError(f'no design is named "{design}"; take one of {", ".join(DESIGNS)}.')
+    given = [factor for factor in factors if isinstance(factor, Factor)]
+    settings = [factor for factor in factors if isinstance(factor, str)]
+    model = with_named_effects(model, settings)
+    varied = tuple(given) if given and not settings else (*given, *factors_of(model, settings, len(given)))
+    normal = [i for i, factor in enumerate(varied) if factor.normal]
+    posed = Sweep(model, varied, design_of(design, len(varied), runs, seed, normal))
+    posed.require_runnable()
+    return posed
+
+
+def _computed(sweep: Sweep, workers: int | None, executor: Executor | None, only: Iterable[tuple[int, int]]) -> Iterator[tuple[int, Array]]:
+    return run_on(sweep, workers, only) if executor is None else run_by(executor, sweep, only)
+
+
+def _in_memory(sweep: Sweep, workers: int | None, executor: Executor | None, progress: Progress) -> list[Array]:
+    """Responses piece by piece, in order."""
+    kept: dict[int, Array] = {}
+
+    def keep() -> Iterator[int]:
+        for first, answers in _computed(sweep, workers, executor, sweep.pieces()):
+            kept[first] = answers
+            yield first
+
+    for _ in progress(keep(), len(sweep.pieces())):
+        pass
+    return [kept[first] for first in sorted(kept)]
+
+
+def _on_disk(chunks: Chunks, workers: int | None, executor: Executor | None, resume: bool, progress: Progress) -> Chunks:
+    """The same, kept in a folder; only what is missing there is computed."""
+    chunks.open(resume)
+    missing = chunks.missing
+    for _ in progress(chunks.keep(_computed(chunks.sweep, workers, executor, missing)), len(missing)):
+        pass
+    return chunks
