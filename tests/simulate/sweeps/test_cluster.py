@@ -47,7 +47,7 @@ def test_a_sweep_that_has_computed_something_is_sent_as_plain_data(prototype):
     np.testing.assert_array_equal(piece_of(sent, 0, 20)[1], answers)
 
 
-@pytest.mark.slow
+@pytest.mark.calibrate
 def test_processes_give_the_same_bytes_and_a_killed_one_loses_nothing_that_came_back(prototype, tmp_path):
     sweep = sweep_of(prototype, 8192, duration_s=1.0)
     kept = Chunks(tmp_path / "sweep.part", sweep)
@@ -75,7 +75,7 @@ def cluster():
         yield made
 
 
-@pytest.mark.slow
+@pytest.mark.calibrate
 def test_a_worker_killed_in_mid_sweep_loses_nothing_and_changes_no_byte(cluster, prototype, tmp_path, monkeypatch):
     write_model(prototype, tmp_path / "prototype.toml")
     words = [str(tmp_path / "prototype.toml"), "--design", "random", "--runs", "8192", "--set", "simulation.duration_s=0.3", "--quiet"]
@@ -97,7 +97,7 @@ def test_a_worker_killed_in_mid_sweep_loses_nothing_and_changes_no_byte(cluster,
         assert (tmp_path / "there" / name).read_bytes() == (tmp_path / "here" / name).read_bytes()
 
 
-@pytest.mark.slow
+@pytest.mark.calibrate
 def test_a_worker_of_another_version_is_refused(cluster, monkeypatch):
     monkeypatch.setattr("simulate.sweeps.cluster.metadata.version", lambda name: "0.0.1")
     with pytest.raises(InputError, match="Install the same"), connected(cluster.scheduler_address):
