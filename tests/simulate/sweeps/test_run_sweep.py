@@ -47,7 +47,9 @@ def test_frames_carry_their_units_and_a_factor_named_N_is_no_newton(model, resul
     assert runs.attrs["units"]["A"] == ""
     assert terms.attrs["units"]["coefficient_deg"] == "deg"
     assert terms["coefficient_deg"].abs().is_monotonic_decreasing
-    many = sweep(model, [f"actuator.{name}[{leg}]=+-1%" for leg in range(6) for name in ("b_l_N", "a_l_N_per_m", "a_u_N_per_m")], "random", 4)
+    many = sweep(
+        model, [f"actuator.{name}[{leg}]=+-1%" for leg in range(6) for name in ("b_l_N", "a_l_N_per_m", "a_u_N_per_m")], "random", 4
+    )
     assert many.to_frame().attrs["units"]["N"] == ""
 
 
