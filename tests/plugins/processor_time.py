@@ -144,7 +144,8 @@ class Reporting:
         if file:
             found = {"tests": {one.test: one.seconds for one in self.took}, "shared": self.shared}
             Path(file).write_text(json.dumps(found, indent=1), encoding="utf-8")
-        if not self.config.getoption("--time-limits"):
+        ended = session.exitstatus in (pytest.ExitCode.OK, pytest.ExitCode.TESTS_FAILED)
+        if not (ended and self.config.getoption("--time-limits")):
             return
         over = {one.test: one for one in self.took if one.seconds > one.limit}
         still = [one for one in self._again(list(over)) if one.seconds > AGAIN * one.limit]
