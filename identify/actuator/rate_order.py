@@ -7,23 +7,17 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from identify.actuator.layout import (
-    DISTINCT,
-    LINE_NAMES,
-    Abscissa,
-    Layout,
-    abscissa_of,
-    distinct,
-    layout,
-)
-from identify.actuator.loop_problem import LoopProblem, beta_bounds, minimise
-from identify.estimation.covariance import OWN_SHARE, own_shares
-from identify.loops.loop_data import LoopData, gap
+from identify.actuator.loops_alone import problem_of_loops, solve_loops
+from identify.actuator.rates_and_strokes import groups_of_rate, rates_of
+from identify.criteria import OWN_SHARE, WORTH_AN_ORDER
+from identify.estimation.covariance import own_shares
+from identify.estimation.least_squares import Fit, laid_out
+from identify.estimation.rate import Abscissa
+from identify.loops.loop_data import LoopData
 from measure.common.arrays import Array
 from simulate.model.effect import Effect
 
 PAPERS_ORDER = 2
-_WORTH_AN_ORDER = 0.03  # relative gain in left-out error that justifies one order more
 
 
 @dataclass(frozen=True)
@@ -64,64 +58,53 @@ def choose_order(
 
     With fewer than three frequencies nothing can be left out, and order 0 is taken.
     """
-    x = abscissa_of(loops, abscissa)
-    groups = _groups(x)
+    groups = groups_of_rate(rates_of(loops, abscissa))
     left_out: dict[int, float] = {}
-    shape = layout(loops, kinds, abscissa, 0)
-    theta, papers, imitated = None, None, ()
+    fit, papers, imitated = None, None, ()
     for order in range(min(PAPERS_ORDER, len(groups) - 1) + 1):
-        shape, theta = _whole(loops, kinds, abscissa, order, theta)
+        fit = _whole(loops, kinds, abscissa, order, fit)
         if order == PAPERS_ORDER:
-            papers, imitated = shape.polynomials(theta), _imitated(loops, shape, theta)
+            papers, imitated = polynomials_of(fit), _imitated(fit)
         if order <= len(groups) - 2:
-            parts = [r for group in groups for r in _predicted(loops, x, group, shape, theta)]
+            parts = [r for group in groups for r in _predicted(fit, group)]
             left_out[order] = float(np.sqrt(np.mean(np.concatenate(parts) ** 2)))
             watch((order + 1) * len(groups))
     if not left_out:
         return RateOrder({}, 0, papers, imitated)
     best = min(left_out.values())
-    chosen = next(order for order, error in left_out.items() if error <= (1.0 + _WORTH_AN_ORDER) * best)
+    chosen = next(order for order, error in left_out.items() if error <= (1.0 + WORTH_AN_ORDER) * best)
     return RateOrder(left_out, chosen, papers, imitated)
 
 
-def _whole(
-    loops: Sequence[LoopData], kinds: tuple[type[Effect], ...], abscissa: Abscissa, order: int, lower: Array | None
-) -> tuple[Layout, Array]:
+def polynomials_of(fit: Fit) -> dict[str, tuple[float, ...]]:
+    """Coefficients of a_l, b_l, a_u, b_u in the rate itself, lowest power first."""
+    problem = fit.problem
+    rows = np.column_stack([problem.lines_at(fit.q)[:4], problem.rate_coefficients(fit.q)])
+    named = zip(("a_l", "b_l", "a_u", "b_u"), rows, strict=True)
+    return {key: tuple(float(c) for c in problem.rate.unscaled(row)) for key, row in named}
+
+
+def _whole(loops: Sequence[LoopData], kinds: tuple[type[Effect], ...], abscissa: Abscissa, order: int, lower: Fit | None) -> Fit:
     """The fit to all loops, begun from that of one order less."""
-    shape = layout(loops, kinds, abscissa, order)
-    start = None
-    if lower is not None:
-        lines = np.pad(lower[: 4 * order].reshape(4, order), ((0, 0), (0, 1)))
-        start = np.concatenate([lines.ravel(), lower[4 * order :]])
-    theta, _ = minimise(LoopProblem(shape, tuple(loops), False, beta_bounds(loops)), start, roughly=True)
-    return shape, theta
+    problem = problem_of_loops(loops, kinds, abscissa, order)
+    return solve_loops(problem, None if lower is None else laid_out(lower, problem))
 
 
-def _imitated(loops: Sequence[LoopData], shape: Layout, theta: Array) -> tuple[str, ...]:
-    own = own_shares([LoopProblem(shape, tuple(loops), False, beta_bounds(loops)).jacobian(theta)])
-    named = enumerate(shape.names()[len(LINE_NAMES) + 1 :], start=shape.line_values + 1)
-    return tuple(name for place, name in named if own[place] < OWN_SHARE)
+def _imitated(fit: Fit) -> tuple[str, ...]:
+    """Parameters of effects that the polynomials can imitate."""
+    own, first = own_shares(fit.jacobian), fit.problem.first_effect
+    return tuple(parameter.name for k, parameter in enumerate(fit.problem.parameters) if k >= first and own[k] < OWN_SHARE)
 
 
-def _groups(x: Array) -> list[list[int]]:
-    """Loops of one frequency together, in rising order."""
-    order = np.argsort(x)
-    groups: list[list[int]] = [[int(order[0])]]
-    for k in order[1:]:
-        if x[k] - x[groups[-1][-1]] > DISTINCT * abs(x[k]):
-            groups.append([])
-        groups[-1].append(int(k))
-    assert len(groups) == distinct(x)
-    return groups
-
-
-def _predicted(loops: Sequence[LoopData], x: Array, group: list[int], whole: Layout, theta: Array) -> list[Array]:
+def _predicted(fit: Fit, group: list[int]) -> list[Array]:
     """Residuals of the loops of one frequency under a fit of all the others, in parts of their force range.
 
     The fit begins from that to all loops, which is near, and so takes a few steps.
     """
-    kept = [k for k in range(len(loops)) if k not in group]
-    shape, others = replace(whole, z=whole.z[kept]), tuple(loops[k] for k in kept)
-    theta, _ = minimise(LoopProblem(shape, others, False, beta_bounds(others)), theta, roughly=True)
-    effects = shape.effects(theta)
-    return [gap(shape.lines_at(theta, float(x[k])), loops[k], effects) / loops[k].force_range_N for k in group]
+    whole = fit.problem
+    ours = [tuple(loop for k, loop in enumerate(whole.loops) if (k in group) == left_out) for left_out in (True, False)]
+    here, others = (replace(whole, loops=loops) for loops in ours)
+    found = solve_loops(others, laid_out(fit, others))
+    there = replace(found, problem=here, q=laid_out(found, here))
+    parts = [(block, loop.data) for block, loop in zip(here.blocks, here.loops, strict=True)]
+    return [there.difference(block) * data.force_sigma_N / data.force_range_N for block, data in parts]

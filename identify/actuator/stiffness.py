@@ -8,15 +8,13 @@ from typing import Literal
 
 import numpy as np
 
-from identify.actuator.layout import strokes
+from identify.actuator.rates_and_strokes import strokes
+from identify.criteria import OTHER_RATE, STIFFNESS_CHANGE
 from identify.loops.loop_data import LoopData
 from measure.common.arrays import Array
 from simulate.dispatch.formula_table import flat_parameters, formula_table
 from simulate.loop import axial_mass
 from simulate.model.effect import Effect
-
-_OTHER_RATE = 1.2  # ratio of frequencies below which nothing can be concluded
-_CHANGE_THAT_MATTERS = 0.10  # of the stiffness, over the frequencies seen
 
 Word = Literal["dry", "viscous", "cannot tell"]
 
@@ -73,9 +71,9 @@ def friction_of(loops: Sequence[LoopData], effects: tuple[Effect, ...] = ()) -> 
     said = (
         f"the effective stiffness at one stroke changes by {change:+.0f} +- {doubt:.0f} % over a factor of {np.exp(span):.1f} in frequency"
     )
-    if change - doubt > 0.0 and change > 100.0 * _CHANGE_THAT_MATTERS:
+    if change - doubt > 0.0 and change > 100.0 * STIFFNESS_CHANGE:
         return Friction("viscous", f"viscous: {said}")
-    if abs(change) + doubt < 100.0 * _CHANGE_THAT_MATTERS:
+    if abs(change) + doubt < 100.0 * STIFFNESS_CHANGE:
         return Friction("dry", f"dry: {said}")
     return Friction("cannot tell", f"cannot tell dry from viscous: {said}")
 
@@ -86,7 +84,7 @@ def _relative(loops: Sequence[LoopData], effects: tuple[Effect, ...]) -> tuple[A
     xs, ys = [], []
     for group in strokes(known):
         frequencies = np.array([data.frequency_Hz for data in group])
-        if frequencies.max() < _OTHER_RATE * frequencies.min():
+        if frequencies.max() < OTHER_RATE * frequencies.min():
             continue
         parts = [stiffness_of_cycles(data, effects) for data in group]
         x = np.concatenate([np.full(len(part), np.log(f)) for part, f in zip(parts, frequencies, strict=True)])

@@ -11,14 +11,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from identify.actuator.layout import Layout
-from identify.estimation.covariance import Estimate, Word
+from identify.criteria import LARGEST_ERROR, NO_AREA, STRUCTURED_ERROR, STRUCTURED_SHARE
+from identify.estimation.estimates import Estimate, Word
 from identify.loops.loop_data import LoopData, area
 from identify.loops.residual_dependence import Dependence
 from measure.common.arrays import Array
-
-STRUCTURED_ERROR, STRUCTURED_SHARE = 0.05, 0.4  # error and share of it that one quantity explains, above which an effect is missing
-LARGEST_ERROR = 0.10  # RMS error in parts of the force range, above which the law has another shape than the loop
 
 
 @dataclass(frozen=True)
@@ -30,22 +27,27 @@ class Verdict:
 
 
 def verdict_of(
-    shape: Layout,
-    theta: Array,
+    lines: Sequence[Array],
     estimates: dict[str, Estimate],
     loops: Sequence[LoopData],
     residuals: Sequence[Array],
     left: Dependence,
     converged: bool,
 ) -> Verdict:
-    """The word on the whole fit: the first of these that is true, worst first."""
+    """The word on the whole fit: the first of these that is true, worst first.
+
+    Parameters
+    ----------
+    lines : (5,) a_l, b_l, a_u, b_u, beta of each loop. residuals : measured minus modelled of each loop's samples that count, N.
+    left : what the residuals still follow.
+    """
     closed = [data for data in loops if data.cycles.spans]
     empty = _encloses_nothing(closed)
     if empty:
         return Verdict("data-bad", empty)
     if not converged:
         return Verdict("did-not-converge", "the least-squares fit stopped before it had converged; the numbers are not a result")
-    reason = _does_not_apply(shape, theta, closed, loops, residuals) or _is_missing_something(loops, residuals, left)
+    reason = _does_not_apply(lines, closed, loops, residuals) or _is_missing_something(loops, residuals, left)
     if reason:
         return Verdict("model-does-not-apply", reason)
     for word, because in (
@@ -64,13 +66,12 @@ def _beyond_noise(loops: Sequence[LoopData], residuals: Sequence[Array]) -> str:
     return "" if ratio < 2.0 else f"; the residual is {ratio:.1f} times the noise of the samples, so the law is not all there is"
 
 
-def _does_not_apply(shape: Layout, theta: Array, closed: Sequence[LoopData], loops: Sequence[LoopData], residuals: Sequence[Array]) -> str:
+def _does_not_apply(lines: Sequence[Array], closed: Sequence[LoopData], loops: Sequence[LoopData], residuals: Sequence[Array]) -> str:
     if not closed:
         return "there is no closed loop: no record holds a full cycle, and a drift or the start may pass for the law. Record more cycles"
     if all(area(data, data.force_N) <= 0.0 for data in closed):
         return "the loops run clockwise: the actuator gives energy instead of taking it. Check the signs of force and elongation"
-    for k, data in enumerate(loops):
-        a_l, b_l, a_u, b_u, _ = shape.lines(theta, k)
+    for data, (a_l, b_l, a_u, b_u, _) in zip(loops, lines, strict=True):
         ends = np.array([data.elongation_m[data.used].min(), data.elongation_m[data.used].max()])
         height = (a_u - a_l) * ends + b_u - b_l
         if np.any(height <= 0.0):
@@ -93,7 +94,7 @@ def _encloses_nothing(loops: Sequence[LoopData]) -> str:
     if not loops:
         return ""
     heights = [abs(area(data, data.force_N)) / (2.0 * data.amplitude_m) for data in loops]
-    least = [max(10.0 * d.force_sigma_N / np.sqrt(d.used.sum()), 0.005 * d.force_range_N) for d in loops]
+    least = [max(NO_AREA[0] * d.force_sigma_N / np.sqrt(d.used.sum()), NO_AREA[1] * d.force_range_N) for d in loops]
     if any(height > limit for height, limit in zip(heights, least, strict=True)):
         return ""
     noise = max(data.force_sigma_N for data in loops)

@@ -7,11 +7,11 @@ from typing import Literal
 
 import numpy as np
 
+from identify.criteria import ZEROS_DIFFER
 from identify.estimation.least_squares import Fit, solve
 from measure.common.arrays import Array
 
 Tare = Literal["auto", "common", "each"]
-_DIFFERENT = 3.0  # standard errors, root mean square
 
 
 def zeros_differ(fit: Fit) -> bool:
@@ -20,8 +20,8 @@ def zeros_differ(fit: Fit) -> bool:
         return False
     problem = replace(fit.problem, own_zeros=True)
     loops, first = len(problem.loops), fit.problem.first_effect
-    freed = solve(problem, np.insert(fit.q, np.full(2 * loops, first), 0.0))
-    return any(_scatter(freed, slice(start, start + loops)) > _DIFFERENT for start in (first, first + loops))
+    freed = solve(problem, np.insert(fit.q, np.full(2 * loops, first), 0.0), robust=fit.robust)
+    return any(_scatter(freed, slice(start, start + loops)) > ZEROS_DIFFER for start in (first, first + loops))
 
 
 def _scatter(fit: Fit, own: slice) -> float:

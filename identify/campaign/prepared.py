@@ -62,7 +62,11 @@ class LoopRun:
 def loop_of(run: Run, model: Model) -> LoopRun:
     """A loop's table made ready; its time counts from its first sample, whatever the recorder's clock showed."""
     assert isinstance(run.table, Loop)
-    data = prepare(replace(run.table, time_s=run.table.time_s - run.table.time_s[0]))
+    return loop_run(run, model, prepare(replace(run.table, time_s=run.table.time_s - run.table.time_s[0])))
+
+
+def loop_run(run: Run, model: Model, data: LoopData) -> LoopRun:
+    """A loop that is ready, its force as noisy as a fine load cell's at least."""
     return LoopRun(run, model, replace(data, force_sigma_N=max(data.force_sigma_N, lacking_in_force(data.time_s, data.force_N))))
 
 

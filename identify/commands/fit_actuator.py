@@ -175,11 +175,11 @@ def _order(given: Namespace, data: Sequence[LoopData], kinds: Any, abscissa: Any
         return 0, None
     from tqdm import tqdm
 
-    from identify.actuator.layout import require_abscissa
     from identify.actuator.rate_order import choose_order
+    from identify.actuator.rates_and_strokes import require_rates
 
     wanted = None if given.rate_order == "auto" else int(given.rate_order)
-    require_abscissa(data, abscissa, wanted or 0)
+    require_rates(data, abscissa, wanted or 0)
     with tqdm(desc="frequencies left out", disable=given.quiet or not sys.stderr.isatty(), leave=False) as bar:
         chosen = choose_order(data, kinds, abscissa, lambda made: bar.update(1))
     return (chosen.chosen if wanted is None else wanted), chosen
@@ -192,12 +192,12 @@ def _resampled(given: Namespace, fit: Any, data: Any, result: dict[str, Any]) ->
 
     profile = fit.profile() if given.profile or given.figure else None
     if profile:
-        table = {"beta_per_m": profile.beta_per_m, "rise": profile.rise, "ci95": list(profile.interval)}
+        table = {"beta_per_m": profile.values, "rise": profile.rise, "ci95": list(profile.interval)}
         result["beta_profile"] = table
         result["notes"].append("profile of beta: 95 % from {:.5g} to {:.5g} 1/m".format(*profile.interval))
     if given.bootstrap:
         steps = progress(range(given.bootstrap), what="bootstrap", total=given.bootstrap, quiet=given.quiet)
-        intervals = bootstrap(fit, given.bootstrap, given.seed, lambda _: next(steps, None))
+        intervals = bootstrap(fit.fit, fit.names, given.bootstrap, given.seed, lambda _: next(steps, None))
         result["bootstrap"] = {"repeats": given.bootstrap, "seed": given.seed, "ci95": intervals}
         result["notes"] += [f"bootstrap by cycles: {name} 95 % from {a:.6g} to {b:.6g}" for name, (a, b) in intervals.items()]
     return profile

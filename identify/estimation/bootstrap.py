@@ -1,38 +1,40 @@
-"""Another way to the uncertainty of a fit: a bootstrap by whole cycles."""
+"""Another way to the uncertainty of a fit of loops: a bootstrap by whole cycles."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import numpy as np
 
-from identify.actuator.fit_actuator import ActuatorFit
-from identify.actuator.loop_problem import minimise
+from identify.estimation.least_squares import Fit, solve
 from identify.loops.loop_data import LoopData
 from measure.common.arrays import Array
 
 
-def bootstrap(fit: ActuatorFit, repeats: int, seed: int, watch: Callable[[int], object] = lambda _: None) -> dict[str, tuple[float, float]]:
-    """95 % intervals of every parameter from fits to cycles drawn with replacement.
+def bootstrap(
+    fit: Fit, names: Sequence[str], repeats: int, seed: int, watch: Callable[[int], object] = lambda _: None
+) -> dict[str, tuple[float, float]]:
+    """95 % intervals of parameters from fits to cycles drawn with replacement.
 
     In each loop the residual of whole cycles is drawn, with replacement, and put onto the modelled force of the cycles there; what
     is no part of a full cycle keeps its own. Samples are never drawn one by one: neighbours are not independent.
 
     Parameters
     ----------
-    repeats : how many fits; 200 are enough for an interval.
+    names : of the parameters. repeats : how many fits; 200 are enough for an interval.
     watch : told after every fit how many have been made.
     """
-    rng = np.random.default_rng(seed)
+    rng, problem = np.random.default_rng(seed), fit.problem
+    left = [fit.difference(block) * loop.data.force_sigma_N for block, loop in zip(problem.blocks, problem.loops, strict=True)]
     drawn = []
     for made in range(repeats):
-        again = tuple(_redrawn(data, left, rng) for data, left in zip(fit.problem.loops, fit.residuals, strict=True))
-        theta, _ = minimise(replace(fit.problem, loops=again), fit.theta)
-        drawn.append(fit.layout.values(theta))
+        again = tuple(replace(loop, data=_redrawn(loop.data, own, rng)) for loop, own in zip(problem.loops, left, strict=True))
+        found = solve(replace(problem, loops=again), fit.q, robust=fit.robust)
+        drawn.append([found.value(name) for name in names])
         watch(made + 1)
     low, high = np.quantile(np.array(drawn), [0.025, 0.975], axis=0)
-    return {name: (float(a), float(b)) for name, a, b in zip(fit.names, low, high, strict=True)}
+    return {name: (float(a), float(b)) for name, a, b in zip(names, low, high, strict=True)}
 
 
 def _redrawn(data: LoopData, left: Array, rng: np.random.Generator) -> LoopData:

@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
+from identify.estimation.covariance import clipped, sandwich, shift_of
 from identify.estimation.problem import Block, Problem
 from identify.loops.loop_data import effective_number
 from measure.common.arrays import Array
@@ -22,6 +24,9 @@ _AT_BOUND, _OFF_BOUND = 1e-6, 1e-3  # in scales: nearer than this a parameter is
 _EARLY_SPREAD = 30.0  # typical sizes
 _FIRST_LEG, _NEXT_LEG, _LAST_LEG = 12, 6, 60
 _NOTHING, _UNDONE = 1e-3, 1e-6  # of the noise, by a typical size of a parameter; of what the parameter does
+AT_BOUND = 1e-6  # of the width between bounds, in scales where one is infinite
+_OF_LOOPS, _POLISHING, _POLISHED = 200, 8, 1e-9  # evaluations; further steps, and how long the last is, in units of the noise
+_OUTLIER = 2.0  # robust standard deviations from which on a gap counts less, where asked for
 _CLOSE = 1.5  # times the noise: worth being taken to the very end
 
 
@@ -29,7 +34,8 @@ _CLOSE = 1.5  # times the noise: worth being taken to the very end
 class Fit:
     """A problem with its parameters at the least squares: gaps (m,) in units of the noise, their Jacobian (m, k).
 
-    converged : whether the solver stopped because nothing improved any more.
+    converged : whether the solver stopped because nothing improved any more. moved : the parameters of the Jacobian's columns where
+    these are not all. robust : whether gaps far off counted less.
     """
 
     problem: Problem
@@ -37,6 +43,9 @@ class Fit:
     gaps: Array
     jacobian: Array
     converged: bool
+    moved: tuple[int, ...] | None = None
+    robust: bool = False
+    evaluations: int = 0
 
     @property
     def cost(self) -> float:
@@ -96,22 +105,50 @@ class Fit:
 
     @cached_property
     def covariance(self) -> Array:
-        """Covariance of the parameters, (k, k), in scales.
+        """Covariance of the parameters, (k, k), in scales: the sandwich, and what an error of the turning points adds."""
+        gaps = clipped(self.gaps, self._rows) if self.robust else self.gaps
+        return sandwich(self.jacobian, gaps, self._rows, self.clear_of_bounds) + np.outer(self.of_turns, self.of_turns)
 
-            H^-1 (sum over runs and channels of d J'J) H^-1,   H the whole J'J
+    @cached_property
+    def of_turns(self) -> Array:
+        """What the parameters bend by, (k,), where all turning points of all loops are one standard deviation further out.
 
-        Each run and channel speaks with its own noise: d is its samples per independent sample times its mean square, where
-        that is above one, so that a film with slow tracking errors does not lend its sureness to an effect.
+        A fit bends to such an error, so no gap shows it.
         """
-        inverse = np.linalg.pinv(self.jacobian.T @ self.jacobian, rcond=1e-14, hermitian=True)
-        rows = np.ones(len(self.gaps))
-        for block in self.problem.blocks:
-            part = self.part(block)
-            if len(part):
-                own = len(part) / effective_number(part)
-                rows[block.rows] = max(1.0, own) * max(1.0, float(np.mean(part**2)))
-        weighted = self.jacobian.T @ (self.jacobian * rows[:, None])
-        return inverse @ weighted @ inverse
+        return shift_of(self.jacobian, self.problem.turned(self.q, self.gaps), self.clear_of_bounds)
+
+    @cached_property
+    def clear_of_bounds(self) -> NDArray[np.bool_]:
+        """Which of the columns' parameters stand clear of their bounds, and are not held."""
+        low, high = (bound[self.columns] for bound in self.problem.bounds)
+        width = np.where(np.isfinite(high - low), high - low, 1.0)
+        q = self.q[self.columns]
+        return (q - low > AT_BOUND * width) & (high - q > AT_BOUND * width) & ~self.problem.held[self.columns]
+
+    @property
+    def columns(self) -> NDArray[np.intp]:
+        """The parameters of the Jacobian's columns: all, or those that were left free."""
+        return np.arange(len(self.q)) if self.moved is None else np.array(self.moved, dtype=np.intp)
+
+    @property
+    def _rows(self) -> list[slice]:
+        return [block.rows for block in self.problem.blocks]
+
+    def stderr(self, name: str) -> float:
+        """One standard deviation of a parameter, in its own unit."""
+        return float(np.sqrt(self.covariance_of([name])[0, 0]))
+
+    def value(self, name: str) -> float:
+        """A parameter in its own unit."""
+        index = self.problem.index_of(name)
+        return self.problem.parameters[index].value(float(self.q[index]))
+
+    def covariance_of(self, names: Sequence[str]) -> Array:
+        """Covariance of these parameters, in their own units."""
+        places = [self.problem.index_of(name) for name in names]
+        slopes = self.problem.slopes_at(self.q)[places]
+        rows = np.searchsorted(self.columns, places)
+        return self.covariance[np.ix_(rows, rows)] * np.outer(slopes, slopes)
 
     @cached_property
     def effective_parameters(self) -> float:
@@ -137,54 +174,107 @@ class Fit:
 
 
 def solve(
-    problem: Problem, start: Array | None = None, *, free: Sequence[int] | None = None, most_steps: int = 25, enough: float = ENOUGH
+    problem: Problem,
+    start: Array | None = None,
+    *,
+    free: Sequence[int] | None = None,
+    most_steps: int = 25,
+    enough: float = ENOUGH,
+    robust: bool = False,
 ) -> Fit:
     """Find the parameters with the least sum of squares, within their bounds (trust region reflective, scipy).
 
+    A parameter that a user holds stays where the problem has it. Loops alone cost little and are fitted to the last digits.
+
     Parameters
     ----------
-    start : parameters to start from; by default the model file's values.
+    start : parameters to start from; by default the problem's own start.
     free : indices of the parameters that may move; by default all.
     most_steps : bound on the number of evaluations.
     enough : a fall of the sum of squares below which it stops.
+    robust : gaps far off count less (soft l1 loss), against spikes.
     """
-    parameters = problem.parameters
-    moving = np.arange(len(parameters)) if free is None else np.asarray(free, dtype=int)
-    low, high = (np.array([getattr(parameters[i], side) for i in moving]) for side in ("low", "high"))
-    q = np.zeros(len(parameters)) if start is None else np.array(start, dtype=float)
+    chosen = None if free is None else tuple(int(i) for i in free)
+    moving = np.array([i for i in (range(len(problem.parameters)) if free is None else free) if not problem.held[i]], dtype=int)
+    q = np.where(problem.held, problem.start, problem.start if start is None else start)
+    low, high = (bound[moving] for bound in problem.bounds)
     if not len(moving):
-        return Fit(problem, q, problem.gaps(q), np.empty((len(problem.gaps(q)), 0)), True)
-    inside = np.minimum(_OFF_BOUND, 0.25 * (high - low))
-    begun = q[moving]
-    begun = np.where(begun < low + _AT_BOUND, low + inside, np.where(begun > high - _AT_BOUND, high - inside, begun))
-
-    def whole(part: Array) -> Array:
-        filled = q.copy()
-        filled[moving] = part
-        return filled
-
-    course = _Course(problem, whole, moving)
+        gaps = problem.gaps(q)
+        return Fit(problem, q, gaps, np.zeros((len(gaps), len(q) if chosen is None else len(chosen))), True, chosen, robust)
+    course = _Course(problem, q, moving)
     found = least_squares(
         course.gaps,
-        begun,
+        _off_bounds(q[moving], low, high),
         jac=course.jacobian,  # type: ignore[arg-type]
         bounds=(low, high),
-        x_scale=1.0,
-        ftol=enough / max(problem.measured, 1),
-        xtol=1e-7,
-        gtol=1e-9,
-        max_nfev=most_steps,
+        **_options(problem, course, most_steps, enough, robust),
     )
-    return Fit(problem, whole(found.x), found.fun, np.asarray(found.jac), found.status > 0)
+    fit = Fit(problem, course.whole(found.x), found.fun, np.empty(0), found.status > 0, chosen, robust, int(found.nfev))
+    jacobian = np.zeros((len(found.fun), len(fit.columns)))
+    jacobian[:, np.isin(fit.columns, moving)] = found.jac if problem.films else course.fresh(found.x)
+    return polished(replace(fit, jacobian=jacobian))
+
+
+def _options(problem: Problem, course: _Course, most_steps: int, enough: float, robust: bool) -> dict[str, Any]:
+    """Settings of the solver: as rough as asked for with films, to the last digits without."""
+    if problem.films:
+        made: dict[str, Any] = {
+            "x_scale": 1.0,
+            "ftol": enough / max(problem.measured, 1),
+            "xtol": 1e-7,
+            "gtol": 1e-9,
+            "max_nfev": most_steps,
+        }
+    else:
+        made = {"x_scale": "jac", "ftol": 1e-12, "xtol": 1e-10, "gtol": 1e-12, "max_nfev": max(most_steps, _OF_LOOPS)}
+    if robust:
+        gaps = course.gaps(course.start)
+        made |= {"loss": "soft_l1", "f_scale": _OUTLIER * 1.4826 * max(float(np.median(np.abs(gaps))), 1e-12)}
+    return made
+
+
+def _off_bounds(begun: Array, low: Array, high: Array) -> Array:
+    """A start a little off the bounds that it is at, or beyond."""
+    inside = np.minimum(_OFF_BOUND, 0.25 * (high - low))
+    return np.where(begun < low + _AT_BOUND, low + inside, np.where(begun > high - _AT_BOUND, high - inside, begun))
+
+
+def polished(fit: Fit) -> Fit:
+    """The same fit of loops, at the root of J'g = 0 to the last digits: steps of Gauss and Newton, as long as they shorten."""
+    if fit.problem.films or fit.robust or not fit.converged:
+        return fit
+    low, high = fit.problem.bounds
+    last = np.inf
+    for _ in range(_POLISHING):
+        kept = fit.columns[fit.clear_of_bounds]
+        step = shift_of(fit.jacobian, fit.gaps, fit.clear_of_bounds)[fit.clear_of_bounds]
+        size = float(np.linalg.norm(fit.jacobian[:, fit.clear_of_bounds] @ step))
+        q = fit.q.copy()
+        q[kept] += step
+        if not size < 0.5 * last or np.any((q <= low) & (fit.q > low)) or np.any((q >= high) & (fit.q < high)):
+            return fit
+        gaps, jacobian = fit.problem.jacobian(q, fit.columns.tolist())
+        fit, last = replace(fit, q=q, gaps=gaps, jacobian=jacobian), size
+        if size < _POLISHED:
+            return fit
+    return fit
 
 
 class _Course:
     """The way of a fit: gaps as they are asked for, and a Jacobian that is worked out again only where it may have changed."""
 
-    def __init__(self, problem: Problem, whole: Callable[[Array], Array], moving: NDArray[np.intp]) -> None:
-        self.problem, self.whole, self.moving = problem, whole, moving
+    def __init__(self, problem: Problem, q: Array, moving: NDArray[np.intp]) -> None:
+        self.problem, self.q, self.moving, self.start = problem, q, moving, q[moving]
         self.seen: tuple[Array, Array] | None = None
         self.slopes: tuple[Array, float, Array] | None = None
+
+    def whole(self, part: Array) -> Array:
+        filled = self.q.copy()
+        filled[self.moving] = part
+        return filled
+
+    def fresh(self, part: Array) -> Array:
+        return self.problem.jacobian(self.whole(part), self.moving.tolist(), self.gaps(part))[1]
 
     def gaps(self, part: Array) -> Array:
         if self.seen is None or not np.array_equal(self.seen[0], part):
@@ -195,12 +285,14 @@ class _Course:
         here = self.gaps(part)
         cost = float(here @ here)
         if self.slopes is None or not self._near(part, cost):
-            self.slopes = part.copy(), cost, self.problem.jacobian(self.whole(part), self.moving.tolist(), here)[1]
+            self.slopes = part.copy(), cost, self.fresh(part)
         return self.slopes[2]
 
     def _near(self, part: Array, cost: float) -> bool:
         assert self.slopes is not None
         at, before, _ = self.slopes
+        if not self.problem.films:
+            return bool(np.array_equal(part, at))
         return abs(cost - before) < _SAME_COURSE * before and bool(np.max(np.abs(part - at)) < _SAME_PLACE)
 
 
@@ -232,8 +324,8 @@ def refitted(fit: Fit, effects: Sequence[Effect]) -> Fit:
 
 def laid_out(fit: Fit, other: Problem) -> Array:
     """The parameters of a fit, by their names, for another problem of the same model; unknown ones (releases of other runs) are zero."""
-    known = {parameter.name: value * parameter.scale for parameter, value in zip(fit.problem.parameters, fit.q, strict=True)}
-    return np.array([known.get(parameter.name, 0.0) / parameter.scale for parameter in other.parameters])
+    known = {parameter.name: parameter.shift(float(q)) for parameter, q in zip(fit.problem.parameters, fit.q, strict=True)}
+    return np.array([parameter.place_of_shift(known.get(parameter.name, 0.0)) for parameter in other.parameters])
 
 
 def bic_penalty(problem: Problem) -> float:

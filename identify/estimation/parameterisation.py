@@ -1,7 +1,7 @@
 """What is unknown in a comparison of a model with measurements, and what the model becomes where it is known.
 
 Unknown are the force law (base), each run's own release (nuisance), the zeros of the loops, and the parameters of the effects that are
-tried. Everything is a parameter, a number in units of its own scale, zero where the model file has it.
+tried. Everything is a parameter, a number in units of its own scale, zero where the model file has it. Loops alone pose the same problem.
 """
 
 from __future__ import annotations
@@ -17,13 +17,17 @@ from identify.estimation.observation import RunRelease
 from identify.estimation.parameters import (
     BASE,
     POSE,
+    Change,
     Parameter,
     base_parameters,
+    changed,
     effect_parameters,
     lines_of,
+    rate_parameters,
     release_parameters,
     zero_parameters,
 )
+from identify.estimation.rate import NO_RATE, RatePolynomials
 from measure.common.arrays import Array
 from simulate.files.model_file import add_effects
 from simulate.model.effect import Effect
@@ -38,6 +42,7 @@ class Unknowns:
 
     covariate : a further column of the loops to which a part of their force is proportional, none unless given.
     own_zeros : whether the load cell was set to zero for each loop anew, from where it may drift.
+    rate : what the four lines of the loops follow, nothing unless given. changes : which parameters are held, bounded, or begin elsewhere.
     until_s : films are cut there. effect_spread : prior of an effect's parameter around the model's value, in typical sizes;
     none unless given.
     """
@@ -50,13 +55,20 @@ class Unknowns:
     own_zeros: bool = False
     until_s: float = np.inf
     effect_spread: float = np.inf
+    rate: RatePolynomials = NO_RATE
+    changes: tuple[Change, ...] = ()
 
     @cached_property
     def parameters(self) -> tuple[Parameter, ...]:
-        """All unknowns: base, then each film's release, then the zeros of the loops, then the effects."""
+        """All unknowns: base, covariate and rate, then each film's release, then the zeros of the loops, then the effects."""
+        base = [
+            *base_parameters(self.model, self.loops),
+            *self._covariate_parameters,
+            *rate_parameters(self.model, self.loops, self.rate.order),
+        ]
         nuisance = [*(parameter for own in self.own_parameters for parameter in own), *self._zero_parameters]
         of_effects = [k for effect in self.effects for k in effect_parameters(effect, self.model, self.effect_spread)]
-        return (*base_parameters(self.model, bool(self.loops)), *self._covariate_parameters, *nuisance, *of_effects)
+        return changed((*base, *nuisance, *of_effects), self.changes)
 
     @cached_property
     def _covariate_parameters(self) -> tuple[Parameter, ...]:
@@ -64,7 +76,8 @@ class Unknowns:
         if not self.covariate:
             return ()
         spread = float(np.std(np.concatenate([loop.data.other[self.covariate] for loop in self.loops])) or 1.0)
-        return (Parameter(f"covariate.{self.covariate}", 0.05 * abs(lines_of(self.model)[1]) / spread, np.inf, -np.inf, np.inf),)
+        force = abs(lines_of(self.model)[1]) or 1.0
+        return (Parameter(f"covariate.{self.covariate}", 0.05 * force / spread, np.inf, -np.inf, np.inf),)
 
     @cached_property
     def own_parameters(self) -> tuple[tuple[Parameter, ...], ...]:
@@ -73,12 +86,17 @@ class Unknowns:
 
     @cached_property
     def _zero_parameters(self) -> tuple[Parameter, ...]:
-        return tuple(zero_parameters(self.loops, self.model)) if self.own_zeros else ()
+        return tuple(zero_parameters(self.loops)) if self.own_zeros else ()
+
+    @property
+    def first_rate(self) -> int:
+        """Index of the first coefficient of the rate, behind base and covariate."""
+        return len(BASE) + bool(self.covariate)
 
     @property
     def first_nuisance(self) -> int:
         """Index of the first parameter of a release."""
-        return len(BASE) + bool(self.covariate)
+        return self.first_rate + 4 * self.rate.order
 
     @property
     def first_zero(self) -> int:
@@ -95,9 +113,42 @@ class Unknowns:
         """One of each parameter in its own unit."""
         return np.array([parameter.scale for parameter in self.parameters])
 
+    @cached_property
+    def start(self) -> Array:
+        """Where a fit begins unless it is told, (k,): the model file's values, or those that a user gave, within the bounds."""
+        given = {change.name: change.value for change in self.changes if change.value is not None}
+        return np.array([float(np.clip(p.place(given[p.name]), p.low, p.high)) if p.name in given else 0.0 for p in self.parameters])
+
+    @cached_property
+    def held(self) -> NDArray[np.bool_]:
+        """Which parameters no fit may move, (k,)."""
+        return np.array([not parameter.vary for parameter in self.parameters])
+
+    @cached_property
+    def bounds(self) -> tuple[Array, Array]:
+        """Lower and upper bounds, (k,) each, in scales."""
+        low, high = np.array([(parameter.low, parameter.high) for parameter in self.parameters]).T
+        return low, high
+
+    def values_at(self, q: Array) -> Array:
+        """The parameters in their own units, (k,)."""
+        return np.array([parameter.value(float(place)) for parameter, place in zip(self.parameters, q, strict=True)])
+
+    def slopes_at(self, q: Array) -> Array:
+        """Change of each value with its own q, (k,)."""
+        return np.array([parameter.slope(float(place)) for parameter, place in zip(self.parameters, q, strict=True)])
+
+    def base_shifts(self, q: Array) -> Array:
+        """How far the force law is from the model file's, (6,), in the order of `BASE`."""
+        return np.array([parameter.shift(float(place)) for parameter, place in zip(self.parameters[: len(BASE)], q, strict=False)])
+
+    def index_of(self, name: str) -> int:
+        """Place of a parameter by its name."""
+        return [parameter.name for parameter in self.parameters].index(name)
+
     def model_at(self, q: Array, base: Model | None = None) -> Model:
         """The model (of a run, or the campaign's own) with base and effects as the parameters say."""
-        return add_effects(shifted(base or self.model, q[: len(BASE)] * self.scales[: len(BASE)]), self.effects_at(q))
+        return add_effects(shifted(base or self.model, self.base_shifts(q)), self.effects_at(q))
 
     def effects_at(self, q: Array) -> tuple[Effect, ...]:
         """The unknown effects with the parameters that the parameters say."""
@@ -122,12 +173,20 @@ class Unknowns:
         return RunRelease(pose[:3], pose[3:], self.films[index].expected_s + values.get("instant_s", 0.0), stored)
 
     def zeros_at(self, q: Array) -> tuple[Array, Array]:
-        """What the load cell said without force in the middle of each loop, N, and by how much that drifted, N/s; (loops,) each."""
+        """What the load cell showed without force in the middle of each loop, N, and by how much that drifted, N/s; (loops,) each.
+
+        Several loops alone cannot tell a common zero from the law's level: their zeros count from their mean.
+        """
         if not self._zero_parameters:
             return np.zeros(len(self.loops)), np.zeros(len(self.loops))
         own = slice(self.first_zero, self.first_effect)
         zeros, drifts = (q[own] * self.scales[own]).reshape(2, len(self.loops))
-        return zeros, drifts
+        return zeros - zeros.mean() if self.zeros_count_from_mean else zeros, drifts
+
+    @property
+    def zeros_count_from_mean(self) -> bool:
+        """Whether nothing but a convention says what the zeros of the loops are on the average."""
+        return not self.films and len(self.loops) > 1
 
     def _own_values(self, q: Array, index: int) -> dict[str, float]:
         place = self.first_nuisance + sum(len(own) for own in self.own_parameters[:index])
@@ -139,14 +198,25 @@ class Unknowns:
         names = [channel for channel, zeroed in zip(film.channels, film.zeroed, strict=True) if zeroed]
         return np.array([values[f"first_frame_{channel}"] for channel in names]), values.get("length_scale", 0.0)
 
+    def rate_coefficients(self, q: Array) -> Array:
+        """Coefficients of z, z^2 ... of the four lines, (4, order), in the units of the lines."""
+        own = slice(self.first_rate, self.first_nuisance)
+        return (q[own] * self.scales[own]).reshape(4, self.rate.order)
+
+    def lines_at(self, q: Array, z: float = 0.0, model: Model | None = None) -> Array:
+        """The actuator's a_l, b_l, a_u, b_u, beta, (5,), at a scaled rate; as it was in a run whose model is given."""
+        lines = lines_of(model or self.model) + self.base_shifts(q)[:5]
+        lines[:4] += self.rate_coefficients(q) @ z ** np.arange(1, self.rate.order + 1)
+        return lines
+
     @cached_property
     def covariate_mean(self) -> float:
         """Mean of the covariate over the samples of all loops."""
-        return float(np.mean(np.concatenate([loop.data.other[self.covariate] for loop in self.loops])))
+        return float(np.mean(np.concatenate([loop.data.other[self.covariate][loop.data.used] for loop in self.loops])))
 
     def owner_of(self, parameter: int) -> int | None:
-        """The film whose own release a parameter belongs to, `LOOPS` for a loop's zero, or None."""
-        if self.first_zero <= parameter < self.first_effect:
+        """The film whose own release a parameter belongs to, `LOOPS` for what only loops show, or None."""
+        if self.first_zero <= parameter < self.first_effect or len(BASE) <= parameter < self.first_nuisance:
             return LOOPS
         place = self.first_nuisance
         for index, own in enumerate(self.own_parameters):
@@ -179,7 +249,7 @@ class Unknowns:
     def _prior_with_covariance(self, q: Array) -> Array:
         assert self._base_root is not None
         others = self._with_prior[self._with_prior >= 5]
-        return np.concatenate([self._base_root @ (q[:5] * self.scales[:5]), q[others] / self._spreads[others]])
+        return np.concatenate([self._base_root @ self.base_shifts(q)[:5], q[others] / self._spreads[others]])
 
 
 def shifted(model: Model, shifts: Array) -> Model:

@@ -3,28 +3,32 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from identify.campaign.prepared import Film, LoopRun
+from identify.criteria import CAMERA_DISTANCE_M, FARTHEST_OFF_ZERO, WEAK_PRIOR
+from identify.loops.loop_data import LoopData
 from measure.common.arrays import Array
 from simulate.model.effect import Effect
 from simulate.model.model import LEGS, Model, per_leg
 
-BASE = ("a_l_N_per_m", "b_l_N", "a_u_N_per_m", "b_u_N", "beta_per_m", "initial_force_N")
+LINE_NAMES = ("a_l_N_per_m", "b_l_N", "a_u_N_per_m", "b_u_N")
+BETA_NAME = "beta_per_m"
+BASE = (*LINE_NAMES, BETA_NAME, "initial_force_N")
 POSE = (*(f"position_{axis}_m" for axis in "xyz"), *(f"theta_{axis}_rad" for axis in "xyz"))
-_WEAK = 4.0
-_CAMERA_DISTANCE_M = 2.0  # a release nearer to the camera by its spread makes every length of the film longer by spread over distance
 
 
 @dataclass(frozen=True)
 class Parameter:
-    """One unknown: a number in units of its own scale, zero where the model file has it.
+    """One unknown: a number q in units of its own scale, zero where the model file has it.
 
     name : as users see it: `beta_per_m`, `hub-inertia.mass_kg`, `test2.release.theta_z_rad`, `loop-1Hz.zero_N`.
     scale : in its own unit. spread : one standard deviation of its prior, in scales; infinite where there is none.
     low, high : bounds, in scales. run : the run whose own it is, nothing where it is common to all.
+    start : its value where q is zero. log : whether q counts its logarithm, value = start exp(q scale / start).
+    vary : whether a fit moves it.
     """
 
     name: str
@@ -33,11 +37,67 @@ class Parameter:
     low: float
     high: float
     run: str = ""
+    start: float = 0.0
+    log: bool = False
+    vary: bool = True
 
     @property
     def key(self) -> str:
         """The last part of the name: what it is, without whose."""
         return self.name.rpartition(".")[2]
+
+    def shift(self, q: float) -> float:
+        """How far a value is from the start, in the parameter's unit."""
+        way = q * self.scale
+        return self.start * float(np.expm1(way / self.start)) if self.log else way
+
+    def value(self, q: float) -> float:
+        """The value in the parameter's own unit."""
+        return self.start + self.shift(q)
+
+    def slope(self, q: float) -> float:
+        """Change of the value with q."""
+        return self.scale * (self.value(q) / self.start if self.log else 1.0)
+
+    def place_of_shift(self, shift: float) -> float:
+        """The q at which the value is so far from the start."""
+        if not self.log or not np.isfinite(shift):
+            return shift / self.scale
+        return self.start * float(np.log1p(shift / self.start)) / self.scale if shift > -self.start else -np.inf
+
+    def place(self, value: float) -> float:
+        """The q at which the parameter has this value."""
+        return self.place_of_shift(value - self.start)
+
+
+@dataclass(frozen=True)
+class Change:
+    """What a user wants of a parameter: that it is held, kept within bounds, or begins at a value, each in its own unit."""
+
+    name: str
+    value: float | None = None
+    held: bool = False
+    low: float | None = None
+    high: float | None = None
+
+    def to(self, parameter: Parameter) -> Parameter:
+        """The parameter so changed; where a search begins is the problem's business."""
+        low = parameter.low if self.low is None else parameter.place(self.low)
+        high = parameter.high if self.high is None else parameter.place(self.high)
+        return replace(parameter, low=low, high=high, vary=parameter.vary and not self.held)
+
+
+def changed(parameters: Sequence[Parameter], changes: Sequence[Change]) -> tuple[Parameter, ...]:
+    """The parameters as a user wants them; a change of a name that is not there changes nothing."""
+    by_name: dict[str, list[Change]] = {}
+    for change in changes:
+        by_name.setdefault(change.name, []).append(change)
+    made = []
+    for parameter in parameters:
+        for change in by_name.get(parameter.name, ()):
+            parameter = change.to(parameter)
+        made.append(parameter)
+    return tuple(made)
 
 
 def lines_of(model: Model) -> Array:
@@ -45,16 +105,47 @@ def lines_of(model: Model) -> Array:
     return np.array([float(np.mean(per_leg(getattr(model.actuator, name)))) for name in BASE[:5]])
 
 
-def base_parameters(model: Model, loops: bool) -> list[Parameter]:
-    """The force law; from films alone its prior is weak but not absent, for it says what kind of spring it is."""
+def beta_bounds(loops: Sequence[LoopData]) -> tuple[float, float]:
+    """Between which betas loops can tell anything, 1/m.
+
+    Below, the force would not come near an asymptote within the longest stroke; above, it would be there before the
+    elongation's noise, or a fiftieth of a sample's way, has passed.
+    """
+    stroke = max(float(np.ptp(d.elongation_m[d.used])) for d in loops)
+    finest = min(max(d.elongation_sigma_m, float(np.median(np.abs(np.diff(d.elongation_m[d.used])))) / 50.0) for d in loops)
+    return 0.3 / stroke, max(3.0 / max(finest, 1e-9 * stroke), 100.0 / stroke)
+
+
+def base_parameters(model: Model, loops: Sequence[LoopRun]) -> list[Parameter]:
+    """The force law. Loops tell it and bound beta; from films alone its prior is weak but not absent: it says what kind of spring it is."""
     law = lines_of(model)
     force = float(np.mean(np.abs(per_leg(model.actuator.initial_force_N)))) or 1.0
-    stroke = 0.4 if model.geometry is None else model.geometry.deployed_height_m - model.geometry.stowed_height_m
-    scales = (0.1 * force / stroke, 0.05 * force, 0.1 * force / stroke, 0.05 * force, 0.2 * law[4], 0.05 * force)
-    spread = np.inf if loops else _WEAK
-    lows = (-np.inf, -np.inf, -np.inf, -np.inf, -0.99 * law[4] / scales[4], -np.inf)
-    spreads = (spread, spread, spread, spread, _WEAK, _WEAK)
-    return [Parameter(name, scale, s, low, np.inf) for name, scale, s, low in zip(BASE, scales, spreads, lows, strict=True)]
+    lines = [*np.array([0.1 * force / _stroke(model), 0.05 * force])[[0, 1, 0, 1]], 0.2 * law[4], 0.05 * force]
+    spread = np.inf if loops else WEAK_PRIOR
+    starts = [*law, float(np.mean(per_leg(model.actuator.initial_force_N)))]
+    made = [
+        Parameter(name, float(scale), spread, -np.inf, np.inf, start=float(start), log=name == BETA_NAME)
+        for name, scale, start in zip(BASE, lines, starts, strict=True)
+    ]
+    made[5] = replace(made[5], spread=WEAK_PRIOR)
+    if loops:
+        made[4] = replace(
+            made[4], **dict(zip(("low", "high"), map(made[4].place, beta_bounds([loop.data for loop in loops])), strict=True))
+        )
+    return made
+
+
+def _stroke(model: Model) -> float:
+    """The way that a leg goes in a deployment, m; of an actuator alone a hundred lengths 1 / beta stand in for it."""
+    if model.geometry is None:
+        return 100.0 / float(lines_of(model)[4])
+    return model.geometry.deployed_height_m - model.geometry.stowed_height_m
+
+
+def rate_parameters(model: Model, loops: Sequence[LoopRun], order: int) -> list[Parameter]:
+    """How the four lines follow the rate: the coefficients of z, z^2 ... behind the constant one, z from -1 to 1 over the rates seen."""
+    lines = base_parameters(model, loops)[:4]
+    return [Parameter(f"rate.{line.name}[{j}]", line.scale, np.inf, -np.inf, np.inf) for line in lines for j in range(1, order + 1)]
 
 
 def release_parameters(film: Film) -> list[Parameter]:
@@ -66,19 +157,22 @@ def release_parameters(film: Film) -> list[Parameter]:
     rows = [(f"release.{key}", sd) for key, sd in rows]
     rows += [(f"first_frame_{film.channels[i]}", float(np.nanmedian(film.sigma[i]))) for i in np.flatnonzero(film.zeroed)]
     if film.zeroed.any():
-        rows += [("length_scale", spread.release_position_m / _CAMERA_DISTANCE_M)]
+        rows += [("length_scale", spread.release_position_m / CAMERA_DISTANCE_M)]
     return [Parameter(f"{film.run.label}.{name}", sd, 1.0, -np.inf, np.inf, film.run.name) for name, sd in rows if sd > 0]
 
 
-def zero_parameters(loops: Sequence[LoopRun], model: Model) -> list[Parameter]:
+def zero_parameters(loops: Sequence[LoopRun]) -> list[Parameter]:
     """What a load cell that was set to zero anew may be off by in each loop; behind that, by how much it may drift over the record."""
-    off = 0.05 * float(np.mean(np.abs(per_leg(model.actuator.initial_force_N)))) or 0.05
-    drifts = [off / float(np.ptp(loop.data.time_s)) for loop in loops]
-    rows = [(loop, "zero_N", off) for loop in loops] + [(loop, "drift_N_per_s", sd) for loop, sd in zip(loops, drifts, strict=True)]
+    off = [FARTHEST_OFF_ZERO * float(np.max(np.abs(loop.data.force_N[loop.data.used]))) for loop in loops]
+    drifts = [sd / float(np.ptp(loop.data.time_s)) for loop, sd in zip(loops, off, strict=True)]
+    rows = [(loop, key, sd) for key, sds in (("zero_N", off), ("drift_N_per_s", drifts)) for loop, sd in zip(loops, sds, strict=True)]
     return [Parameter(f"{loop.run.label}.{key}", sd, 1.0, -np.inf, np.inf, loop.run.name) for loop, key, sd in rows]
 
 
 def effect_parameters(effect: Effect, model: Model, spread: float) -> list[Parameter]:
     """The parameters of an effect within their bounds; zero is where the effect has them."""
     rows = zip(effect.flat_names(), effect.flat(), effect.typical(), effect.own_bounds(model).values(), strict=True)
-    return [Parameter(f"{effect.name}.{name}", t, spread, (low - value) / t, (high - value) / t) for name, value, t, (low, high) in rows]
+    return [
+        Parameter(f"{effect.name}.{name}", float(t), spread, float((low - value) / t), float((high - value) / t), start=float(value))
+        for name, value, t, (low, high) in rows
+    ]

@@ -17,15 +17,15 @@ from identify.campaign.prepared import Film, film_of, lengths_of, loop_of
 from identify.campaign.runs import Run
 from identify.estimation.observation import View, observe, observe_beside
 from identify.estimation.parameterisation import Unknowns
-from identify.estimation.parameters import BASE, lines_of
+from identify.estimation.parameters import BASE, Change
 from identify.estimation.threads import side_by_side
-from identify.loops.loop_data import LoopData, gap_and_sways
+from identify.loops.loop_data import LoopData, gap_and_sways, with_turns_moved
 from measure.common.arrays import Array
 from measure.common.errors import InputError, nearest
 from simulate.model.effect import Effect
 from simulate.model.model import Model
 
-_STEP = 1e-5
+_STEP, _STEP_OF_LOOPS = 1e-5, 1e-7  # in scales; the law of a loop is exact to the last digits, a deployment is not
 _DIVERGED = 1e3
 
 
@@ -115,7 +115,8 @@ class Problem(Unknowns):
     def _seen_by_loops(self) -> NDArray[np.bool_]:
         of_effects = [effect.acts_on_shaker() for effect in self.effects for _ in effect.flat_names()]
         releases = [False] * (self.first_zero - self.first_nuisance)
-        return np.array([True] * self.first_nuisance + releases + [True] * (self.first_effect - self.first_zero) + of_effects)
+        base = [name != "initial_force_N" for name in BASE] + [True] * (self.first_nuisance - len(BASE))
+        return np.array(base + releases + [True] * (self.first_effect - self.first_zero) + of_effects)
 
     @cached_property
     def _film_rows(self) -> list[slice]:
@@ -149,33 +150,119 @@ class Problem(Unknowns):
         return over_noise[film.counts[:, :n]]
 
     def _loop_gaps(self, q: Array) -> list[Array]:
-        made, at = [], {}
-        for loop, zero_N, drift_N_per_s in zip(self.loops, *self.zeros_at(q), strict=True):
-            if id(loop.model) not in at:
-                model = self.model_at(q, loop.model)
-                at[id(loop.model)] = lines_of(model), tuple(effect for effect in model.effects if effect.acts_on_shaker())
-            lines, effects = at[id(loop.model)]
-            zeros_N = zero_N + drift_N_per_s * (loop.data.time_s - loop.data.time_s.mean())
-            left, sways = gap_and_sways(lines, self._without_covariate(q, loop.data), effects, zeros_N)
-            made.append(whitened(left / loop.data.force_sigma_N, sways / loop.data.force_sigma_N))
-        return made
+        return [whitened(gap, sways) for gap, sways in (self._loop_gap(q, k) for k in range(len(self.loops)))]
 
-    def _without_covariate(self, q: Array, data: LoopData) -> LoopData:
-        if not self.covariate:
-            return data
-        share = q[len(BASE)] * self.scales[len(BASE)] * (data.other[self.covariate] - self.covariate_mean)
-        return replace(data, force_N=data.force_N - share)
+    def _loop_gap(self, q: Array, index: int, data: LoopData | None = None) -> tuple[Array, Array]:
+        """The gap of a loop, (n,), and what each error of its motion does to it, (n, k), over the noise; of its data in another state."""
+        loop = self.loops[index]
+        lines, zero_N = self.lines_at(q, self._z[index], loop.model), self._zero_of(q, index)
+        effects = combined(loop.model.effects, self.effects_at(q))
+        left, sways = gap_and_sways(lines, data or loop.data, effects, zero_N)
+        return left / loop.data.force_sigma_N, sways / loop.data.force_sigma_N
+
+    def _zero_of(self, q: Array, index: int) -> Array:
+        """What the load cell shows of a loop without the actuator's force, N, (n,): its own zero, and the covariate's share."""
+        data, (zeros_N, drifts_N_per_s) = self.loops[index].data, self.zeros_at(q)
+        shown = zeros_N[index] + drifts_N_per_s[index] * (data.time_s - data.time_s.mean())
+        return shown + self.covariate_force(q, index) if self.covariate else shown
+
+    def covariate_force(self, q: Array, index: int) -> Array:
+        """The part of the force of a loop that follows the covariate, N, (n,)."""
+        share = q[len(BASE)] * self.scales[len(BASE)]
+        return share * (self.loops[index].data.other[self.covariate] - self.covariate_mean)
+
+    @cached_property
+    def _exact(self) -> tuple[LoopData, ...]:
+        return tuple(replace(loop.data, motion_errors=loop.data.motion_errors[:0]) for loop in self.loops)
+
+    @cached_property
+    def _z(self) -> tuple[float, ...]:
+        return tuple(self.rate.z_of(loop.data) for loop in self.loops)
 
     def jacobian(self, q: Array, columns: Sequence[int] | None = None, known: Array | None = None) -> tuple[Array, Array]:
-        """Gaps (m,) and their rate of change with the parameters (m, k), by forward differences, all simulations side by side.
+        """Gaps (m,) and their rate of change with the parameters (m, k), by forward differences; zero for a parameter that is held.
 
-        A parameter at its upper bound is stepped downwards. known : the gaps, where they have been worked out before.
+        A parameter at its upper bound is stepped downwards. The errors of a loop's motion count as they do at `q`: their own change is
+        left out, which makes a fit the root of a weighted score and keeps it from growing an inertia that makes its loops less sure.
+
+        known : the gaps, where they have been worked out before.
         """
-        chosen = list(range(len(q))) if columns is None else list(columns)
-        steps = [-_STEP if q[i] + _STEP > self.parameters[i].high else _STEP for i in chosen]
-        points = [q, *(_stepped(q, i, step) for i, step in zip(chosen, steps, strict=True))]
-        here, *there = self.gaps_beside(points, [None, *(self.owner_of(i) for i in chosen)], known)
-        return here, np.stack([(g - here) / step for g, step in zip(there, steps, strict=True)], axis=1)
+        chosen = np.arange(len(q)) if columns is None else np.asarray(columns, dtype=int)
+        here = self.gaps_beside([q], None, known)[0]
+        table = np.zeros((len(here), len(chosen)))
+        for place in np.flatnonzero(~self.held[chosen]):
+            table[self.measured :, place] = self._prior_slope(q, chosen[place])
+        moving = [place for place in range(len(chosen)) if not self.held[chosen[place]]]
+        if self.films and moving:
+            table[: self._film_end, moving] = self._film_slopes(q, chosen[moving].tolist(), here[: self._film_end])
+        if self.loops and moving:
+            table[self._film_end : self.measured, moving] = self._loop_slopes(q, chosen[moving].tolist())
+        return here, table
+
+    @cached_property
+    def _film_end(self) -> int:
+        return max((rows.stop for rows in self._film_rows), default=0)
+
+    def _step(self, q: Array, index: int, size: float) -> float:
+        return -size if q[index] + size > self.parameters[index].high else size
+
+    def _prior_slope(self, q: Array, index: int) -> Array:
+        step = self._step(q, index, _STEP)
+        return (self.prior(_stepped(q, index, step)) - self.prior(q)) / step
+
+    def _film_slopes(self, q: Array, columns: Sequence[int], here: Array) -> Array:
+        steps = [self._step(q, i, _STEP) for i in columns]
+        points = [q, *(_stepped(q, i, step) for i, step in zip(columns, steps, strict=True))]
+        known = {i: here[rows] for i, rows in enumerate(self._film_rows)}
+        there = self._film_gaps(points, [None, *(self.owner_of(i) for i in columns)], known)[1:]
+        return np.stack([(np.concatenate(gaps) - here) / step for gaps, step in zip(there, steps, strict=True)], axis=1)
+
+    def _loop_slopes(self, q: Array, columns: Sequence[int]) -> Array:
+        """Slopes of all loops, (n, k). A coefficient of z^j acts as the line's constant one does, z^j times as strongly."""
+        made = []
+        for k in range(len(self.loops)):
+            (left, sways), sources = self._loop_gap(q, k), [self._source(i, k) for i in columns]
+            own = {source: self._loop_slope(q, k, source, left) for source in {source for source, _ in sources if source is not None}}
+            table = [np.zeros_like(left) if source is None else share * own[source] for source, share in sources]
+            made.append(whitened(np.stack(table, axis=1), sways))
+        return np.concatenate(made)
+
+    def _source(self, index: int, loop: int) -> tuple[int | None, float]:
+        """The parameter whose slope serves for that of `index` in a loop, and how many times; None where a loop does not feel it."""
+        if self.first_rate <= index < self.first_nuisance:
+            line, order = divmod(index - self.first_rate, self.rate.order)
+            return line, self._z[loop] ** (order + 1)
+        if self.first_zero <= index < self.first_effect:
+            return self._source_of_zero(index, loop)
+        return (index, 1.0) if self._seen_by_loops[index] else (None, 0.0)
+
+    def _source_of_zero(self, index: int, loop: int) -> tuple[int | None, float]:
+        """Likewise of a zero or a drift: each acts on its own loop, and a zero on all where they count from their mean."""
+        of, count = (index - self.first_zero) % len(self.loops), len(self.loops)
+        is_drift = index >= self.first_zero + count
+        if of == loop or is_drift or not self.zeros_count_from_mean:
+            return (index, 1.0) if of == loop else (None, 0.0)
+        own = self.first_zero + loop
+        return own, -self.scales[index] / self.scales[own] / (count - 1)
+
+    def _loop_slope(self, q: Array, loop: int, index: int, left: Array) -> Array:
+        step = self._step(q, index, _STEP_OF_LOOPS)
+        return (self._loop_gap(_stepped(q, index, step), loop, self._exact[loop])[0] - left) / step
+
+    def turned(self, q: Array, here: Array) -> Array:
+        """Change (m,) of the gaps `here` with all turning points of all loops one standard deviation further out."""
+        change = np.zeros(len(here))
+        for k, rows in enumerate(block.rows for block in self.blocks if block.channel == "force_N"):
+            left, sways = self._loop_gap(q, k)
+            moved, _ = self._loop_gap(q, k, with_turns_moved(self._exact[k], self.loops[k].data.turns_sigma_m))
+            change[rows] = whitened(moved - left, sways)
+        return change
+
+
+def combined(effects: Sequence[Effect], others: Sequence[Effect]) -> tuple[Effect, ...]:
+    """Effects that a shaker shows, each of the others in place of one of the same name."""
+    named = {effect.name: effect for effect in (*effects, *others)}
+    return tuple(effect for effect in named.values() if effect.acts_on_shaker())
 
 
 def _stepped(q: Array, index: int, step: float) -> Array:
@@ -184,10 +271,13 @@ def _stepped(q: Array, index: int, step: float) -> Array:
     return moved
 
 
-def problem_of(model: Model, runs: Sequence[Run], covariate: str = "", *, own_zeros: bool = False) -> Problem:
+def problem_of(
+    model: Model, runs: Sequence[Run], covariate: str = "", *, own_zeros: bool = False, changes: Sequence[Change] = ()
+) -> Problem:
     """The problem of a campaign; what is held out is left out by the caller.
 
     own_zeros : whether the load cell was set to zero for each loop anew, from where it may drift.
+    changes : which parameters are held, bounded, or begin elsewhere.
 
     Raises
     ------
@@ -199,4 +289,4 @@ def problem_of(model: Model, runs: Sequence[Run], covariate: str = "", *, own_ze
     for loop in loops:
         if covariate and covariate not in loop.data.other:
             raise InputError(f'{loop.run.name}: no column "{covariate}" for the covariate; {nearest(covariate, loop.data.other)}')
-    return Problem(model, films, loops, covariate=covariate if loops else "", own_zeros=own_zeros)
+    return Problem(model, films, loops, covariate=covariate if loops else "", own_zeros=own_zeros, changes=tuple(changes))

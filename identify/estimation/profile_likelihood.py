@@ -11,7 +11,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from identify.estimation.least_squares import Fit
+from identify.estimation.least_squares import Fit, solve
+from identify.estimation.parameters import Change
 from measure.common.arrays import Array
 
 REACH = 1.96  # standard deviations to either end of a 95 % interval
@@ -21,6 +22,7 @@ _MOVES, _REFITS = 8, 10
 _SHORTER = 0.3  # of a step that went too far
 _LEAST, _MOST = 1 / 3, 2.0  # of the way, in one move
 _BENT = 0.25  # of the way to an end: what parameters with a straight line never come near, and times and speeds exceed
+_WIDEST = 1.5  # a standard deviation of a logarithm that is drawn
 _INSIDE = 0.1  # of a bracket: no nearer to its ends
 
 
@@ -29,8 +31,36 @@ def profile_interval(fit: Fit, index: int) -> tuple[float, float]:
 
     The sum of squares may rise by 1.96^2 times what makes a unit of it one variance, as the fit's covariance has it.
     """
-    profile = _Profile(fit, index)
+    profile = Profile(fit, index)
     return profile.end(-1.0), profile.end(1.0)
+
+
+@dataclass(frozen=True)
+class ProfileCurve:
+    """Rise of the sum of squares along one parameter, everything else fitted anew; in units in which 3.84 bounds the 95 % interval.
+
+    values, rise : (k,). interval : where the rise crosses 3.84, or a bound.
+    """
+
+    name: str
+    values: Array
+    rise: Array
+    interval: tuple[float, float]
+
+
+def profile_curve(fit: Fit, name: str, points: int = 13, reach: float = 4.0) -> ProfileCurve:
+    """The profile of a parameter, at points up to `reach` standard deviations to either side of it.
+
+    A unit of the sum of squares is what the fit's covariance makes one variance, so that the profile knows of coloured noise too, and
+    shows what a covariance cannot: an interval that is not symmetric.
+    """
+    index = fit.problem.index_of(name)
+    profile, parameter = Profile(fit, index), fit.problem.parameters[index]
+    width = min(profile.sigma, _WIDEST * (parameter.start / parameter.scale if parameter.log else np.inf))
+    places = float(fit.q[index]) + width * np.linspace(-reach, reach, points)
+    rise = np.array([max(profile.rise(float(place)), 0.0) for place in places]) / max(profile.unit, 1e-300)
+    low, high = (parameter.value(end) for end in (profile.end(-1.0), profile.end(1.0)))
+    return ProfileCurve(name, np.array([parameter.value(float(place)) for place in places]), rise, (low, high))
 
 
 @dataclass(frozen=True)
@@ -51,7 +81,7 @@ class _Place:
         return float(self.gaps @ self.gaps)
 
 
-class _Profile:
+class Profile:
     """The sum of squares along one parameter, all others fitted on from the nearest place that is known."""
 
     def __init__(self, fit: Fit, index: int) -> None:
@@ -71,7 +101,7 @@ class _Profile:
         way = min(REACH * self.sigma, room)
         way = self._searched(here, sign, way, room)
         at = self._nearest(here + sign * way)
-        if self._bend(at) > _BENT:
+        if self.fit.problem.films and self._bend(at) > _BENT:
             self._look_again(at)
             way = self._searched(here, sign, way, room)
         return here + sign * way
@@ -80,7 +110,7 @@ class _Profile:
         """How far it is to where the profile has risen far enough, as the slopes that are known have it."""
         short, far = (0.0, 0.0), (np.inf, np.inf)
         for _ in range(_MOVES if self.unit > 0.0 else 0):
-            risen = float(np.sqrt(max(self._rise(here + sign * way), 0.0) / self.unit)) / REACH
+            risen = float(np.sqrt(max(self.rise(here + sign * way), 0.0) / self.unit)) / REACH
             if abs(risen - 1.0) < _AS_IT_SHOULD or (way == room and risen < 1.0):
                 break
             short, far = ((way, risen), far) if risen < 1.0 else (short, (way, risen))
@@ -103,8 +133,10 @@ class _Profile:
         back = np.linalg.pinv(slopes.T @ slopes, rcond=1e-14, hermitian=True) @ slopes.T
         return back, -back @ jacobian[:, self.index]
 
-    def _rise(self, value: float) -> float:
-        """Rise of the sum of squares with the parameter held at a value."""
+    def rise(self, value: float) -> float:
+        """Rise of the sum of squares with the parameter held at a place, in scales."""
+        if not self.fit.problem.films:
+            return self._refitted(value).cost - self.fit.cost
         start = self._nearest(value)
         q = start.q.copy()
         q[self.others] += start.along * (value - q[self.index])
@@ -112,6 +144,14 @@ class _Profile:
         found = self._fitted_on(np.clip(q, *self.bounds.T), start.back, start.along)
         self.known.append(found)
         return found.cost - self.fit.cost
+
+    def _refitted(self, place: float) -> Fit:
+        """Loops alone cost little: the fit itself, with the parameter held."""
+        problem, parameter = self.fit.problem, self.fit.problem.parameters[self.index]
+        held = Change(parameter.name, value=parameter.value(place), held=True, low=-np.inf, high=np.inf)
+        start = self._nearest(place).q.copy()
+        start[self.index] = place
+        return solve(replace(problem, changes=(*problem.changes, held)), start, robust=self.fit.robust)
 
     def _nearest(self, value: float) -> _Place:
         """The known place nearest to a value; of two that are as near, the later one, which has come further down."""

@@ -9,10 +9,10 @@ from typing import Any
 
 import numpy as np
 
-from identify.actuator.beta_profile import Profile
 from identify.actuator.fit_actuator import ActuatorFit
-from identify.actuator.layout import by_frequency, by_stroke
+from identify.actuator.rates_and_strokes import by_frequency, by_stroke
 from identify.actuator.stiffness import friction_of
+from identify.estimation.profile_likelihood import ProfileCurve
 from identify.loops.loop_data import LoopData
 from identify.report.loop_result import correlation_sentence, frequency_amplitude_correlation, transition_of
 from identify.report.rate_plots import coefficients_against_rate, level_against_elongation, profile_of_beta, stiffness_against
@@ -99,7 +99,7 @@ def findings_as_text(axes: Any, fit: ActuatorFit, loops: Sequence[LoopData]) -> 
     return axes
 
 
-def page(fit: ActuatorFit, loops: Sequence[LoopData], title: str, profile: Profile | None = None) -> Any:
+def page(fit: ActuatorFit, loops: Sequence[LoopData], title: str, profile: ProfileCurve | None = None) -> Any:
     """One page: loops and model, what is left, what follows rate and stroke, what is known."""
     from matplotlib.figure import Figure
 

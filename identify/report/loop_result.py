@@ -10,10 +10,10 @@ from typing import Any
 import numpy as np
 
 from identify.actuator.fit_actuator import ActuatorFit
-from identify.actuator.layout import BETA_NAME, LINE_NAMES
 from identify.actuator.stiffness import effective_stiffness, friction_of
 from identify.actuator.transition_zone import Level, level_against_length
 from identify.actuator.verdict import errors, pooled_error
+from identify.estimation.parameters import BETA_NAME, LINE_NAMES
 from identify.loops.loop_data import LoopData, area, gap
 from identify.loops.segments import sentence
 from measure.common.arrays import Array
@@ -31,7 +31,7 @@ def result_of(fit: ActuatorFit, loops: Sequence[LoopData], notes: Sequence[str] 
             name: {"value": e.value, "stderr": e.stderr, "ci95": list(e.ci95), "verdict": e.verdict} for name, e in fit.estimates.items()
         },
         "half_height_N": fit.half_height_N,
-        "half_height_at_m": fit.layout.centre_m,
+        "half_height_at_m": fit.centre_m,
         "rate": _rate(fit),
         "covariate": _covariate(fit, loops),
         "paper_recipe": _recipe(fit, loops),
@@ -49,9 +49,8 @@ def result_of(fit: ActuatorFit, loops: Sequence[LoopData], notes: Sequence[str] 
 
 
 def _rate(fit: ActuatorFit) -> dict[str, Any] | None:
-    if fit.layout.abscissa == "none":
-        return None
-    return {"abscissa": fit.layout.abscissa, **fit.layout.polynomials(fit.theta)}
+    rate = fit.fit.problem.rate
+    return None if rate.abscissa == "none" else {"abscissa": rate.abscissa, **fit.polynomials()}
 
 
 def drift_per_cycle(data: LoopData, of: Array) -> float:
@@ -83,13 +82,14 @@ def _transition(fit: ActuatorFit, loops: Sequence[LoopData]) -> dict[str, Any]:
 
 def _covariate(fit: ActuatorFit, loops: Sequence[LoopData]) -> dict[str, Any] | None:
     """What a covariate does to the force: newtons per unit, and its share of the height of the mean loop as measured."""
-    name = fit.layout.covariate
+    problem = fit.fit.problem
+    name = problem.covariate
     if not name:
         return None
-    part = [_height(data, fit.layout.covariate_force(fit.theta, data)) for data in loops]
+    part = [_height(data, problem.covariate_force(fit.fit.q, k)) for k, data in enumerate(loops)]
     whole = [_height(data, data.force_N) for data in loops]
     share = 100.0 * float(np.mean(np.array(part) / np.array(whole)))
-    return {"column": name, "N_per_unit": float(fit.theta[-1]), "share_of_height_percent": share}
+    return {"column": name, "N_per_unit": fit.fit.value(f"covariate.{name}"), "share_of_height_percent": share}
 
 
 def _height(data: LoopData, force_N: Array) -> float:

@@ -8,10 +8,11 @@ from typing import Any
 
 import numpy as np
 
-from identify.actuator.beta_profile import Profile
 from identify.actuator.fit_actuator import ActuatorFit
-from identify.actuator.layout import abscissa_of, strokes
+from identify.actuator.rates_and_strokes import rates_of, strokes
 from identify.actuator.stiffness import stiffness_of_cycles
+from identify.estimation.parameters import LINE_NAMES
+from identify.estimation.profile_likelihood import ProfileCurve
 from identify.loops.loop_data import LoopData, free_start
 from identify.loops.paper_recipe import STRAIGHT_FROM, shifted, straight_lines
 from identify.report.loop_result import transition_of
@@ -27,39 +28,48 @@ def coefficients_against_rate(axes: Any, fit: ActuatorFit, loops: Sequence[LoopD
     The level is taken in the middle of the elongations. A loop by itself is a straight line through each branch, effects taken out;
     a stroke that is too short to have straight branches has none.
     """
-    shape, row = fit.layout, {"slope": 0, "level": 1}[which]
-    abscissa = shape.abscissa if shape.abscissa != "none" else "speed_m_per_s"
-    x = abscissa_of(loops, abscissa)
+    rate, row = fit.fit.problem.rate, {"slope": 0, "level": 1}[which]
+    abscissa = rate.abscissa if rate.abscissa != "none" else "speed_m_per_s"
+    x = rates_of(loops, abscissa)
     known = np.isfinite(x)
     low, high = (float(bound(x[known])) if np.any(known) else 0.0 for bound in (np.min, np.max))
     ends = np.linspace(low, high, 60) if high > low else np.array([0.95, 1.05]) * low
-    z = (ends - shape.middle) / shape.half
+    z = (ends - rate.middle) / rate.half
     alone = [_line_alone(fit, k, data) for k, data in enumerate(loops)]
     for side, (first, style, mark, label) in enumerate(((row, "--", "o", "lower asymptote"), (row + 2, ":", "s", "upper asymptote"))):
         if np.any(known):
-            _polynomial(axes, fit, first, ends, z, f"k{style}", label)
+            _polynomial(axes, fit, (first, which), ends, z, f"k{style}", label)
         single = [np.nan if lines is None else lines[2 * side + row] for lines in alone]
         axes.plot(x, single, mark, color="black", markerfacecolor="white", markersize=4, linestyle="none", label=f"{label}, each loop")
     label = "frequency (Hz)" if abscissa == "frequency_Hz" else "mid-stroke speed (m/s)"
-    ylabel = "slope of the asymptotes (N/m)" if which == "slope" else f"level at {1e3 * shape.centre_m:.0f} mm (N)"
-    axes.set(xlabel=label, ylabel=ylabel, title=f"{which}s of the asymptotes, order {shape.order}")
+    ylabel = "slope of the asymptotes (N/m)" if which == "slope" else f"level at {1e3 * fit.centre_m:.0f} mm (N)"
+    axes.set(xlabel=label, ylabel=ylabel, title=f"{which}s of the asymptotes, order {rate.order}")
     axes.locator_params(axis="x", nbins=5)
     axes.legend(fontsize="xx-small")
     return axes
 
 
-def _polynomial(axes: Any, fit: ActuatorFit, first: int, x: Array, z: Array, style: str, label: str) -> None:
-    terms = fit.layout.order + 1
-    powers, part = z[:, None] ** np.arange(terms), slice(first * terms, (first + 1) * terms)
-    value = powers @ fit.theta[part]
-    band = 1.96 * np.sqrt(np.einsum("ij,jk,ik->i", powers, fit.theta_covariance[part, part], powers))
+def _polynomial(axes: Any, fit: ActuatorFit, line: tuple[int, str], x: Array, z: Array, style: str, label: str) -> None:
+    """Slope of an asymptote, or its level in the middle of the elongations, over the rate, with its 95 % band."""
+    first, which = line
+    powers = z[:, None] ** np.arange(fit.fit.problem.rate.order + 1)
+    names = _coefficients(fit, first)
+    if which == "level":
+        names, powers = names + _coefficients(fit, first - 1), np.hstack([powers, fit.centre_m * powers])
+    value = powers @ np.array([fit.fit.value(name) for name in names])
+    band = 1.96 * np.sqrt(np.einsum("ij,jk,ik->i", powers, fit.fit.covariance_of(names), powers))
     axes.plot(x, value, style, linewidth=1.0, label=f"{label}, fitted to all")
     axes.fill_between(x, value - band, value + band, color="0.8")
 
 
+def _coefficients(fit: ActuatorFit, line: int) -> list[str]:
+    """Names of the coefficients of one of the four lines, lowest power first."""
+    return [LINE_NAMES[line], *(f"rate.{LINE_NAMES[line]}[{j}]" for j in range(1, fit.fit.problem.rate.order + 1))]
+
+
 def _line_alone(fit: ActuatorFit, k: int, data: LoopData) -> Array | None:
     """Slope and level in the middle, lower then upper, of one loop by itself, the forces of effects taken out of it."""
-    lines, centre = fit.lines_of(k), fit.layout.centre_m
+    lines, centre = fit.lines_of(k), fit.centre_m
     without = free_start(lines, data)[1] - (free_start(lines, data, fit.effects)[1] if fit.effects else free_start(lines, data)[1])
     straight = straight_lines([replace(data, force_N=data.force_N - fit.tares_N[k] + without)])
     if straight is None or (1.0 - STRAIGHT_FROM) * 2.0 * data.amplitude_m * lines[4] < _STRAIGHT:
@@ -108,13 +118,13 @@ def level_against_elongation(axes: Any, fit: ActuatorFit, loops: Sequence[LoopDa
     return axes
 
 
-def profile_of_beta(axes: Any, fit: ActuatorFit, profile: Profile | None) -> Any:
+def profile_of_beta(axes: Any, fit: ActuatorFit, profile: ProfileCurve | None) -> Any:
     """Rise of the misfit along beta; where it stays below 3.84 beta is in the 95 % interval."""
     if profile is None:
         axes.axis("off")
         return axes
-    axes.plot(profile.beta_per_m, profile.rise, "k.-", label="profile")
-    if profile.beta_per_m[-1] > 5.0 * profile.beta_per_m[0]:
+    axes.plot(profile.values, profile.rise, "k.-", label="profile")
+    if profile.values[-1] > 5.0 * profile.values[0]:
         axes.set_xscale("log", subs=(2, 5))
         axes.xaxis.set_major_formatter("{x:g}")
         axes.xaxis.set_minor_formatter("{x:g}")

@@ -1,0 +1,137 @@
+"""The problem that loops alone pose: the same one as a campaign's, with no deployments and no model file to begin from."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+
+from identify.actuator.rates_and_strokes import polynomials_for
+from identify.campaign.prepared import LoopRun, loop_run
+from identify.campaign.runs import Run
+from identify.estimation.least_squares import Fit, solve
+from identify.estimation.parameters import BASE, BETA_NAME, Change, beta_bounds
+from identify.estimation.problem import Problem
+from identify.estimation.rate import Abscissa
+from identify.loops.loop_data import LoopData
+from measure.common.arrays import Array
+from measure.common.errors import InputError, nearest
+from measure.tables.loop import Loop
+from simulate.model.effect import Effect
+from simulate.model.model import Actuator, Model
+
+_BETAS = 12  # from which the best is taken to begin with
+
+
+def problem_of_loops(
+    loops: Sequence[LoopData],
+    kinds: Sequence[type[Effect]] = (),
+    abscissa: Abscissa = "none",
+    order: int = 0,
+    covariate: str = "",
+    *,
+    own_zeros: bool = False,
+    changes: Sequence[Change] = (),
+) -> Problem:
+    """The problem of loops, with these effects unknown beside the law.
+
+    Raises
+    ------
+    InputError
+        No loop, or one that does not turn; an effect that loops cannot show; too few rates for the polynomials; a covariate is missing.
+    """
+    require_turns(loops)
+    for kind in kinds:
+        if not kind.acts_on_shaker():
+            raise InputError(f'effect "{kind.name}" does not act on a single actuator, so no loop shows it; fit it to deployments.')
+    for data in loops:
+        if covariate and covariate not in data.other:
+            raise InputError(f'{data.name}: no column "{covariate}" of numbers for the covariate; {nearest(covariate, data.other)}')
+    model = _guess(loops)
+    runs = tuple(_run(name, data, model) for name, data in zip(_names(loops), loops, strict=True))
+    return Problem(
+        model=model,
+        films=(),
+        loops=runs,
+        effects=tuple(kind() for kind in kinds),
+        covariate=covariate,
+        own_zeros=own_zeros,
+        rate=polynomials_for(loops, abscissa, order),
+        changes=tuple(changes),
+    )
+
+
+def require_turns(loops: Sequence[LoopData]) -> None:
+    """Refuse what is no loop at all.
+
+    Raises
+    ------
+    InputError
+    """
+    if not loops:
+        raise InputError("no loop to fit; name at least one file.")
+    for data in loops:
+        if not data.cycles.reversals:
+            raise InputError(
+                f"{data.name}: the elongation never turns, so there is no loop, only one branch. "
+                "Check which column was taken for the elongation, or record at least one full cycle."
+            )
+
+
+def _names(loops: Sequence[LoopData]) -> list[str]:
+    """A name for each loop: that of its file, numbered where several have one."""
+    files = [Path(data.name).name or "loop" for data in loops]
+    many = {name for name, count in Counter(files).items() if count > 1}
+    return [f"{name.removesuffix('.csv')}-{k + 1}" if name in many else name for k, name in enumerate(files)]
+
+
+def _run(name: str, data: LoopData, model: Model) -> LoopRun:
+    return loop_run(Run(Loop(data.time_s, data.elongation_m, data.force_N, data.name), name=name), model, data)
+
+
+def _guess(loops: Sequence[LoopData]) -> Model:
+    """A law to count from: flat asymptotes at a quarter and three quarters of the forces seen, and a beta between its bounds."""
+    force = np.concatenate([data.force_N[data.used] for data in loops])
+    low, high = np.quantile(force, [0.25, 0.75])
+    beta = float(np.sqrt(np.prod(beta_bounds(loops))))
+    return Model(Actuator(0.0, float(low), 0.0, float(high), beta, float(np.max(np.abs(force)))), name="actuator")
+
+
+def solve_loops(problem: Problem, start: Array | None = None, *, robust: bool = False) -> Fit:
+    """Fit loops from wherever the law fits them best: for each of a dozen betas the lines are a linear problem.
+
+    Parameters
+    ----------
+    start : where to begin; searched where not given.
+    robust : samples far off the model count less (soft l1 loss), against spikes.
+    """
+    return solve(problem, searched(problem) if start is None else start, robust=robust)
+
+
+def searched(problem: Problem) -> Array:
+    """Where a fit of loops begins, (k,): at the beta that leaves least, effects at a noticeable size; as a user wants it, where he does."""
+    exact = problem.with_exact_motion()
+    index, told = problem.index_of(BETA_NAME), {change.name for change in problem.changes if change.value is not None}
+    low, high = problem.bounds
+    fixed = BETA_NAME in told or problem.held[index]
+    trials = [problem.start[index]] if fixed else np.linspace(low[index], high[index], _BETAS + 2)[1:-1]
+    found, _ = min((_linear(exact, float(place)) for place in trials), key=lambda trial: trial[1])
+    sizes = np.where([parameter.name in told for parameter in problem.parameters], problem.start, 1.0)
+    found[problem.first_effect :] = sizes[problem.first_effect :]
+    given = np.array([parameter.name in told for parameter in problem.parameters]) | problem.held
+    return np.where(given, problem.start, np.clip(found, low, high))
+
+
+def _linear(problem: Problem, beta: float) -> tuple[Array, float]:
+    """The lines, covariate and zeros that fit best at a given beta, no effects, and the sum of squares that they leave."""
+    q = problem.start.copy()
+    q[problem.index_of(BETA_NAME)] = beta
+    columns = [*range(4), *range(len(BASE), problem.first_rate), *range(problem.first_zero, problem.first_effect)]
+    gaps, slopes = problem.jacobian(q, columns)
+    size = np.sqrt(np.sum(slopes**2, axis=0)) + 1e-300
+    step = np.linalg.lstsq(slopes / size, -gaps, rcond=1e-12)[0]
+    q[columns] += step / size
+    left = gaps + slopes / size @ step
+    return q, float(left @ left)

@@ -1,0 +1,92 @@
+"""Rates and strokes of a set of loops: which are alike, and which polynomials of the rate they can carry."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from identify.criteria import SAME_RATE, SAME_STROKE
+from identify.estimation.rate import NO_RATE, Abscissa, RatePolynomials, rate_of
+from identify.loops.loop_data import LoopData
+from measure.common.arrays import Array
+from measure.common.errors import InputError
+
+
+def rates_of(loops: Sequence[LoopData], abscissa: Abscissa) -> Array:
+    """Frequency, or speed in the middle of the stroke, of each loop."""
+    return np.array([rate_of(data, abscissa) for data in loops])
+
+
+def polynomials_for(loops: Sequence[LoopData], abscissa: Abscissa, order: int) -> RatePolynomials:
+    """Polynomials of the rate over the rates of these loops.
+
+    Raises
+    ------
+    InputError
+        A loop without a frequency; fewer frequencies than a polynomial of this order needs.
+    """
+    if abscissa == "none":
+        return NO_RATE
+    require_rates(loops, abscissa, order)
+    x = rates_of(loops, abscissa)
+    return RatePolynomials(abscissa, order, float((x.min() + x.max()) / 2.0), float(np.ptp(x) / 2.0) or 1.0)
+
+
+def require_rates(loops: Sequence[LoopData], abscissa: Abscissa, order: int) -> None:
+    """Refuse polynomials that these loops cannot carry.
+
+    Raises
+    ------
+    InputError
+        A loop without a frequency; fewer frequencies than a polynomial of this order needs.
+    """
+    x = rates_of(loops, abscissa)
+    for data, value in zip(loops, x, strict=True):
+        if not np.isfinite(value):
+            raise InputError(f"{data.name}: no full cycle, so no {abscissa}; leave the loop out or fit without --rate.")
+    if len(groups_of_rate(x)) < order + 1:
+        raise InputError(
+            f"{len(groups_of_rate(x))} different values of {abscissa} in these loops; a polynomial of order {order} needs {order + 1}. "
+            f"Give --rate-order {len(groups_of_rate(x)) - 1} or more loops."
+        )
+
+
+def groups_of_rate(x: Array) -> list[list[int]]:
+    """Places of loops of one rate together, in rising order; values within two per cent count as one."""
+    order = np.argsort(x)
+    groups: list[list[int]] = [[int(order[0])]]
+    for k in order[1:]:
+        if x[k] - x[groups[-1][-1]] > SAME_RATE * abs(x[k]):
+            groups.append([])
+        groups[-1].append(int(k))
+    return groups
+
+
+def strokes(loops: Sequence[LoopData]) -> list[list[LoopData]]:
+    """Loops with a full cycle in groups of one amplitude, in rising order."""
+    groups: list[list[LoopData]] = []
+    for data in sorted(loops, key=lambda d: d.amplitude_m):
+        if groups and data.amplitude_m < (1.0 + SAME_STROKE) * groups[-1][0].amplitude_m:
+            groups[-1].append(data)
+        else:
+            groups.append([data])
+    return groups
+
+
+def by_stroke(loops: Sequence[LoopData]) -> list[int]:
+    """Places of the largest group of loops of one stroke, by frequency; of all loops where no two have one."""
+    return _largest(loops, "amplitude_m", "frequency_Hz", SAME_STROKE)
+
+
+def by_frequency(loops: Sequence[LoopData]) -> list[int]:
+    """Places of the largest group of loops of one frequency, by amplitude; of all loops where no two have one."""
+    return _largest(loops, "frequency_Hz", "amplitude_m", SAME_RATE)
+
+
+def _largest(loops: Sequence[LoopData], alike: str, then: str, within: float) -> list[int]:
+    known = [k for k, data in enumerate(loops) if np.isfinite(getattr(data, alike))]
+    groups = [[j for j in known if abs(getattr(loops[j], alike) / getattr(loops[k], alike) - 1.0) <= within] for k in known]
+    group = max(groups, key=len, default=[])
+    chosen = group if len(group) > 1 else list(range(len(loops)))
+    return sorted(chosen, key=lambda k: float(np.nan_to_num(getattr(loops[k], then))))
