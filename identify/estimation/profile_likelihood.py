@@ -39,7 +39,7 @@ def profile_interval(fit: Fit, index: int) -> tuple[float, float]:
 class ProfileCurve:
     """Rise of the sum of squares along one parameter, everything else fitted anew; in units in which 3.84 bounds the 95 % interval.
 
-    values, rise : (k,). interval : where the rise crosses 3.84, or a bound.
+    values, rise : (k,). interval : where the rise crosses 3.84, or a bound; open where that is only the end of what the data can tell.
     """
 
     name: str
@@ -59,8 +59,11 @@ def profile_curve(fit: Fit, name: str, points: int = 13, reach: float = 4.0) -> 
     width = min(profile.sigma, _WIDEST * (parameter.start / parameter.scale if parameter.log else np.inf))
     places = float(fit.q[index]) + width * np.linspace(-reach, reach, points)
     rise = np.array([max(profile.rise(float(place)), 0.0) for place in places]) / max(profile.unit, 1e-300)
-    low, high = (parameter.value(end) for end in (profile.end(-1.0), profile.end(1.0)))
-    return ProfileCurve(name, np.array([parameter.value(float(place)) for place in places]), rise, (low, high))
+    low, high = profile.end(-1.0), profile.end(1.0)
+    if parameter.log:  # its bounds are where the data end, not where the parameter does
+        low, high = (-np.inf if low <= parameter.low else low), (np.inf if high >= parameter.high else high)
+    ends = (parameter.value(low), parameter.value(high))
+    return ProfileCurve(name, np.array([parameter.value(float(place)) for place in places]), rise, ends)
 
 
 @dataclass(frozen=True)

@@ -254,7 +254,7 @@ def fitted(before: Fit, along: Along, free: list[int]) -> Fit:
     """A table fitted with base and releases; only the parameters `free` may move."""
     problem, start = with_table(before, along)
     found = solve(problem, start, free=free, most_steps=_MOST_STEPS, enough=ROUGHLY)
-    return replace(found, jacobian=_spread_out(found.jacobian, free, len(found.q)))
+    return replace(found, jacobian=_spread_out(found.jacobian, free, len(found.q)), moved=None)
 
 
 def seen_parameters(before: Fit, along: Along) -> list[int]:

@@ -44,7 +44,7 @@ def test_95_percent_intervals_hold_the_truth_in_90_to_99_percent_of_200_sets_of_
         effects = (HubInertia(0.03), ViscousFriction(0.08))
         loops = [shaken(rng, f, a, lines, effects) for f in (0.4, 1.0, 3.0) for a in (0.05, 0.02)]
         fit = fit_actuator(loops, (HubInertia, ViscousFriction))
-        assert fit.verdict.word == "ok", seed
+        assert fit.verdict.word == "ok", number
         for (name, estimate), truth in zip(fit.estimates.items(), [*lines, 0.03, 0.08], strict=True):
             held.setdefault(name, []).append(estimate.ci95[0] <= truth <= estimate.ci95[1])
             off.setdefault(name, []).append(abs(estimate.value - truth) / estimate.stderr)

@@ -75,7 +75,7 @@ def test_oddities_of_the_motion_do_not_move_the_truth(case):
     fit = fitted(law(u=u), seen)
     assert fit.verdict.word == "ok"
     assert fit.estimates["beta_per_m"].value == pytest.approx(400.0, rel=0.05)
-    assert fit.half_height_N == pytest.approx((0.1 - 0.05 * fit.layout.centre_m) / 2, abs=2e-3)
+    assert fit.half_height_N == pytest.approx((0.1 - 0.05 * fit.centre_m) / 2, abs=2e-3)
 
 
 def lagging(frequency):

@@ -38,7 +38,7 @@ def test_profile_of_beta_is_open_where_the_loop_is_a_rectangle():
 def test_bootstrap_by_cycles_is_as_wide_as_the_covariance_for_white_noise():
     loops = [shaken(3), shaken(4, amplitude=0.02)]
     fit = fit_actuator(loops)
-    intervals = bootstrap(fit, 60, seed=1)
+    intervals = bootstrap(fit.fit, fit.names, 60, seed=1)
     for name, (low, high) in intervals.items():
         estimate = fit.estimates[name]
         assert (high - low) / (estimate.ci95[1] - estimate.ci95[0]) == pytest.approx(1.0, abs=0.45)
@@ -47,4 +47,4 @@ def test_bootstrap_by_cycles_is_as_wide_as_the_covariance_for_white_noise():
 def test_same_seed_gives_the_same_bootstrap():
     loops = [shaken(3)]
     fit = fit_actuator(loops)
-    assert bootstrap(fit, 5, seed=7) == bootstrap(fit, 5, seed=7)
+    assert bootstrap(fit.fit, fit.names, 5, seed=7) == bootstrap(fit.fit, fit.names, 5, seed=7)

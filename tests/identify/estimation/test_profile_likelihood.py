@@ -58,7 +58,7 @@ def test_ends_of_a_bent_parameter_are_where_a_full_fit_has_risen_as_far(prototyp
     index = len(fit.q) - back
     low, high = profile_interval(fit, index)
     assert [risen(fit, index, end) for end in (low, high)] == pytest.approx([REACH**2] * 2, rel=0.07)
-    assert abs((high - fit.q[index]) / (fit.q[index] - low) - 1.0) > 0.1  # which straight lines could not say
+    assert abs((high - fit.q[index]) / (fit.q[index] - low) - 1.0) > 0.05  # which straight lines could not say
 
 
 def test_interval_ends_at_a_bound(prototype):
