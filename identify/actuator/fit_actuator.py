@@ -185,5 +185,5 @@ def _judged(fit: Fit, loops: tuple[LoopData, ...]) -> ActuatorFit:
         covariate_shares=shares(loops, residuals, tables),
         left=left,
         recipe=paper_recipe(loops, beta_bounds(loops)),
-        verdict=verdict_of(lines, estimates, loops, residuals, left, fit.converged),
+        verdict=verdict_of(lines, estimates, loops, residuals, left, fit.converged, fit.at_bounds()),
     )

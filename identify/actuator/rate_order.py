@@ -12,6 +12,8 @@ from identify.actuator.rates_and_strokes import groups_of_rate, rates_of
 from identify.criteria import OWN_SHARE, WORTH_AN_ORDER
 from identify.estimation.covariance import own_shares
 from identify.estimation.least_squares import Fit, laid_out
+from identify.estimation.parameters import Change
+from identify.estimation.problem import Problem
 from identify.estimation.rate import Abscissa
 from identify.loops.loop_data import LoopData
 from measure.common.arrays import Array
@@ -48,13 +50,18 @@ class RateOrder:
 
 
 def choose_order(
-    loops: Sequence[LoopData], kinds: tuple[type[Effect], ...], abscissa: Abscissa, watch: Callable[[int], object] = lambda _: None
+    loops: Sequence[LoopData],
+    kinds: tuple[type[Effect], ...],
+    abscissa: Abscissa,
+    changes: Sequence[Change] = (),
+    watch: Callable[[int], object] = lambda _: None,
 ) -> RateOrder:
     """Fit without each frequency in turn, predict it, and take the lowest order that predicts about as well as any.
 
     Parameters
     ----------
-    watch : told after every fit how many have been made.
+    changes : parameters that are held, bounded, or begin elsewhere.
+    watch : called after every fit with how many have been made.
 
     With fewer than three frequencies nothing can be left out, and order 0 is taken.
     """
@@ -62,7 +69,7 @@ def choose_order(
     left_out: dict[int, float] = {}
     fit, papers, imitated = None, None, ()
     for order in range(min(PAPERS_ORDER, len(groups) - 1) + 1):
-        fit = _whole(loops, kinds, abscissa, order, fit)
+        fit = _whole(problem_of_loops(loops, kinds, abscissa, order, changes=changes), fit)
         if order == PAPERS_ORDER:
             papers, imitated = polynomials_of(fit), _imitated(fit)
         if order <= len(groups) - 2:
@@ -84,9 +91,8 @@ def polynomials_of(fit: Fit) -> dict[str, tuple[float, ...]]:
     return {key: tuple(float(c) for c in problem.rate.unscaled(row)) for key, row in named}
 
 
-def _whole(loops: Sequence[LoopData], kinds: tuple[type[Effect], ...], abscissa: Abscissa, order: int, lower: Fit | None) -> Fit:
+def _whole(problem: Problem, lower: Fit | None) -> Fit:
     """The fit to all loops, begun from that of one order less."""
-    problem = problem_of_loops(loops, kinds, abscissa, order)
     return solve_loops(problem, None if lower is None else laid_out(lower, problem))
 
 

@@ -6,7 +6,7 @@ sample depends on.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -33,13 +33,14 @@ def verdict_of(
     residuals: Sequence[Array],
     left: Dependence,
     converged: bool,
+    at_bounds: Mapping[str, str],
 ) -> Verdict:
     """The word on the whole fit: the first of these that is true, worst first.
 
     Parameters
     ----------
     lines : (5,) a_l, b_l, a_u, b_u, beta of each loop. residuals : measured minus modelled of each loop's samples that count, N.
-    left : what the residuals still follow.
+    left : what the residuals still follow. at_bounds : the bound of each parameter that ran to one.
     """
     closed = [data for data in loops if data.cycles.spans]
     empty = _encloses_nothing(closed)
@@ -56,7 +57,8 @@ def verdict_of(
     ):
         named = [name for name, estimate in estimates.items() if estimate.verdict == word]
         if named:
-            return Verdict(word, because.format(", ".join(named)))  # type: ignore[arg-type]
+            shown = [f"{name} (at its {at_bounds[name]})" if name in at_bounds else name for name in named]
+            return Verdict(word, because.format(", ".join(shown)))  # type: ignore[arg-type]
     return Verdict("ok", f"pooled error {100 * pooled_error(loops, residuals):.2f} % of the force range{_beyond_noise(loops, residuals)}")
 
 

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from identify.commands.parameter_options import add_parameter_options, changes_from
 from measure.common.command_line import DONE, parser, run
 from measure.readers.options import add_reading_options, mapping_from
 from simulate.files.options import add_effects_option
@@ -30,12 +31,14 @@ def _parser() -> Any:
     made.add_argument("--as-given", action="store_true", help="take the release from the model file instead of fitting each run's own")
     add_effects_option(made)
     add_reading_options(made)
+    add_parameter_options(made)
     return made
 
 
 def _work(arguments: Sequence[str]) -> int:
     given = _parser().parse_args(arguments)
     from identify.campaign.runs import read_campaign, remarks
+    from identify.estimation.problem import problem_of
     from identify.gap.compare import compare
     from measure.common.errors import InputError
     from simulate.files.model_file import read_model
@@ -45,7 +48,7 @@ def _work(arguments: Sequence[str]) -> int:
         raise InputError(f"{given.output}: a figure ends in .png, .pdf or .svg.")
     model = read_model(given.model, catalogue_with(given.effects))
     runs = read_campaign(given.measured, mapping_from(given))
-    found = compare(model, runs, fit_release=not given.as_given)
+    found = compare(model, runs, fit_release=not given.as_given, changes=changes_from(given, lambda: problem_of(model, runs)))
     _write(given, found, [given.model, *(r.path for r in runs if r.path), *given.effects])
     if not given.quiet:
         print("\n".join([*(f"record   {said}" for said in remarks(runs)), *summary(found)]))

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from identify.commands.parameter_options import add_parameter_options, changes_from
 from measure.common.command_line import DONE, VERDICT_BAD, parser, run
 from measure.readers.options import add_reading_options, mapping_from
 from simulate.files.options import add_effects_option
@@ -29,6 +30,7 @@ def _parser() -> Any:
     made.add_argument("measured", nargs="+", type=Path, metavar="MEASURED", help="loops, trajectories, or lists of runs (TOML)")
     add_effects_option(made)
     add_reading_options(made)
+    add_parameter_options(made)
     made.add_argument(
         "--covariate", default="", metavar="COLUMN", help="further column of the loops that part of the force is proportional to"
     )
@@ -47,6 +49,7 @@ def _parser() -> Any:
 def _work(arguments: Sequence[str]) -> int:
     given = _parser().parse_args(arguments)
     from identify.campaign.runs import read_campaign, remarks
+    from identify.estimation.problem import problem_of
     from identify.selection.comparison import BUDGETS
     from identify.selection.explain import explain
     from simulate.files.model_file import read_model
@@ -56,7 +59,9 @@ def _work(arguments: Sequence[str]) -> int:
     model = read_model(given.model, catalogue)
     runs = read_campaign(given.measured, mapping_from(given))
     budget = BUDGETS[given.budget]
-    found = explain(model, runs, catalogue, covariate=given.covariate, tare=given.tare, budget=budget, say=_say(given))
+    own_zeros = given.tare != "common"
+    changes = changes_from(given, lambda: problem_of(model, runs, given.covariate, own_zeros=own_zeros), catalogue.values())
+    found = explain(model, runs, catalogue, covariate=given.covariate, tare=given.tare, changes=changes, budget=budget, say=_say(given))
     _write(given, found, [given.model, *(r.path for r in runs if r.path), *given.effects])
     if not given.quiet:
         print("\n".join([*(f"record   {said}" for said in remarks(runs)), *summary(found)]))

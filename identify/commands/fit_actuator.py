@@ -8,12 +8,14 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from identify.commands.parameter_options import add_parameter_options, changes_from
 from measure.common.command_line import DONE, VERDICT_BAD, parser, run
 from measure.readers.options import add_reading_options, mapping_from
 from simulate.files.options import add_effects_option
 
 if TYPE_CHECKING:
     from identify.actuator.rate_order import RateOrder
+    from identify.estimation.parameters import Change
     from identify.loops.loop_data import LoopData
     from identify.loops.sign import Turned
     from measure.readers.column_mapping import ColumnMapping
@@ -47,6 +49,7 @@ def _parser() -> Any:
     fit.add_argument("--profile", action="store_true", help="fit all the rest for betas around the best one")
     fit.add_argument("--bootstrap", type=int, default=0, metavar="N", help="intervals from N fits to cycles drawn with replacement")
     fit.add_argument("--seed", type=int, default=0, help="of the bootstrap")
+    add_parameter_options(made)
     add_effects_option(made)
     made.add_argument("--model", type=Path, metavar="MODEL", help="put the actuator into this model instead of a bare one")
     made.add_argument("--figure", type=Path, metavar="FILE", help="loops, model and residual on one page (png, pdf, svg)")
@@ -147,8 +150,9 @@ def _fitted(given: Namespace, data: Sequence[LoopData], notes: list[str]) -> tup
     catalogue = catalogue_with(given.effects)
     kinds = tuple(type(effect_from(catalogue, name, {})) for name in dict.fromkeys(given.effect))
     abscissa: Any = {"none": "none", "frequency": "frequency_Hz", "speed": "speed_m_per_s"}[given.rate]
-    order, chosen = _order(given, data, kinds, abscissa)
-    fit = fit_actuator(data, kinds, abscissa, order, given.tare, given.covariate, given.robust)
+    changes = _changes(given, data, kinds, catalogue)
+    order, chosen = _order(given, data, kinds, abscissa, changes)
+    fit = fit_actuator(data, kinds, abscissa, order, given.tare, given.covariate, given.robust, changes)
     said = ["the force at a deployment's start is seen in no steady loop; initial_force_N was set to b_l_N"]
     if any(fit.tares_N):
         said = [*said, f"the force level differs from loop to loop by up to {_spread(fit.tares_N):.3g} N; each loop was given its own"]
@@ -161,6 +165,25 @@ def _fitted(given: Namespace, data: Sequence[LoopData], notes: list[str]) -> tup
     return fit, result
 
 
+def _changes(given: Namespace, data: Sequence[LoopData], kinds: Any, catalogue: Any) -> tuple[Change, ...]:
+    """What is wanted of the parameters; one that is held without a value is held at that of `--model`."""
+    from dataclasses import replace
+
+    from identify.actuator.loops_alone import problem_of_loops
+    from identify.estimation.problem import Problem
+    from simulate.files.model_file import read_model
+
+    def problem() -> Problem:
+        return problem_of_loops(data, kinds, covariate=given.covariate, own_zeros=given.tare != "common" and len(data) > 1)
+
+    changes = changes_from(given, problem, valued=given.model is not None)
+    if given.model is None or not changes:
+        return changes
+    model = read_model(given.model, catalogue)
+    values = {parameter.name: parameter.start for parameter in Problem(model, (), (), model.effects).parameters}
+    return tuple(replace(c, value=values.get(c.name, 0.0)) if c.held and c.value is None else c for c in changes)
+
+
 def _contradictions(understood: Sequence[Understood], data: Sequence[LoopData]) -> list[str]:
     """Frequencies and amplitudes that files claim and their signals deny."""
     from measure.readers.stated_conditions import contradictions
@@ -169,7 +192,9 @@ def _contradictions(understood: Sequence[Understood], data: Sequence[LoopData]) 
     return [text for how, loop in pairs for text in contradictions(loop.name, how.claims, loop.frequency_Hz, loop.amplitude_m)]
 
 
-def _order(given: Namespace, data: Sequence[LoopData], kinds: Any, abscissa: Any) -> tuple[int, RateOrder | None]:
+def _order(
+    given: Namespace, data: Sequence[LoopData], kinds: Any, abscissa: Any, changes: Sequence[Change]
+) -> tuple[int, RateOrder | None]:
     """The order of the polynomials, and what it was chosen by."""
     if abscissa == "none":
         return 0, None
@@ -181,7 +206,7 @@ def _order(given: Namespace, data: Sequence[LoopData], kinds: Any, abscissa: Any
     wanted = None if given.rate_order == "auto" else int(given.rate_order)
     require_rates(data, abscissa, wanted or 0)
     with tqdm(desc="frequencies left out", disable=given.quiet or not sys.stderr.isatty(), leave=False) as bar:
-        chosen = choose_order(data, kinds, abscissa, lambda made: bar.update(1))
+        chosen = choose_order(data, kinds, abscissa, changes, lambda made: bar.update(1))
     return (chosen.chosen if wanted is None else wanted), chosen
 
 

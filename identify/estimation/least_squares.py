@@ -125,6 +125,16 @@ class Fit:
         q = self.q[self.columns]
         return (q - low > AT_BOUND * width) & (high - q > AT_BOUND * width) & ~self.problem.held[self.columns]
 
+    def at_bounds(self) -> dict[str, str]:
+        """Which parameters ran to a bound, and to which, in words: {"hub-inertia.mass_kg": "lower bound 0"}."""
+        found = {}
+        for k, clear in zip(self.columns, self.clear_of_bounds, strict=True):
+            parameter, q = self.problem.parameters[k], float(self.q[k])
+            if not clear and parameter.vary:
+                side, bound = min((("lower", parameter.low), ("upper", parameter.high)), key=lambda end: abs(end[1] - q))
+                found[parameter.name] = f"{side} bound {parameter.value(bound):.4g}"
+        return found
+
     @property
     def columns(self) -> NDArray[np.intp]:
         """The parameters of the Jacobian's columns: all, or those that were left free."""

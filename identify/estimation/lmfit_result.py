@@ -7,14 +7,16 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from lmfit import Minimizer, Parameters
-from lmfit.minimizer import MinimizerResult
 
 from identify.estimation.least_squares import Fit
 from measure.common.arrays import Array
+
+if TYPE_CHECKING:
+    from lmfit import Minimizer, Parameters
+    from lmfit.minimizer import MinimizerResult
 
 
 def identifier(name: str) -> str:
@@ -41,6 +43,8 @@ def lmfit_result(fit: Fit) -> MinimizerResult:
 
     `result.user_names` gives the name behind each identifier.
     """
+    from lmfit.minimizer import MinimizerResult
+
     names = identifiers([parameter.name for parameter in fit.problem.parameters])
     made, moved = _parameters(fit, names), _moved(fit)
     keys, places = [list(names)[i] for i in moved], [fit.problem.parameters[i].name for i in moved]
@@ -68,6 +72,8 @@ def lmfit_result(fit: Fit) -> MinimizerResult:
 
 def lmfit_minimizer(fit: Fit) -> Minimizer:
     """The problem as a function of lmfit's parameters, begun from the fit."""
+    from lmfit import Minimizer
+
     names = identifiers([parameter.name for parameter in fit.problem.parameters])
     parameters = dict(zip(names, fit.problem.parameters, strict=True))
 
@@ -84,6 +90,8 @@ def _moved(fit: Fit) -> list[int]:
 
 
 def _parameters(fit: Fit, names: dict[str, str]) -> Parameters:
+    from lmfit import Parameters
+
     made, moved = Parameters(), set(_moved(fit))
     for i, (key, parameter) in enumerate(zip(names, fit.problem.parameters, strict=True)):
         low, high = (parameter.value(bound) if np.isfinite(bound) else bound for bound in (parameter.low, parameter.high))

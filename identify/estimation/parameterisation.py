@@ -117,7 +117,7 @@ class Unknowns:
     def start(self) -> Array:
         """Where a fit begins unless it is told, (k,): the model file's values, or those that a user gave, within the bounds."""
         given = {change.name: change.value for change in self.changes if change.value is not None}
-        return np.array([float(np.clip(p.place(given[p.name]), p.low, p.high)) if p.name in given else 0.0 for p in self.parameters])
+        return np.array([_placed(parameter, given.get(parameter.name)) for parameter in self.parameters])
 
     @cached_property
     def held(self) -> NDArray[np.bool_]:
@@ -250,6 +250,14 @@ class Unknowns:
         assert self._base_root is not None
         others = self._with_prior[self._with_prior >= 5]
         return np.concatenate([self._base_root @ self.base_shifts(q)[:5], q[others] / self._spreads[others]])
+
+
+def _placed(parameter: Parameter, value: float | None) -> float:
+    """The q of a value that a user gave; within the bounds, unless it is held there."""
+    if value is None:
+        return 0.0
+    place = parameter.place(value)
+    return float(np.clip(place, parameter.low, parameter.high)) if parameter.vary else place
 
 
 def shifted(model: Model, shifts: Array) -> Model:

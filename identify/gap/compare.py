@@ -12,6 +12,7 @@ from identify.campaign.noiseless import with_noise_where_none
 from identify.campaign.prepared import Film
 from identify.campaign.runs import Run
 from identify.estimation.least_squares import Fit, solve
+from identify.estimation.parameters import Change
 from identify.estimation.problem import Block, problem_of
 from identify.selection.gap_test import GAP_P, GapTest, gap_test
 from measure.common.arrays import Array
@@ -64,27 +65,28 @@ class Comparison:
         return self.test.p_value > GAP_P
 
 
-def compare(model: Model, runs: Sequence[Run], *, fit_release: bool = True) -> Comparison:
+def compare(model: Model, runs: Sequence[Run], *, fit_release: bool = True, changes: Sequence[Change] = ()) -> Comparison:
     """Compare a model with what was measured.
 
     Parameters
     ----------
     fit_release : whether each run's own release (pose and instant, within the spreads of the model file) is fitted first;
         it differs from run to run without meaning anything. Otherwise the model is taken to the letter.
+    changes : parameters that are held, bounded, or begin elsewhere.
 
     Raises
     ------
     InputError
         A run cannot be used with this model.
     """
-    fit = _fitted(model, runs, fit_release)
+    fit = _fitted(model, runs, fit_release, changes)
     noisy, added = with_noise_where_none(runs)
-    test = gap_test(_fitted(model, noisy, fit_release) if added else fit)
+    test = gap_test(_fitted(model, noisy, fit_release, changes) if added else fit)
     return Comparison(fit, curves_of(fit), test, dispersion_percent(fit.problem.films))
 
 
-def _fitted(model: Model, runs: Sequence[Run], fit_release: bool) -> Fit:
-    problem = problem_of(model, runs)
+def _fitted(model: Model, runs: Sequence[Run], fit_release: bool, changes: Sequence[Change]) -> Fit:
+    problem = problem_of(model, runs, changes=changes)
     return solve(problem, free=range(problem.first_nuisance, problem.first_effect) if fit_release else ())
 
 

@@ -30,6 +30,7 @@ def result_of(fit: ActuatorFit, loops: Sequence[LoopData], notes: Sequence[str] 
         "parameters": {
             name: {"value": e.value, "stderr": e.stderr, "ci95": list(e.ci95), "verdict": e.verdict} for name, e in fit.estimates.items()
         },
+        "at_bound": fit.fit.at_bounds(),
         "half_height_N": fit.half_height_N,
         "half_height_at_m": fit.centre_m,
         "rate": _rate(fit),

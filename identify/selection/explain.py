@@ -20,6 +20,7 @@ from identify.campaign.runs import Run
 from identify.design.next_test import NextTest, next_tests
 from identify.estimation.least_squares import ROUGHLY, Fit, laid_out, solve, solve_from_afar
 from identify.estimation.multistart import released_again, searched_everywhere
+from identify.estimation.parameters import Change
 from identify.estimation.problem import Problem, problem_of
 from identify.estimation.profile_likelihood import REACH, profile_interval
 from identify.gap.platform_force import MissingForce, at_once, estimate
@@ -117,6 +118,7 @@ def explain(
     *,
     covariate: str = "",
     tare: Tare = "auto",
+    changes: Sequence[Change] = (),
     budget: Budget = BUDGETS["normal"],
     say: Say = lambda text: None,
 ) -> Explanation:
@@ -129,6 +131,7 @@ def explain(
     covariate : a further column of the loops (a pressure, a temperature) to which a part of their force is proportional.
     tare : "common", the load cell has one zero in all loops; "each", one of its own in each; "auto", the
         latter where a gap is left otherwise and the zeros differ by more than three standard errors.
+    changes : parameters that are held, bounded, or begin elsewhere; of effects too, where they are tried.
     budget : how much is tried.
     say : told what is being done, for people who wait.
 
@@ -138,13 +141,13 @@ def explain(
         A run cannot be used with this model.
     """
     runs, added = with_noise_where_none(runs)
-    return replace(_told(model, runs, catalogue, covariate, tare, budget, say), noise_added=added)
+    problem = problem_of(model, [run for run in runs if not run.hold_out], covariate, own_zeros=tare == "each", changes=changes)
+    return replace(_told(problem, runs, catalogue, tare, budget, say), noise_added=added)
 
 
 def _told(
-    model: Model, runs: Sequence[Run], catalogue: Mapping[str, type[Effect]], covariate: str, tare: Tare, budget: Budget, say: Say
+    problem: Problem, runs: Sequence[Run], catalogue: Mapping[str, type[Effect]], tare: Tare, budget: Budget, say: Say
 ) -> Explanation:
-    problem = problem_of(model, [run for run in runs if not run.hold_out], covariate, own_zeros=tare == "each")
     told = _asked_of_loops(problem, catalogue, budget, say)
     if tare == "auto" and told is not None and more_than_noise(told) and zeros_differ(told):
         problem = _with_own_zeros(problem, say)
