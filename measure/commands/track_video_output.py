@@ -9,7 +9,6 @@ from pathlib import Path
 from typing import Any
 
 from measure.common.output import write_json, write_provenance
-from measure.correlation.marks import write_marks
 from measure.film.dispersion import Dispersion
 from measure.film.overlay import overlaid
 from measure.film.saved_plots import write_dispersion_figure, write_pictures, write_trajectory_figure
@@ -17,6 +16,7 @@ from measure.film.tracked import Tracked
 from measure.footage.footage import Footage
 from measure.footage.writers import write_film
 from measure.geometry.film_project import Project, read_project, write_project
+from measure.tables.csv_cells import write_columns
 from measure.tables.trajectory import write_trajectory
 
 
@@ -58,7 +58,7 @@ def written(
         write_provenance(output.trajectory, note)
         files += [output.trajectory, write_trajectory_figure(tracked, output.trajectory.with_suffix(".png"))]
     if output.marks is not None:
-        write_marks(tracked.marks, output.marks)
+        write_columns(tracked.marks.columns(), output.marks)
         files.append(output.marks)
     files += _written_project(files[0], output.project, tracked.project, film, mask)
     if output.json is not None:

@@ -32,7 +32,7 @@ UNEXPLAINED = 0.02
 """Share of the variance that the reference image may leave unexplained in a mark that is found again: a ZNCC of 0.99."""
 
 UNEVEN_LIGHT = 3.0
-"""Times white noise that light changing across the mark must explain; a few in a hundred frames with even light do by chance."""
+"""Times white noise that light changing across the mark must explain; a few per cent of frames with even light exceed it at random."""
 
 STRANGE = 10.0
 """Times the expected noise that may remain under robust weights; more is another picture, of which a few pixels agree."""

@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
 
-from measure.correlation.criteria import DISTINCT, HARDLY_HIDDEN, LEAST_BLUR_PX, LEAST_ZNCC, MOST_HIDDEN, NOTHING_LEFT, REST_SIGMAS
+from measure.correlation.criteria import DISTINCT, HARDLY_HIDDEN, LEAST_BLUR_PX, LEAST_ZNCC, MOST_HIDDEN, NOTHING_LEFT
 from measure.correlation.marks import AMBIGUOUS, LOST, OCCLUDED, OK, OUT, Observation, not_observed
-from measure.correlation.reference_image import AFFINE, Reference, blurred, reference
+from measure.correlation.reference import Reference
+from measure.correlation.reference_image import blurred, reference
 from measure.correlation.refinement import Expected, Match, recognise
+from measure.correlation.steepest_descent import AFFINE
 from measure.correlation.template_matching import Peak, is_unique, search
 from measure.footage.footage import Picture
 
@@ -236,24 +237,3 @@ def mark_tracker(
     patch = _cut(picture, mark.start, mark.half)
     assert patch is not None
     return MarkTracker(mark, patch, mark.start, alone or is_unique(picture, patch, x, y, DISTINCT, mark.shape), open_share)
-
-
-def at_rest(trackers: Sequence[MarkTracker], observed: Sequence[Observation]) -> bool:
-    """Whether the marks, all together, have not left their reference points by twice their standard deviation.
-
-    Parameters
-    ----------
-    trackers, observed : sequences of equal length
-        The marks, and where they were observed in one frame.
-
-    Returns
-    -------
-    bool
-        False too where one of them is not observed or covered in part.
-    """
-    if any(observation.status != OK or observation.hidden for observation in observed):
-        return False
-    moved = np.array([[o.x_px, o.y_px] - t.mark.point_px for t, o in zip(trackers, observed, strict=True)])
-    spread = np.array([np.diag(observation.covariance_px2) for observation in observed])
-    together = (moved / spread).sum(axis=0) / np.sqrt((1.0 / spread).sum(axis=0))
-    return bool(np.abs(together).max() < REST_SIGMAS and (moved**2 < (2.0 * REST_SIGMAS) ** 2 * spread).all())

@@ -4,14 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from measure.correlation.shape_function_bias import Response
-from measure.tables.csv_cells import write_columns
 from measure.tables.frames import frame_of
 
 if TYPE_CHECKING:
@@ -166,14 +164,3 @@ def gather(time_s: NDArray[np.float64], names: Sequence[str], response: Response
     """
     arrays = [np.array([[getattr(observation, field) for observation in row] for row in rows]) for field in _ARRAYS]
     return Marks(time_s, names, response, **dict(zip(_ARRAYS, arrays, strict=True)))
-
-
-def write_marks(marks: Marks, path: Path) -> None:
-    """Write the table of marks as CSV, one row for each frame and mark, whole or not at all.
-
-    Parameters
-    ----------
-    marks : Marks
-    path : Path
-    """
-    write_columns(marks.columns(), path)

@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 
 from measure.correlation.criteria import LEAST_ZNCC, STRANGE, UNEVEN_LIGHT, UNEXPLAINED
 from measure.correlation.gauss_newton import solve
-from measure.correlation.reference_image import Reference
+from measure.correlation.reference import Reference
 from measure.correlation.robust_gauss_newton import solve_robust
 from measure.correlation.spline import FILTER, NOISE_LEFT, coefficients
 

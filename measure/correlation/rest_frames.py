@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 
+from measure.correlation.criteria import REST_SIGMAS
+from measure.correlation.marks import OK, Observation
 from measure.footage.footage import Picture
 
 _MOST_FRAMES = 16
@@ -52,3 +54,26 @@ def _mean(pictures: list[Picture]) -> NDArray[np.float32] | None:
     for picture in pictures:
         total += picture
     return total / np.float32(len(pictures))
+
+
+def at_rest(reference_px: NDArray[np.float64], observed: Sequence[Observation]) -> bool:
+    """Whether the marks, all together, have not left their reference points by twice their standard deviation.
+
+    Parameters
+    ----------
+    reference_px : (marks, 2) array
+        Reference points in the first frame, px.
+    observed : sequence of Observation
+        The same marks in another frame.
+
+    Returns
+    -------
+    bool
+        False too where one of them is not observed or covered in part.
+    """
+    if any(observation.status != OK or observation.hidden for observation in observed):
+        return False
+    moved = np.array([[observation.x_px, observation.y_px] for observation in observed]) - reference_px
+    spread = np.array([np.diag(observation.covariance_px2) for observation in observed])
+    together = (moved / spread).sum(axis=0) / np.sqrt((1.0 / spread).sum(axis=0))
+    return bool(np.abs(together).max() < REST_SIGMAS and (moved**2 < (2.0 * REST_SIGMAS) ** 2 * spread).all())

@@ -17,6 +17,8 @@ from measure.correlation.spline import BLUR
 TRANSLATION, EUCLIDEAN, AFFINE = 2, 3, 6
 """Warps by their number of parameters: shift; shift and rotation; affine."""
 
+WARP_NAMES = {TRANSLATION: "translation", EUCLIDEAN: "euclidean", AFFINE: "affine"}
+
 _NEGLIGIBLE = 1e-8
 
 

@@ -9,11 +9,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from measure.common.errors import InputError
-from measure.correlation.mark_tracker import MarkTracker, at_rest, mark_tracker
+from measure.correlation.mark_tracker import MarkTracker, mark_tracker
 from measure.correlation.marks import MISSING, Marks, Observation, gather, not_observed
-from measure.correlation.reference_image import AFFINE, Reference
-from measure.correlation.rest_frames import read_rest
+from measure.correlation.reference import Reference
+from measure.correlation.rest_frames import at_rest, read_rest
 from measure.correlation.shape_function_bias import NODES, Response, node_weights
+from measure.correlation.steepest_descent import AFFINE
 from measure.footage.footage import Footage, Picture
 
 
@@ -102,7 +103,8 @@ class _RestTest:
         if self.trackers is None:
             self.trackers = self.prepare(picture, alone=True)
             return True
-        return at_rest(self.trackers, [tracker.observe(picture, frame) for tracker in self.trackers])
+        reference_px = np.array([tracker.mark.point_px for tracker in self.trackers])
+        return at_rest(reference_px, [tracker.observe(picture, frame) for tracker in self.trackers])
 
 
 def responses(marks: Sequence[Reference]) -> Response:

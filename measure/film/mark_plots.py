@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -17,11 +17,21 @@ if TYPE_CHECKING:
     from measure.footage.footage import Picture
     from measure.geometry.rigid_body import Fit
 
-_MOST_WORDS = 3
+_MOST_NAMED = 3
+_LABEL: dict[str, Any] = {"facecolor": STATUS_COLOURS[OK], "edgecolor": "none", "pad": 0.6}
+_ABOVE: dict[str, Any] = {
+    "fontsize": 7,
+    "ncols": 12,
+    "loc": "lower right",
+    "bbox_to_anchor": (1.0, 1.0),
+    "frameon": False,
+    "borderaxespad": 0,
+}
+"""Where a legend covers no data."""
 
 
 def draw_frame(ax: Axes, picture: Picture, marks: Marks, frame: int, subset: int, *, fit: Fit | None = None, names: bool = False) -> Axes:
-    """Draw one frame with the subsets that were found and their residuals, and in words the status of the other marks.
+    """Draw one frame with the subsets that were found and their residuals, and name the status of the other marks.
 
     Parameters
     ----------
@@ -41,15 +51,16 @@ def draw_frame(ax: Axes, picture: Picture, marks: Marks, frame: int, subset: int
     The axes.
     """
     ax.imshow(picture, cmap="gray", vmin=0, vmax=max(float(np.percentile(picture, 99.9)), 1.0), interpolation="nearest")
+    ax.autoscale(False)
     for i, name in enumerate(marks.names):
         if marks.observed[frame, i]:
             _draw_mark(ax, marks, frame, i, subset / 2, fit)
             if names:
                 at = (marks.x_px[frame, i], marks.y_px[frame, i] - subset / 2)
-                ax.annotate(name, at, color=STATUS_COLOURS[OK], ha="center", va="bottom", fontsize=8)
-    words = [f"{name} {marks.status[frame, i]}" for i, name in enumerate(marks.names) if not marks.observed[frame, i]]
+                ax.annotate(name, at, (0, 3), textcoords="offset points", color="white", bbox=_LABEL, ha="center", va="bottom", fontsize=6)
+    others = [f"{name} {marks.status[frame, i]}" for i, name in enumerate(marks.names) if not marks.observed[frame, i]]
     ax.set_title(f"frame {frame}{_residual(fit, frame)}", fontsize=8)
-    ax.set_xlabel("\n".join(words[:_MOST_WORDS]), fontsize=7, color=STATUS_COLOURS["occluded"])
+    ax.set_xlabel("\n".join(others[:_MOST_NAMED]), fontsize=7, color=STATUS_COLOURS["occluded"])
     ax.set_xticks([])
     ax.set_yticks([])
     return ax
@@ -90,7 +101,7 @@ def draw_quality(axes: Sequence[Axes], marks: Marks, fit: Fit | None) -> Sequenc
         if fit is not None:
             axes[2].plot(frames, np.hypot(*fit.residual_px[:, i].T), lw=1)
     _draw_status(axes[3], marks, frames)
-    axes[0].legend(fontsize=7, ncols=6, loc="lower left")
+    axes[0].legend(**_ABOVE)
     for ax, label in zip(axes, ("ZNCC", "sigma, px", "residual of the rigid body, px", "status"), strict=True):
         ax.set_ylabel(label)
         ax.grid(alpha=0.3)
@@ -104,4 +115,4 @@ def _draw_status(ax: Axes, marks: Marks, frames: np.ndarray) -> None:
         if len(found):
             ax.plot(frames[found], which, ".", ms=3, color=colour, label=status)
     ax.set_yticks(range(len(marks.names)), labels=list(marks.names))
-    ax.legend(fontsize=7, loc="lower right")
+    ax.legend(**_ABOVE)

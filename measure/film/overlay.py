@@ -84,12 +84,15 @@ def _draw_mark(canvas: NDArray, tracked: Tracked, frame: int, i: int, times: int
 def _captions(tracked: Tracked, frame: int) -> list[tuple[str, tuple[int, int, int]]]:
     """Frame, time and residual, and the status of the marks that are not observed."""
     marks, fit = tracked.marks, tracked.fit
-    text = f"frame {frame}  {marks.time_s[frame]:.4f} s"
+    white = (255, 255, 255)
+    lines: list[tuple[str, tuple[int, int, int]]] = [(f"frame {frame}  {marks.time_s[frame]:.4f} s", white)]
     if fit is not None and fit.used[frame].any():
         rms = np.sqrt(np.nanmean(fit.residual_px[frame][fit.used[frame]] ** 2))
-        text += f"  residual {rms:.4f} px (arrows x{ENLARGED:g})"
-    gone = [(f"{name} {marks.status[frame, i]}", _bgr(STATUS_COLOURS[str(marks.status[frame, i])])) for i, name in enumerate(marks.names)]
-    return [(text, (255, 255, 255)), *(row for i, row in enumerate(gone) if not marks.observed[frame, i])]
+        lines += [(f"residual {rms:.4f} px", white), (f"arrows: residuals x {ENLARGED:g}", _bgr(RESIDUAL_COLOUR))]
+    for i in np.flatnonzero(~marks.observed[frame]).tolist():
+        status = str(marks.status[frame, i])
+        lines.append((f"{marks.names[i]} {status}", _bgr(STATUS_COLOURS[status])))
+    return lines
 
 
 def _at(x: float, y: float, times: int) -> tuple[int, int]:

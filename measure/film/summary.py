@@ -86,7 +86,7 @@ def _verdict(footage: Footage, marks: Marks, fit: Fit | None, read: int) -> str:
 
 
 def _mark_summary(marks: Marks, fit: Fit | None, i: int) -> dict[str, Any]:
-    words, counts = np.unique(marks.status[:, i], return_counts=True)
+    statuses, counts = np.unique(marks.status[:, i], return_counts=True)
     residual = None
     if fit is not None and fit.used[:, i].any():
         residual = float(np.sqrt(np.mean(fit.residual_px[fit.used[:, i], i] ** 2)))
@@ -94,7 +94,7 @@ def _mark_summary(marks: Marks, fit: Fit | None, i: int) -> dict[str, Any]:
         "name": marks.names[i],
         "x_px": float(marks.reference_px[i, 0]),
         "y_px": float(marks.reference_px[i, 1]),
-        "frames": {str(word): int(count) for word, count in zip(words, counts, strict=True)},
+        "frames": {str(status): int(count) for status, count in zip(statuses, counts, strict=True)},
         "first_not_ok": _first_not_ok(marks, i),
         "sigma_px": float(np.nanmedian(marks.sigma_px[:, i])) if marks.observed[:, i].any() else None,
         "rigid_residual_px": residual,

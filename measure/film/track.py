@@ -10,16 +10,17 @@ from numpy.typing import NDArray
 
 from measure.common.errors import InputError
 from measure.correlation.marks import Marks
-from measure.correlation.reference_image import AFFINE, WARP_NAMES
+from measure.correlation.steepest_descent import AFFINE, WARP_NAMES
 from measure.correlation.template_matching import find_marks
 from measure.correlation.tracking import check_subset, track_marks
 from measure.film.summary import summarise
 from measure.film.tracked import Tracked
 from measure.footage.footage import Footage, Picture
 from measure.footage.integrity import IntegrityCheck
+from measure.geometry.body import body_points
 from measure.geometry.camera import Camera
 from measure.geometry.film_project import Project
-from measure.geometry.rigid_body import CYLINDER, ONE_MARK, PERSPECTIVE, PLANE, Fit, body_points, fit_platform, trajectory
+from measure.geometry.rigid_body import CYLINDER, ONE_MARK, PERSPECTIVE, PLANE, Fit, fit_platform, trajectory
 from measure.geometry.scale import camera_of, picture_scale
 
 _STILL_SHARE = 0.3
@@ -130,8 +131,8 @@ def moving(marks: Marks) -> Marks:
 
 
 def _extent(marks: Marks, i: int) -> float:
-    seen = marks.observed[:, i]
-    return float(np.hypot(np.ptp(marks.x_px[seen, i]), np.ptp(marks.y_px[seen, i]))) if seen.any() else 0.0
+    at = marks.observed[:, i]
+    return float(np.hypot(np.ptp(marks.x_px[at, i]), np.ptp(marks.y_px[at, i]))) if at.any() else 0.0
 
 
 def _completed(project: Project, footage: Footage, marks: Marks, fps: float, origin: tuple[float, float]) -> Project:

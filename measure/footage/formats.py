@@ -11,14 +11,14 @@ from pathlib import Path
 
 from measure.common.command_line import existing_file
 from measure.common.errors import InputError
-from measure.footage import phantom, photron, picture_file, tiff_directory, tiff_stack, video
+from measure.footage import container, phantom, photron, picture_file, tiff_directory, tiff_stack, video
 from measure.footage.footage import Footage
 from measure.footage.image_folder import open_folder
 
 _FORMATS: tuple[tuple[Callable[[bytes], bool], Callable[[Path], Footage]], ...] = (
     (phantom.is_cine, phantom.open_cine),
     (tiff_directory.is_tiff, tiff_stack.open_stack),
-    (video.is_container, video.open_video),
+    (container.is_container, video.open_video),
 )
 """For each format: whether the first bytes of a file are its own, and what opens it."""
 
@@ -73,7 +73,7 @@ def _first_bytes(path: Path) -> bytes:
         raise InputError(f"{path}: is not a regular file. Copy the film to the disk and name the copy.")
     existing_file(path, what="a film")
     with open(path, "rb") as file:
-        head = file.read(video.HEAD_BYTES)
+        head = file.read(container.HEAD_BYTES)
     if not head:
         raise InputError(f"{path}: is empty. Copy the film again from the camera.")
     return head

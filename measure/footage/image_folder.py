@@ -97,7 +97,7 @@ def _gaps(numbers: list[int], step: int) -> tuple[str, ...]:
 
 
 def _frame_numbers(files: list[Path]) -> list[int]:
-    """The number of each file. Of several in a name, the one that tells all files apart and spans least; or else the last."""
+    """The number of each file. Of several in a name, the one that differs in all files and spans least; or else the last."""
     rows = [[int(digits) for digits in re.findall(r"\d+", file.stem)] for file in files]
     for file, row in zip(files, rows, strict=True):
         if not row:
@@ -107,5 +107,5 @@ def _frame_numbers(files: list[Path]) -> list[int]:
     last = [row[-1] for row in rows]
     if len({len(row) for row in rows}) > 1:
         return last
-    telling = [list(column) for column in zip(*rows, strict=True) if len(set(column)) == len(rows)]
-    return min(telling, key=lambda column: max(column) - min(column), default=last)
+    distinct = [list(column) for column in zip(*rows, strict=True) if len(set(column)) == len(rows)]
+    return min(distinct, key=lambda column: max(column) - min(column), default=last)

@@ -45,15 +45,17 @@ class FrameClock:
     @property
     def remarks(self) -> tuple[str, ...]:
         """What is wrong, or unusual, in sentences."""
-        said = []
+        remarks = []
         if self.dropped:
             at = np.flatnonzero(np.diff(self.numbers) > 1)
             shown = ", ".join(f"{self.numbers[i]} to {self.numbers[i + 1]}" for i in at[:3]) + (", ..." if len(at) > 3 else "")
-            said.append(f"{self.dropped} frames were dropped by the time stamps (frame {shown})")
+            remarks.append(f"{self.dropped} frames were dropped by the time stamps (frame {shown})")
         if self.instants is not None:
             percent = 100 * np.diff(self.instants)
-            said.append(f"the frame rate varies: {percent.min():.0f} to {percent.max():.0f} % of the usual step; the time stamps are used")
-        return tuple(said)
+            remarks.append(
+                f"the frame rate varies: {percent.min():.0f} to {percent.max():.0f} % of the usual step; the time stamps are used"
+            )
+        return tuple(remarks)
 
     def number(self, stamp: int | None, last: int) -> int:
         """Number of a frame by its stamp; the one after `last` where the stamp is not known or goes back."""

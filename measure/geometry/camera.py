@@ -86,8 +86,8 @@ class Camera:
         """
         principal, right, up = self._axes()
         away = (self.without_distortion(np.array(self.origin_px)) - principal) * self.m_per_px
-        seen = (self.without_distortion(picture_px) - principal) * self.m_per_px * (1.0 + depth / self.distance_m)[..., None]
-        return np.stack([seen @ right - away @ right, depth, seen @ up - away @ up], axis=-1)
+        offset = (self.without_distortion(picture_px) - principal) * self.m_per_px * (1.0 + depth / self.distance_m)[..., None]
+        return np.stack([offset @ right - away @ right, depth, offset @ up - away @ up], axis=-1)
 
     def with_distortion(self, ideal_px: Array) -> Array:
         """Apply the distortion of the lens.

@@ -103,7 +103,7 @@ class Project(Section):
     camera: CameraSection = CameraSection()
 
     def has_scale(self) -> bool:
-        """Whether anything says how large a pixel is."""
+        """Whether the size of a pixel is given or can be measured."""
         measured = self.scale.mm_per_px or self.scale.from_px_mm or self.scale.rule_px_mm
         return bool(measured or (self.camera.focal_px and self.camera.distance_m))
 

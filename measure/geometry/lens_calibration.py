@@ -88,8 +88,8 @@ def calibrate(film: Footage, columns: int, rows: int, pitch_mm: float) -> Lens:
 def _corners(picture: Picture, columns: int, rows: int) -> NDArray[np.float32] | None:
     top = max(float(np.percentile(picture, 99.9)), 1.0)
     grey = np.clip(picture * (255.0 / top), 0, 255).astype(np.uint8)
-    seen, corners = cv2.findChessboardCornersSB(grey, (columns, rows), flags=cv2.CALIB_CB_ACCURACY | cv2.CALIB_CB_NORMALIZE_IMAGE)
-    return _sharpened(grey, corners.astype(np.float32), columns) if seen else None
+    found, corners = cv2.findChessboardCornersSB(grey, (columns, rows), flags=cv2.CALIB_CB_ACCURACY | cv2.CALIB_CB_NORMALIZE_IMAGE)
+    return _sharpened(grey, corners.astype(np.float32), columns) if found else None
 
 
 def _sharpened(grey: NDArray[np.uint8], corners: NDArray[np.float32], columns: int) -> NDArray[np.float32]:

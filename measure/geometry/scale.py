@@ -41,7 +41,7 @@ class PictureScale:
     source: str
 
     def summary(self) -> dict[str, Any]:
-        """In numbers, as `--json` writes it; the words are under `said`."""
+        """In numbers, as `--json` writes it; `source` is under `said`."""
         numbers = asdict(self)
         return {**numbers, "said": numbers.pop("source")}
 

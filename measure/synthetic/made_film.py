@@ -19,6 +19,7 @@ from measure.footage.footage import Picture
 from measure.geometry.camera import angles, rotation
 from measure.geometry.film_project import Project, make_project
 from measure.synthetic.rendering import DOT, QUADRANT, SPECKLE, cast
+from measure.synthetic.rods import rod_cover
 from measure.synthetic.scene import MadeMark, Rod, Scene, deployment_scene
 from measure.tables.trajectory import CHANNELS, Trajectory
 
@@ -135,7 +136,7 @@ def pictures(trajectory: Trajectory, scene: Scene, *, fps: float, seed: int, fra
     dots, table = _textures(scene, np.random.default_rng([seed, 1]))
     time, _ = _poses(trajectory, fps, frames)
     instants = _INSTANTS * scene.exposure_s if scene.exposure_s else np.zeros(1)
-    cover, grey = _rods(scene)
+    cover, grey = rod_cover(scene)
     top = 2**scene.bits - 1
     step = 2.0 ** (scene.bits - 8)
     across = 1.0 + scene.light_gradient * np.linspace(-0.5, 0.5, scene.width)
@@ -208,27 +209,6 @@ def _cast(scene: Scene, pose: Array, dots: Array, table: Array) -> Array:
     turn = rotation(pose[3:])
     body = np.array([scene.radius_m, scene.half_height_m, scene.body, scene.background])
     return cast(scene.width, scene.height, scene.rays, view, np.ascontiguousarray(turn), pose[:3], body, table, dots)
-
-
-def _rods(scene: Scene) -> tuple[Array, Array]:
-    """Share of each pixel that rods cover, and their grey."""
-    n = 8
-    sub = (np.arange(n) + 0.5) / n - 0.5
-    cover, grey = np.zeros((scene.height, scene.width)), np.zeros((scene.height, scene.width))
-    rows, columns = np.mgrid[: scene.height, : scene.width]
-    for rod in scene.rods:
-        length = np.hypot(rod.x2 - rod.x1, rod.y2 - rod.y1)
-        along = np.array([rod.x2 - rod.x1, rod.y2 - rod.y1]) / length
-        own = np.zeros_like(cover)
-        for dy in sub:
-            for dx in sub:
-                x, y = columns + dx - rod.x1, rows + dy - rod.y1
-                inside = (np.abs(along[0] * y - along[1] * x) < rod.width / 2) & (
-                    np.abs(along @ [x.ravel(), y.ravel()] - length / 2) < length / 2
-                ).reshape(x.shape)
-                own += inside / n**2
-        cover, grey = np.maximum(cover, own), np.where(own > 0, rod.grey, grey)
-    return cover, grey
 
 
 def project_for(scene: Scene, fps: float, start_height_m: float, subset: int = 25) -> Project:

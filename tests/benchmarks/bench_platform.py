@@ -20,7 +20,7 @@ from bench_tracking import show
 from tracking_methods import match_template
 from tracking_scenes import MIDDLE
 
-from measure.correlation.reference_image import AFFINE, TRANSLATION
+from measure.correlation.steepest_descent import AFFINE, TRANSLATION
 from measure.correlation.tracking import track_marks
 from measure.film.track import track
 from measure.footage.footage import from_array

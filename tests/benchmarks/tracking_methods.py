@@ -7,7 +7,7 @@ import numpy as np
 from tracking_scenes import MIDDLE, SUBSET
 
 from measure.correlation.mark_tracker import mark_tracker
-from measure.correlation.reference_image import AFFINE, TRANSLATION
+from measure.correlation.steepest_descent import AFFINE, TRANSLATION
 
 HALF = SUBSET // 2
 

@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 
 from measure.common.errors import InputError
-from measure.correlation.reference_image import AFFINE, EUCLIDEAN, TRANSLATION, reference
+from measure.correlation.reference_image import reference
 from measure.correlation.refinement import Expected, Match, recognise, refine, surface_near
+from measure.correlation.steepest_descent import AFFINE, EUCLIDEAN, TRANSLATION
 from measure.correlation.template_matching import correlation_map, search
 
 CENTRE, SUBSET = 36, 41

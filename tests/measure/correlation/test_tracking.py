@@ -7,7 +7,7 @@ import pytest
 
 from measure.common.errors import InputError
 from measure.correlation.marks import LOST, OK
-from measure.correlation.reference_image import AFFINE, TRANSLATION
+from measure.correlation.steepest_descent import AFFINE, TRANSLATION
 from measure.correlation.tracking import track_marks
 from measure.footage.footage import from_array
 from measure.footage.formats import open_footage

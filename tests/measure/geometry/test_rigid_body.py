@@ -9,14 +9,13 @@ from measure.correlation.marks import OK, Marks
 from measure.correlation.shape_function_bias import EVEN, NODES, Response
 from measure.film.track import track
 from measure.footage.footage import from_array
+from measure.geometry.body import Body, body_points
 from measure.geometry.camera import Camera, on_cylinder, rotation
 from measure.geometry.film_project import MarkList
 from measure.geometry.rigid_body import (
     CYLINDER,
     PERSPECTIVE,
     PLANE,
-    Body,
-    body_points,
     fit_platform,
     trajectory,
 )
