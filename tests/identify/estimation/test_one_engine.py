@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Any
 
 import lmfit
 import numpy as np
 import pytest
+from lmfit.minimizer import MinimizerResult
 
 from identify.actuator.fit_actuator import ActuatorFit, fit_actuator
 from identify.campaign.runs import Run
@@ -55,30 +57,33 @@ def test_a_campaign_of_loops_gives_what_the_loops_give_by_themselves(prototype, 
 
 
 def test_lmfits_result_has_the_engines_values_and_errors(fit):
-    assert isinstance(fit.result, lmfit.minimizer.MinimizerResult)
+    result: Any = fit.result
+    assert isinstance(result, MinimizerResult)
     for name, key in (("beta_per_m", "beta_per_m"), ("hub-inertia.mass_kg", "hub_inertia__mass_kg")):
-        assert fit.result.params[key].value == fit.estimates[name].value
-        assert fit.result.params[key].stderr == fit.estimates[name].stderr
-        assert fit.result.user_names[key] == name
-        assert fit.result.uvars[key].std_dev == pytest.approx(fit.estimates[name].stderr)
-    assert fit.result.params["hub_inertia__mass_kg"].min == 0.0
-    assert not fit.result.params["initial_force_N"].vary  # no loop shows it
-    assert fit.result.redchi == pytest.approx(1.0, abs=0.1)
-    assert fit.result.params["a_l_N_per_m"].correl["b_l_N"] < -0.9  # the loops are far from zero elongation
-    report = lmfit.fit_report(fit.result)
+        assert result.params[key].value == fit.estimates[name].value
+        assert result.params[key].stderr == fit.estimates[name].stderr
+        assert result.user_names[key] == name
+        assert result.uvars[key].std_dev == pytest.approx(fit.estimates[name].stderr)
+    assert result.params["hub_inertia__mass_kg"].min == 0.0
+    assert not result.params["initial_force_N"].vary  # no loop shows it
+    assert result.redchi == pytest.approx(1.0, abs=0.1)
+    assert result.params["a_l_N_per_m"].correl["b_l_N"] < -0.9  # the loops are far from zero elongation
+    report = lmfit.fit_report(result)
     assert "hub_inertia__mass_kg" in report
     assert "initial_force_N" in report
 
 
 def test_a_slope_times_a_length_carries_its_error_and_the_levels(fit):
     """The level in the middle of the loops is known far better than the intercept that it is made of."""
-    level = fit.result.uvars["b_l_N"] + 0.25 * fit.result.uvars["a_l_N_per_m"]
-    assert level.std_dev < 0.1 * fit.result.uvars["b_l_N"].std_dev
+    result: Any = fit.result
+    level = result.uvars["b_l_N"] + 0.25 * result.uvars["a_l_N_per_m"]
+    assert level.std_dev < 0.1 * result.uvars["b_l_N"].std_dev
     assert level.nominal_value == pytest.approx(2.79 - 0.25 * 0.25, abs=1e-3)
 
 
 def test_lmfits_profile_agrees_with_the_intervals(fit):
-    ends = lmfit.conf_interval(fit.minimizer, fit.result, p_names=["beta_per_m"], sigmas=[0.95])["beta_per_m"]
+    found: Any = lmfit.conf_interval(fit.minimizer, fit.result, p_names=["beta_per_m"], sigmas=[0.95])
+    ends = found["beta_per_m"]
     assert (ends[0][1], ends[-1][1]) == pytest.approx(fit.estimates["beta_per_m"].ci95, rel=5e-3)
 
 
@@ -103,7 +108,8 @@ def test_a_parameter_that_is_held_is_no_error_of_the_others(fit):
     assert held.estimates["hub-inertia.mass_kg"].value == 0.04
     assert held.estimates["hub-inertia.mass_kg"].stderr == 0.0
     assert held.estimates["a_l_N_per_m"].stderr < fit.estimates["a_l_N_per_m"].stderr
-    assert not held.result.params["hub_inertia__mass_kg"].vary
+    result: Any = held.result
+    assert not result.params["hub_inertia__mass_kg"].vary
 
 
 def test_a_bound_that_binds_is_named(fit):
