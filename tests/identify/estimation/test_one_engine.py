@@ -57,8 +57,8 @@ def test_a_campaign_of_loops_gives_what_the_loops_give_by_themselves(prototype, 
 
 
 def test_lmfits_result_has_the_engines_values_and_errors(fit):
+    assert isinstance(fit.result, MinimizerResult)
     result: Any = fit.result
-    assert isinstance(result, MinimizerResult)
     for name, key in (("beta_per_m", "beta_per_m"), ("hub-inertia.mass_kg", "hub_inertia__mass_kg")):
         assert result.params[key].value == fit.estimates[name].value
         assert result.params[key].stderr == fit.estimates[name].stderr
