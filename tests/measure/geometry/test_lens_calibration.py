@@ -14,7 +14,7 @@ from measure.geometry.lens_calibration import calibrate
 
 FOCAL, AXIS, BENT = 700.0, (318.0, 244.0), (-0.18, 0.05, 0.001, -0.0006)
 LENS = Camera(1e-3, (320.0, 240.0), 0.0, 0.7, AXIS, FOCAL, BENT)
-SLANTS = ((0.0, 0.0), (0.4, 0.1), (-0.4, 0.2), (0.1, 0.45), (-0.2, -0.45), (0.35, -0.35), (-0.3, 0.35), (0.2, 0.2))
+SLANTS = ((0.0, 0.0), (0.4, 0.1), (-0.4, 0.2), (0.1, 0.45), (-0.2, -0.45), (0.35, -0.35))
 
 
 def _board(slant, seed):
@@ -48,7 +48,7 @@ def test_projection_through_a_bent_lens_and_its_inverse_agree():
 def test_a_checkerboard_gives_the_lens_back(tmp_path):
     write_film(tmp_path / "board", (_board(slant, n) for n, slant in enumerate(SLANTS)))
     lens = calibrate(open_footage(tmp_path / "board"), 7, 5, 20.0)
-    assert lens.views >= 7
+    assert lens.views >= 5
     assert abs(lens.focal_px - FOCAL) < max(4 * lens.focal_sigma_px, 0.5)
     assert lens.focal_sigma_px < 3.0
     found = Camera(1e-3, (320.0, 240.0), 0.0, 0.7, lens.principal_px, lens.focal_px, lens.distortion)
