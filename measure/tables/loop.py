@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 LOOP_COLUMNS = ("time_s", "elongation_m", "force_N")
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Loop:
     """Force against elongation of one actuator on a shaker, sample by sample.
 
@@ -49,6 +49,9 @@ class Loop:
         object.__setattr__(self, "other", {name: np.asarray(values, dtype=float) for name, values in self.other.items()})
         require_equal_lengths(self.name, {**{c: getattr(self, c) for c in LOOP_COLUMNS}, **self.other})
         require_increasing(self.time_s, self.name)
+
+    def __repr__(self) -> str:
+        return f"Loop({self.name}: {len(self.time_s)} rows, {', '.join([*LOOP_COLUMNS, *self.other])[:200]})"
 
     def to_frame(self) -> DataFrame:
         """The samples as a pandas frame, one row each; units in `frame.attrs["units"]`.

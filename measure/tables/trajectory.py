@@ -24,7 +24,7 @@ WORDS = ("status",)
 _SIGMA = {f"sigma_{channel}": channel for channel in CHANNELS}
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Trajectory:
     """Motion of the platform against time, as far as it was seen.
 
@@ -52,6 +52,9 @@ class Trajectory:
         for channel, sigma in self.sigma.items():
             self._check_sigma(channel, sigma)
         require_increasing(self.time_s, self.name)
+
+    def __repr__(self) -> str:
+        return f"Trajectory({self.name}: {len(self.time_s)} rows to {self.time_s[-1]:g} s, {', '.join(self.channels)})"
 
     def to_frame(self) -> DataFrame:
         """The motion as a pandas frame, one row a picture; units in `frame.attrs["units"]`.

@@ -74,7 +74,7 @@ def test_smoothed_motion_is_a_frame(tracked):
 def test_every_result_shows_itself_in_a_line(tracked):
     table = tracked.trajectory
     results = [
-        tracked, tracked.marks, tracked.fit, tracked.project, measure.compare_trajectories(table, table, "itself"),
+        tracked, table, tracked.marks, tracked.fit, tracked.project, measure.compare_trajectories(table, table, "itself"),
         smooth(table.time_s, table.channels["z_m"], table.sigma["z_m"]),
     ]  # fmt: skip
     for result in results:
