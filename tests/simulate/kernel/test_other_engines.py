@@ -161,8 +161,7 @@ def played_in_mujoco(model, samples):
 
 
 @with_mujoco
-@pytest.mark.slow
-@pytest.mark.parametrize("seed", range(10))
+@pytest.mark.parametrize("seed", [pytest.param(seed, marks=pytest.mark.calibrate if seed else pytest.mark.slow) for seed in range(10)])
 def test_elevation_and_theta_z_agree_with_mujoco_up_to_full_height_with_every_effect_both_can_express(prototype, seed):
     model = random_rig(prototype, seed)
     run = deploy(model)
@@ -268,7 +267,7 @@ ALONE = (
 )
 
 
-@pytest.mark.slow
+@pytest.mark.calibrate
 @pytest.mark.parametrize("name", ALONE)
 def test_with_each_effect_alone_dop853_agrees_within_the_stated_error(prototype, name):
     rig = random_rig(prototype, 3)
@@ -277,8 +276,7 @@ def test_with_each_effect_alone_dop853_agrees_within_the_stated_error(prototype,
     require_agreement(replace(rig, effects=acting, simulation=Simulation(0.25, 100.0)))
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("seed", [0, 1])
+@pytest.mark.parametrize("seed", [pytest.param(0, marks=pytest.mark.slow), pytest.param(1, marks=pytest.mark.calibrate)])
 def test_with_all_effects_at_once_dop853_agrees_within_the_stated_error_over_stops_and_rebound(prototype, seed):
     require_agreement(replace(random_rig(prototype, seed), simulation=Simulation(0.8, 100.0)))
 
