@@ -180,3 +180,10 @@ def test_the_guide_of_a_command_shows_all_its_options(command):
     common = (ROOT / "docs" / "how-to" / "index.md").read_text(encoding="utf-8")
     missing = [option for option in sorted(options(command)) if option.startswith("--") and f"{option}" not in guide + common]
     assert not missing, f"docs/how-to/{command}.md does not show {missing}"
+
+
+@every_document
+def test_functions_that_a_document_places_in_a_file_are_there(document):
+    placed = re.findall(r"`((?:measure|simulate|identify)/[\w/]+\.py)`, `(\w+)`", document.read_text(encoding="utf-8"))
+    missing = [(file, name) for file, name in placed if f" {name}(" not in (ROOT / file).read_text(encoding="utf-8")]
+    assert not missing, f"{document.name} names {missing}"
