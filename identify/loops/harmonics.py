@@ -7,6 +7,8 @@ inertia be told from a slope.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from measure.common.arrays import Array
@@ -110,7 +112,7 @@ def _least_squares(basis: Array, values: Array) -> Array:
     return np.linalg.lstsq(normal, basis @ values / length, rcond=1e-14)[0] / length
 
 
-def _bases(time_s: Array, w: float, harmonics: int, orders: int) -> list[Array]:
+def _bases(time_s: Array, w: float, harmonics: int, orders: int) -> Sequence[Array]:
     """Rows 1, t, cos w t, sin w t, cos 2 w t ... and their derivatives in time, one array (2 harmonics + 2, n) for each order."""
     t = time_s - time_s[0]
     turned = np.exp(1j * w * t)

@@ -1,26 +1,37 @@
-"""Six loops of 2000 samples: read, fitted and reported; and the same fit with a general ODE solver, as one would write it.
+"""Loops, short and long.
 
-OPENBLAS_NUM_THREADS=1 .venv/bin/python tests/benchmarks/bench_loops.py
-
+Six loops of 2000 samples: read, fitted and reported; and the same fit with a general ODE solver, as one would write it.
 The aims: under 2 s after start-up, and at least a hundred times faster than the plain fit in the same run.
+
+One loop of a million samples: `numpy.loadtxt`, reading it as text in two dialects and as MATLAB and HDF5, and the whole command.
+The aims: reading at most 5 times loadtxt and 6 times the file in memory, the command at most 60 times loadtxt.
+
+OPENBLAS_NUM_THREADS=1 .venv/bin/python tests/benchmarks/bench_loops.py [six | long]
 """
 
 from __future__ import annotations
 
+import json
+import resource
+import subprocess
+import sys
 import tempfile
 import time
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
+import h5py
 import numpy as np
 from scipy.integrate import solve_ivp
+from scipy.io import savemat
 from scipy.optimize import least_squares
 
 from identify.actuator.fit_actuator import ActuatorFit, fit_actuator
+from identify.commands.fit_actuator import main as fit_command
 from identify.loops.loop_data import LoopData, prepare
 from identify.report.loop_result import result_of, summary
-from measure import Loop, write_loop
+from measure import Loop, read_loop, write_loop
 from measure.readers.loop_file import read_loop_file
 from simulate.law import force_rate, loop_force
 
@@ -81,7 +92,7 @@ def timed(work: Callable[[], Any], repeats: int = 1) -> tuple[Any, float]:
     return result, min(taken)
 
 
-def main() -> None:
+def six_loops() -> None:
     """Print the times, the ratio and both answers."""
     with tempfile.TemporaryDirectory() as folder:
         paths = made(Path(folder))
@@ -95,5 +106,74 @@ def main() -> None:
     print(f"ratio                           {plain_s / fit_s:8.0f}")
 
 
+def written_long(folder: Path, rows: int = 1_000_000) -> dict[str, Path]:
+    """One loop of 1 Hz, a sample each millisecond, in five formats; and 3000 rows of it, on which the kernels are compiled."""
+    rng = np.random.default_rng(0)
+    t = np.arange(rows) * 1e-3
+    u = 0.25 + 0.05 * np.sin(2 * np.pi * t)
+    force = loop_force(LINES, t, u, 0 * t, 0 * t, 2.8) + 2e-3 * rng.standard_normal(rows)
+    loop = Loop(t, u + 5e-6 * rng.standard_normal(rows), force)
+    names = ("short.csv", "long.csv", "commas.csv", "long.mat", "long.h5")
+    paths = {name: folder / name for name in names}
+    write_loop(Loop(t[:3000], loop.elongation_m[:3000], force[:3000]), paths["short.csv"])
+    write_loop(loop, paths["long.csv"])
+    paths["commas.csv"].write_text(paths["long.csv"].read_text().replace(",", ";").replace(".", ","))
+    columns = {"time_s": t, "elongation_m": loop.elongation_m, "force_N": force}
+    savemat(paths["long.mat"], columns)
+    with h5py.File(paths["long.h5"], "w") as file:
+        for name, values in columns.items():
+            file[name] = values
+    return paths
+
+
+def in_its_own_process(what: str, path: Path, short: Path) -> tuple[float, float]:
+    """Processor time in s, and memory taken in MB, of one piece of work; see `piece`."""
+    words = [sys.executable, __file__, "piece", what, str(path), str(short)]
+    found = json.loads(subprocess.run(words, capture_output=True, text=True, check=True).stdout.splitlines()[-1])
+    return found["s"], found["MB"]
+
+
+def piece(what: str, path: Path, short: Path) -> None:
+    """Do one piece of work, after the same on a short file, and print what it took; processes it started count."""
+    work = {
+        "loadtxt": lambda path: np.loadtxt(path, delimiter=",", skiprows=1),
+        "read_loop": read_loop,
+        "read_loop_file": read_loop_file,
+        "fit-actuator": lambda path: fit_command([str(path), "--quiet"]),
+    }[what]
+    work(short)
+    before, began = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss, _processor_s()
+    work(path)
+    taken = _processor_s() - began
+    print(json.dumps({"s": taken, "MB": (resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before) / 1024}))
+
+
+def _processor_s() -> float:
+    used = (resource.getrusage(who) for who in (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN))
+    return sum(one.ru_utime + one.ru_stime for one in used)
+
+
+def long_loop() -> None:
+    """Print what each piece of work takes, and how many times loadtxt and the file that is."""
+    with tempfile.TemporaryDirectory() as folder:
+        paths = written_long(Path(folder))
+        base = min(in_its_own_process("loadtxt", paths["long.csv"], paths["short.csv"])[0] for _ in range(3))
+        print(f"loadtxt          long.csv   {base:7.2f} s")
+        for what, name in (
+            *(("read_loop", "long.csv"), ("read_loop_file", "long.csv"), ("read_loop_file", "commas.csv")),
+            *(("read_loop_file", "long.mat"), ("read_loop_file", "long.h5"), ("fit-actuator", "long.csv")),
+        ):
+            seconds, megabytes = in_its_own_process(what, paths[name], paths["short.csv"])
+            size = paths[name].stat().st_size / 2**20
+            print(f"{what:<16} {name:<10} {seconds:7.2f} s  {seconds / base:5.1f} times loadtxt   {megabytes / size:5.1f} times the file")
+
+
 if __name__ == "__main__":
-    main()
+    asked = sys.argv[1] if len(sys.argv) > 1 else ""
+    if asked == "piece":
+        piece(sys.argv[2], Path(sys.argv[3]), Path(sys.argv[4]))
+    else:
+        if asked != "long":
+            six_loops()
+        if asked != "six":
+            long_loop()
