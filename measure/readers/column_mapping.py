@@ -4,9 +4,12 @@ from __future__ import annotations
 
 import math
 import tomllib
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
+from typing import Annotated, Any
+
+from pydantic import AfterValidator, BaseModel, ConfigDict, ValidationError
 
 from measure.common.command_line import existing_file
 from measure.common.errors import InputError, nearest
@@ -21,11 +24,16 @@ class ColumnMapping:
     """How the files of a rig are to be read; whatever is left out is found from the file.
 
     columns : name or number (from one) of the column, by quantity. units : by quantity, see `units.unit_of`.
-    delimiter, decimal : words of `dialect`. header : False for a file without names. sample_period_s : where no time stands.
+    delimiter, decimal : words of `text_dialect`. header : False for a file without names. sample_period_s : where no time stands.
     name_pattern : conditions that stand in the names of the files, such as "KDN_{pressure_bar}bar".
+
+    Raises
+    ------
+    InputError
+        Everything that is wrong with quantities, units and the sample period.
     """
 
-    columns: Mapping[str, str] = field(default_factory=dict)
+    columns: Mapping[str, str | int] = field(default_factory=dict)
     units: Mapping[str, str] = field(default_factory=dict)
     delimiter: str | None = None
     decimal: str | None = None
@@ -35,14 +43,48 @@ class ColumnMapping:
     name_pattern: str | None = None
 
     def __post_init__(self) -> None:
-        for option, given in (("--column", self.columns), ("--unit", self.units)):
-            for quantity in given:
-                if quantity not in QUANTITIES:
-                    raise InputError(f"{option} {quantity}=...: a loop has no {quantity}; {nearest(quantity, QUANTITIES)}")
-        for quantity, text in self.units.items():
-            unit_of(quantity, str(text))
-        if self.sample_period_s is not None and not (math.isfinite(self.sample_period_s) and self.sample_period_s > 0.0):
-            raise InputError(f"--sample-period {self.sample_period_s}: give the seconds between two samples, above zero.")
+        wrong = [*_wrong_columns(self.columns), *_wrong_units(self.units), *_wrong_period(self.sample_period_s)]
+        if wrong:
+            raise InputError("\n".join(wrong))
+
+
+def _wrong_columns(columns: Mapping[str, Any]) -> list[str]:
+    return [_no_quantity("--column", quantity) for quantity in columns if quantity not in QUANTITIES]
+
+
+def _wrong_units(units: Mapping[str, str]) -> list[str]:
+    return [wrong for quantity, text in units.items() if (wrong := _wrong_unit(quantity, text))]
+
+
+def _wrong_unit(quantity: str, text: str) -> str:
+    if quantity not in QUANTITIES:
+        return _no_quantity("--unit", quantity)
+    try:
+        unit_of(quantity, text)
+    except InputError as error:
+        return str(error)
+    return ""
+
+
+def _no_quantity(option: str, quantity: str) -> str:
+    return f"{option} {quantity}=...: a loop has no {quantity}; {nearest(quantity, QUANTITIES)}"
+
+
+def _wrong_period(period_s: float | None) -> list[str]:
+    if period_s is None or (math.isfinite(period_s) and period_s > 0.0):
+        return []
+    return [f"--sample-period {period_s}: give the seconds between two samples, above zero."]
+
+
+def _checked(wrong: Callable[[Any], list[str]]) -> Callable[[Any], Any]:
+    """A validator that refuses a value with everything that is wrong with it."""
+
+    def check(value: Any) -> Any:
+        if found := wrong(value):
+            raise ValueError("\n".join(found))
+        return value
+
+    return check
 
 
 def read_mapping(path: Path) -> ColumnMapping:
@@ -51,20 +93,49 @@ def read_mapping(path: Path) -> ColumnMapping:
     Raises
     ------
     InputError
-        No such file, not TOML, an unknown key.
+        No such file, not TOML; unknown keys and values that cannot be, all of them at once.
     """
     existing_file(Path(path), what="a mapping file (TOML)")
     try:
         document = tomllib.loads(Path(path).read_text(encoding="utf-8-sig"))
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
         raise InputError(f"{path}: is not TOML: {error}. Write a new one with --save-mapping.") from error
-    known = [item.name for item in fields(ColumnMapping)]
-    for key, value in document.items():
-        if key not in known:
-            raise InputError(f'{path}: unknown key "{key}"; {nearest(key, known)}')
-        if isinstance(value, dict) != (key in ("columns", "units")):
-            raise InputError(f"{path}: {key} must be {'a table' if key in ('columns', 'units') else 'a single value'}.")
+    try:
+        _MappingFile.model_validate(document)
+    except ValidationError as error:
+        wrong = [_sentence(dict(one)) for one in error.errors() if one["loc"][-1:] != ("int",)]  # said of the other kind already
+        raise InputError(f"{path}: " + "\n".join(wrong)) from None
     return ColumnMapping(**document)
+
+
+class _MappingFile(BaseModel):
+    """The keys of a mapping file and the types of their values; what they may be is checked as for the options."""
+
+    model_config = ConfigDict(extra="forbid", strict=True)
+
+    columns: Annotated[dict[str, str | int], AfterValidator(_checked(_wrong_columns))] = {}
+    units: Annotated[dict[str, str], AfterValidator(_checked(_wrong_units))] = {}
+    delimiter: str = ""
+    decimal: str = ""
+    encoding: str = ""
+    header: bool = True
+    sample_period_s: Annotated[float, AfterValidator(_checked(_wrong_period))] = 1.0
+    name_pattern: str = ""
+
+
+def _sentence(error: dict[str, Any]) -> str:
+    """What is wrong at one place of a mapping file, and what was found there."""
+    key = ".".join(str(part) for part in error["loc"] if part not in ("str", "int"))
+    if error["type"] == "extra_forbidden":
+        return f'unknown key "{key}"; {nearest(key, _MappingFile.model_fields)}'
+    if error["type"] == "value_error":
+        return error["msg"].removeprefix("Value error, ")
+    if error["type"] == "dict_type":
+        return f"{key} must be a table."
+    if isinstance(error["input"], dict):
+        return f"{key} must be a single value."
+    wanted = error["msg"].removeprefix("Input should be ")
+    return f"{key} should be {wanted}, found {error['input']!r}. Mend the value."
 
 
 def write_mapping(mapping: ColumnMapping, path: Path) -> None:

@@ -33,7 +33,8 @@ from identify.loops.loop_data import LoopData, prepare
 from identify.report.loop_result import result_of, summary
 from measure import Loop, read_loop, write_loop
 from measure.readers.loop_file import read_loop_file
-from simulate.law import force_rate, loop_force
+from simulate.law import force_rate
+from simulate.loop import loop_force
 
 LINES = np.array([-0.25, 2.79, -0.3, 2.89, 400.0])
 START = [-0.2, 2.7, -0.2, 3.0, 250.0]

@@ -164,6 +164,29 @@ def test_a_mapping_file_says_again_what_the_options_said(tmp_path):
     assert read_mapping(tmp_path / "rig.toml") == mapping
 
 
+def test_everything_that_is_wrong_with_a_mapping_file_is_said_at_once(tmp_path):
+    path = tmp_path / "rig.toml"
+    path.write_text(
+        'delimitre = "tab"\nheader = "no"\nencoding = {a = 1}\nsample_period_s = -1\n'
+        '[columns]\nforse = "x"\ntime = 1\nelongation = 1.5\n[units]\nforce = "kM"\ntime = "s"\n'
+    )
+    with pytest.raises(InputError) as caught:
+        read_mapping(path)
+    said = str(caught.value)
+    for sentence in (
+        'unknown key "delimitre"; did you mean "delimiter"?',
+        "header should be a valid boolean, found 'no'",
+        "encoding must be a single value",
+        "--sample-period -1",
+        '"kM" is no unit of force',
+        "columns.elongation should be",
+    ):
+        assert sentence in said
+    path.write_text('units = "mm"\n[columns]\nforse = "x"\n')
+    with pytest.raises(InputError, match=r'(?s)a loop has no forse; did you mean "force"\?.*units must be a table'):
+        read_mapping(path)
+
+
 def test_what_was_understood_is_shown_with_five_rows(tmp_path):
     _, understood = read_loop_file(written(tmp_path, ["time_s,elongation_mm,force_N", *rows(T, U, F)]))
     shown = understood.sentences()
