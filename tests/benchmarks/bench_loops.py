@@ -143,10 +143,16 @@ def piece(what: str, path: Path, short: Path) -> None:
         "fit-actuator": lambda path: fit_command([str(path), "--quiet"]),
     }[what]
     work(short)
-    before, began = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss, _processor_s()
+    before, began = _most_memory_MB(), _processor_s()
     work(path)
     taken = _processor_s() - began
-    print(json.dumps({"s": taken, "MB": (resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before) / 1024}))
+    print(json.dumps({"s": taken, "MB": _most_memory_MB() - before}))
+
+
+def _most_memory_MB() -> float:
+    """Most memory that this process has had; what getrusage gives begins with that of the process it came from."""
+    line = next(line for line in Path("/proc/self/status").read_text().splitlines() if line.startswith("VmHWM"))
+    return int(line.split()[1]) / 1024
 
 
 def _processor_s() -> float:
