@@ -38,8 +38,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
 def _work(arguments: Sequence[str]) -> int:
     given = options().parse_args(arguments)
     project = project_from(given)
-    film = _film_path(given, project)
-    _require_usable(given, film)
+    film, mask = _film_path(given, project), _mask_path(given, project)
+    _require_usable(given, film, mask)
     from measure.commands.track_video_output import Output, written, written_for_the_eye
     from measure.common.output import provenance
     from measure.film.summary import dispersion_lines, lines_for_people
@@ -48,7 +48,6 @@ def _work(arguments: Sequence[str]) -> int:
 
     footage = open_footage(film)
     _require_complete(given, project, footage)
-    mask = _mask_path(given, project)
     note = provenance(_inputs(given, film, mask), command=["track-video", *arguments])
 
     def watch(frames: Any) -> Any:
@@ -86,7 +85,7 @@ def _inputs(given: argparse.Namespace, film: Path, mask: Path | None) -> list[Pa
     return [path for path in (film, given.project, mask, *(given.compare or ())) if path is not None]
 
 
-def _require_usable(given: argparse.Namespace, film: Path) -> None:
+def _require_usable(given: argparse.Namespace, film: Path, mask: Path | None) -> None:
     """What is read or written at the end must be usable before the long work begins."""
     outputs = [given.output, given.marks, given.json, given.pictures, given.overlay]
     for file in outputs:
@@ -96,7 +95,7 @@ def _require_usable(given: argparse.Namespace, film: Path) -> None:
         command.existing_file(file, what="a trajectory (CSV)")
     if given.overlay is not None and given.overlay.suffix.lower() != ".avi":
         raise InputError(f"--overlay {given.overlay}: the film is written as .avi; name it so.")
-    inputs = {path.resolve() for path in _inputs(given, film, given.mask) if path.exists()}
+    inputs = {path.resolve() for path in _inputs(given, film, mask) if path.exists()}
     for file in outputs:
         if file is not None and (file.resolve() in inputs or (file.exists() and file.parent.resolve() in inputs)):
             raise InputError(f"{file}: is an input, and inputs are never written. Name another file.")

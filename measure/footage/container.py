@@ -48,7 +48,21 @@ def _format(head: bytes) -> str:
 
 @contextmanager
 def opened(path: Path) -> Iterator[tuple[InputContainer, av.VideoStream]]:
-    """The container and its first film; local files only, and PyAV leaves standard error alone."""
+    """Open a container and its first film; local files only, and PyAV leaves standard error alone.
+
+    Parameters
+    ----------
+    path : Path
+
+    Returns
+    -------
+    context manager of (InputContainer, VideoStream)
+
+    Raises
+    ------
+    InputError
+        It holds no film, or one that cannot be decoded.
+    """
     with open(path, "rb") as file:
         form = _format(file.read(HEAD_BYTES))
     with limited(path):
@@ -82,7 +96,7 @@ class Promise:
 
 
 def promised(container: InputContainer, stream: av.VideoStream) -> Promise:
-    """What the head of a container says of the number of its pictures."""
+    """Number of pictures by the head of an opened container and its film."""
     if stream.frames:
         return Promise(counted=stream.frames)
     rate = float(stream.average_rate or 0.0)
@@ -101,7 +115,17 @@ class Packets:
 
 
 def read_packets(path: Path) -> Packets:
-    """Go through a container without decoding; no stamps where one picture has none or two have the same."""
+    """Go through a container without decoding.
+
+    Parameters
+    ----------
+    path : Path
+
+    Returns
+    -------
+    Packets
+        Without stamps where one picture has none, two have the same, or the container breaks off.
+    """
     stamps: list[int] = []
     count, cut_away, complete = 0, 0, True
     with opened(path) as (container, stream):

@@ -55,7 +55,7 @@ class IntegrityCheck:
     def remarks(self) -> tuple[str, ...]:
         """Sentences for the summary."""
         found = (("repeat the one before", self.repeated), ("are dark", self.dark))
-        return tuple(f"{len(frames)} frames {what}: {_listed(frames)}" for what, frames in found if frames)
+        return tuple(f"frames {what} ({len(frames)}): {_listed(frames)}" for what, frames in found if frames)
 
 
 def _listed(frames: list[int]) -> str:

@@ -23,6 +23,7 @@ from measure.footage.container import Packets, Promise, opened, promised, read_p
 from measure.footage.footage import Footage, Picture, check_size
 from measure.footage.time_stamps import FrameClock, frame_clock
 
+_ROUGH = 1.1
 _NO_STAMPS = FrameClock(np.empty(0, np.int64), np.empty(0, np.int64))
 
 
@@ -97,7 +98,7 @@ def open_video(path: Path) -> Footage:
             f"{path}: begins like a film, but no frame of it can be decoded; it is cut or damaged. Copy it again from the camera."
         )
     grey, clock = _grey(first), frame_clock(packets.stamps)
-    frames = max(promise.counted - packets.cut_away + clock.dropped, promise.by_duration, clock.frames, packets.count, 1)
+    frames = max(promise.counted - packets.cut_away + clock.dropped, _by_duration(promise, clock), clock.frames, packets.count, 1)
     return VideoFile(
         str(path),
         grey.shape[1],
@@ -109,6 +110,12 @@ def open_video(path: Path) -> Footage:
         path=path,
         clock=clock,
     )
+
+
+def _by_duration(promise: Promise, clock: FrameClock) -> int:
+    """Frames by how long the film lasts; at a rate that varies that is a rough number, which only shows that much is missing."""
+    rough = clock.instants is not None and promise.by_duration < _ROUGH * clock.frames
+    return 0 if rough else promise.by_duration
 
 
 def _frames(path: Path, container: InputContainer, stream: av.VideoStream) -> Iterator[av.VideoFrame | None]:

@@ -15,7 +15,7 @@ def test_repeated_and_dark_frames_are_named():
     check = IntegrityCheck()
     assert len(list(check.watch(iter(from_array(stack).pictures())))) == 9
     assert (check.repeated, check.dark) == ([4], [7])
-    assert check.remarks == ("1 frames repeat the one before: 4", "1 frames are dark: 7")
+    assert check.remarks == ("frames repeat the one before (1): 4", "frames are dark (1): 7")
 
 
 def test_a_sound_film_has_no_remarks():
