@@ -12,7 +12,7 @@ from measure.common.front_door import loaded_late
 if TYPE_CHECKING:
     from identify.actuator.fit_actuator import ActuatorFit as ActuatorFit
     from identify.actuator.fit_actuator import fit_actuator as fit_actuator
-    from identify.campaign.runs import Run as Run
+    from identify.campaign.run import Run as Run
     from identify.campaign.runs import read_campaign as read_campaign
     from identify.gap.compare import Comparison as Comparison
     from identify.gap.compare import compare as compare
@@ -25,7 +25,7 @@ _HOMES = {
     "prepare": "loops.loop_data",
     "fit_actuator": "actuator.fit_actuator",
     "ActuatorFit": "actuator.fit_actuator",
-    "Run": "campaign.runs",
+    "Run": "campaign.run",
     "read_campaign": "campaign.runs",
     "compare": "gap.compare",
     "Comparison": "gap.compare",

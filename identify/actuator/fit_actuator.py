@@ -11,9 +11,11 @@ from identify.actuator.loops_alone import problem_of_loops, solve_loops
 from identify.actuator.rate_order import polynomials_of
 from identify.actuator.verdict import Verdict, verdict_of
 from identify.campaign.load_cell_zeros import zeros_differ
-from identify.estimation.estimates import Estimate, centre_of, estimates_of, reported
+from identify.campaign.prepared import beta_bounds
+from identify.estimation.estimate import Estimate
+from identify.estimation.estimates import centre_of, estimates_of, reported
 from identify.estimation.least_squares import Fit
-from identify.estimation.parameters import BETA_NAME, Change, beta_bounds
+from identify.estimation.parameters import BETA_NAME, Change
 from identify.estimation.profile_likelihood import ProfileCurve, profile_curve
 from identify.estimation.rate import Abscissa
 from identify.loops.covariates import shares

@@ -9,10 +9,10 @@ from pathlib import Path
 import numpy as np
 
 from identify.actuator.rates_and_strokes import polynomials_for
-from identify.campaign.prepared import LoopRun, loop_run
-from identify.campaign.runs import Run
+from identify.campaign.prepared import LoopRun, beta_bounds, loop_run
+from identify.campaign.run import Run
 from identify.estimation.least_squares import Fit, solve
-from identify.estimation.parameters import BASE, BETA_NAME, Change, beta_bounds
+from identify.estimation.parameters import BASE, BETA_NAME, Change
 from identify.estimation.problem import Problem
 from identify.estimation.rate import Abscissa
 from identify.loops.loop_data import LoopData

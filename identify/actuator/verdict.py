@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from identify.criteria import LARGEST_ERROR, NO_AREA, STRUCTURED_ERROR, STRUCTURED_SHARE
-from identify.estimation.estimates import Estimate, Word
+from identify.estimation.estimate import Estimate, Word
 from identify.loops.loop_data import LoopData, area
 from identify.loops.residual_dependence import Dependence
 from measure.common.arrays import Array

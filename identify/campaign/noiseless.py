@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from identify.campaign.noise import lacking, lacking_in_force
-from identify.campaign.runs import Run
+from identify.campaign.run import Run
 from measure.common.arrays import Array
 from measure.tables.loop import Loop
 from measure.tables.trajectory import Trajectory

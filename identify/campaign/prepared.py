@@ -2,18 +2,21 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from identify.campaign.noise import channel_noise, lacking_in_force
-from identify.campaign.runs import Run
+from identify.campaign.run import Run
+from identify.criteria import CAMERA_DISTANCE_M, FARTHEST_OFF_ZERO
+from identify.estimation.parameters import POSE, Parameter
 from identify.loops.loop_data import LoopData, prepare
 from measure.common.arrays import Array
 from measure.tables.loop import Loop
 from measure.tables.trajectory import Trajectory
-from simulate.model.model import Model
+from simulate.model.model import LEGS, Model
 
 _ZEROED = 3.0  # standard deviations
 _UNSET, _LEAST_SPREAD_S = 10.0, 1e-3
@@ -110,3 +113,35 @@ def _onset_s(time_s: Array, elevation_m: Array) -> float:
     time, rise = time_s[good], np.maximum.accumulate(rise[good])
     first, fourth = (float(np.interp(part * gone, rise, time)) for part in (1.0, 4.0))
     return max(2.0 * first - fourth, float(time[0]))
+
+
+def release_parameters(film: Film) -> list[Parameter]:
+    """What a film's own release, its first frame and its scale may be off by."""
+    spread = film.model.nuisance
+    rows = list(zip(POSE, 3 * [spread.release_position_m] + 3 * [spread.release_theta_rad], strict=True))
+    rows += [("instant_s", spread.release_instant_s)]
+    rows += [(f"stored_force_N[{leg}]", spread.stored_force_N) for leg in range(LEGS)]
+    rows = [(f"release.{key}", sd) for key, sd in rows]
+    rows += [(f"first_frame_{film.channels[i]}", float(np.nanmedian(film.sigma[i]))) for i in np.flatnonzero(film.zeroed)]
+    if film.zeroed.any():
+        rows += [("length_scale", spread.release_position_m / CAMERA_DISTANCE_M)]
+    return [Parameter(f"{film.run.label}.{name}", sd, 1.0, -np.inf, np.inf, film.run.name) for name, sd in rows if sd > 0]
+
+
+def zero_parameters(loops: Sequence[LoopRun]) -> list[Parameter]:
+    """What a load cell that was set to zero anew may be off by in each loop; behind that, by how much it may drift over the record."""
+    off = [FARTHEST_OFF_ZERO * float(np.max(np.abs(loop.data.force_N[loop.data.used]))) for loop in loops]
+    drifts = [sd / float(np.ptp(loop.data.time_s)) for loop, sd in zip(loops, off, strict=True)]
+    rows = [(loop, key, sd) for key, sds in (("zero_N", off), ("drift_N_per_s", drifts)) for loop, sd in zip(loops, sds, strict=True)]
+    return [Parameter(f"{loop.run.label}.{key}", sd, 1.0, -np.inf, np.inf, loop.run.name) for loop, key, sd in rows]
+
+
+def beta_bounds(loops: Sequence[LoopData]) -> tuple[float, float]:
+    """Between which betas loops can tell anything, 1/m.
+
+    Below, the force would not come near an asymptote within the longest stroke; above, it would be there before the
+    elongation's noise, or a fiftieth of a sample's way, has passed.
+    """
+    stroke = max(float(np.ptp(d.elongation_m[d.used])) for d in loops)
+    finest = min(max(d.elongation_sigma_m, float(np.median(np.abs(np.diff(d.elongation_m[d.used])))) / 50.0) for d in loops)
+    return 0.3 / stroke, max(3.0 / max(finest, 1e-9 * stroke), 100.0 / stroke)

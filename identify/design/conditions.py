@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from identify.campaign.prepared import Film, LoopRun
-from identify.campaign.runs import Run
+from identify.campaign.run import Run
 from identify.estimation.problem import Problem
 from identify.loops.harmonics import harmonic_motion
 from identify.loops.loop_data import prepare

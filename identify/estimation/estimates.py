@@ -3,33 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from functools import cached_property
-from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
 from identify.criteria import BETA_PARABOLA, INERTIA_APART, ON_ASYMPTOTE, OPEN_BETA, OWN_SHARE, TWO_SIDED_95
 from identify.estimation.covariance import own_shares
+from identify.estimation.estimate import Estimate, Word
 from identify.estimation.least_squares import Fit
 from identify.estimation.parameters import BASE, BETA_NAME, LINE_NAMES
 from identify.estimation.profile_likelihood import Profile
 from identify.loops.corners import SIDE
 from identify.loops.loop_data import LoopData, effective_number
 from measure.common.arrays import Array
-
-Word = Literal["ok", "at-bound", "not-identifiable", "did-not-converge", "data-bad", "model-does-not-apply"]
-
-
-@dataclass(frozen=True)
-class Estimate:
-    """A fitted number: value, one standard deviation, 95 % interval, and whether the data determine it."""
-
-    value: float
-    stderr: float
-    ci95: tuple[float, float]
-    verdict: Word
 
 
 def estimates_of(fit: Fit) -> dict[str, Estimate]:

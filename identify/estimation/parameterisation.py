@@ -12,7 +12,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from identify.campaign.prepared import Film, LoopRun
+from identify.campaign.prepared import Film, LoopRun, beta_bounds, release_parameters, zero_parameters
 from identify.estimation.observation import RunRelease
 from identify.estimation.parameters import (
     BASE,
@@ -24,8 +24,6 @@ from identify.estimation.parameters import (
     effect_parameters,
     lines_of,
     rate_parameters,
-    release_parameters,
-    zero_parameters,
 )
 from identify.estimation.rate import NO_RATE, RatePolynomials
 from measure.common.arrays import Array
@@ -61,11 +59,8 @@ class Unknowns:
     @cached_property
     def parameters(self) -> tuple[Parameter, ...]:
         """All unknowns: base, covariate and rate, then each film's release, then the zeros of the loops, then the effects."""
-        base = [
-            *base_parameters(self.model, self.loops),
-            *self._covariate_parameters,
-            *rate_parameters(self.model, self.loops, self.rate.order),
-        ]
+        law = base_parameters(self.model, beta_bounds([loop.data for loop in self.loops]) if self.loops else None)
+        base = [*law, *self._covariate_parameters, *rate_parameters(law[:4], self.rate.order)]
         nuisance = [*(parameter for own in self.own_parameters for parameter in own), *self._zero_parameters]
         of_effects = [k for effect in self.effects for k in effect_parameters(effect, self.model, self.effect_spread)]
         return changed((*base, *nuisance, *of_effects), self.changes)

@@ -7,12 +7,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from identify.campaign.prepared import Film, LoopRun
-from identify.criteria import CAMERA_DISTANCE_M, FARTHEST_OFF_ZERO, WEAK_PRIOR
-from identify.loops.loop_data import LoopData
+from identify.criteria import WEAK_PRIOR
 from measure.common.arrays import Array
 from simulate.model.effect import Effect
-from simulate.model.model import LEGS, Model, per_leg
+from simulate.model.model import Model, per_leg
 
 LINE_NAMES = ("a_l_N_per_m", "b_l_N", "a_u_N_per_m", "b_u_N")
 BETA_NAME = "beta_per_m"
@@ -105,33 +103,23 @@ def lines_of(model: Model) -> Array:
     return np.array([float(np.mean(per_leg(getattr(model.actuator, name)))) for name in BASE[:5]])
 
 
-def beta_bounds(loops: Sequence[LoopData]) -> tuple[float, float]:
-    """Between which betas loops can tell anything, 1/m.
+def base_parameters(model: Model, beta_bounds: tuple[float, float] | None) -> list[Parameter]:
+    """The force law. Loops tell it; from films alone its prior is weak but not absent: it says what kind of spring it is.
 
-    Below, the force would not come near an asymptote within the longest stroke; above, it would be there before the
-    elongation's noise, or a fiftieth of a sample's way, has passed.
+    beta_bounds : between which betas loops can tell anything; None where there are no loops.
     """
-    stroke = max(float(np.ptp(d.elongation_m[d.used])) for d in loops)
-    finest = min(max(d.elongation_sigma_m, float(np.median(np.abs(np.diff(d.elongation_m[d.used])))) / 50.0) for d in loops)
-    return 0.3 / stroke, max(3.0 / max(finest, 1e-9 * stroke), 100.0 / stroke)
-
-
-def base_parameters(model: Model, loops: Sequence[LoopRun]) -> list[Parameter]:
-    """The force law. Loops tell it and bound beta; from films alone its prior is weak but not absent: it says what kind of spring it is."""
     law = lines_of(model)
     force = float(np.mean(np.abs(per_leg(model.actuator.initial_force_N)))) or 1.0
     lines = [*np.array([0.1 * force / _stroke(model), 0.05 * force])[[0, 1, 0, 1]], 0.2 * law[4], 0.05 * force]
-    spread = np.inf if loops else WEAK_PRIOR
+    spread = np.inf if beta_bounds else WEAK_PRIOR
     starts = [*law, float(np.mean(per_leg(model.actuator.initial_force_N)))]
     made = [
         Parameter(name, float(scale), spread, -np.inf, np.inf, start=float(start), log=name == BETA_NAME)
         for name, scale, start in zip(BASE, lines, starts, strict=True)
     ]
     made[5] = replace(made[5], spread=WEAK_PRIOR)
-    if loops:
-        made[4] = replace(
-            made[4], **dict(zip(("low", "high"), map(made[4].place, beta_bounds([loop.data for loop in loops])), strict=True))
-        )
+    if beta_bounds:
+        made[4] = replace(made[4], low=made[4].place(beta_bounds[0]), high=made[4].place(beta_bounds[1]))
     return made
 
 
@@ -142,31 +130,9 @@ def _stroke(model: Model) -> float:
     return model.geometry.deployed_height_m - model.geometry.stowed_height_m
 
 
-def rate_parameters(model: Model, loops: Sequence[LoopRun], order: int) -> list[Parameter]:
+def rate_parameters(lines: Sequence[Parameter], order: int) -> list[Parameter]:
     """How the four lines follow the rate: the coefficients of z, z^2 ... behind the constant one, z from -1 to 1 over the rates seen."""
-    lines = base_parameters(model, loops)[:4]
     return [Parameter(f"rate.{line.name}[{j}]", line.scale, np.inf, -np.inf, np.inf) for line in lines for j in range(1, order + 1)]
-
-
-def release_parameters(film: Film) -> list[Parameter]:
-    """What a film's own release, its first frame and its scale may be off by."""
-    spread = film.model.nuisance
-    rows = list(zip(POSE, 3 * [spread.release_position_m] + 3 * [spread.release_theta_rad], strict=True))
-    rows += [("instant_s", spread.release_instant_s)]
-    rows += [(f"stored_force_N[{leg}]", spread.stored_force_N) for leg in range(LEGS)]
-    rows = [(f"release.{key}", sd) for key, sd in rows]
-    rows += [(f"first_frame_{film.channels[i]}", float(np.nanmedian(film.sigma[i]))) for i in np.flatnonzero(film.zeroed)]
-    if film.zeroed.any():
-        rows += [("length_scale", spread.release_position_m / CAMERA_DISTANCE_M)]
-    return [Parameter(f"{film.run.label}.{name}", sd, 1.0, -np.inf, np.inf, film.run.name) for name, sd in rows if sd > 0]
-
-
-def zero_parameters(loops: Sequence[LoopRun]) -> list[Parameter]:
-    """What a load cell that was set to zero anew may be off by in each loop; behind that, by how much it may drift over the record."""
-    off = [FARTHEST_OFF_ZERO * float(np.max(np.abs(loop.data.force_N[loop.data.used]))) for loop in loops]
-    drifts = [sd / float(np.ptp(loop.data.time_s)) for loop, sd in zip(loops, off, strict=True)]
-    rows = [(loop, key, sd) for key, sds in (("zero_N", off), ("drift_N_per_s", drifts)) for loop, sd in zip(loops, sds, strict=True)]
-    return [Parameter(f"{loop.run.label}.{key}", sd, 1.0, -np.inf, np.inf, loop.run.name) for loop, key, sd in rows]
 
 
 def effect_parameters(effect: Effect, model: Model, spread: float) -> list[Parameter]:

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from identify.campaign.noise import whitened
 from identify.campaign.prepared import Film, film_of, lengths_of, loop_of
-from identify.campaign.runs import Run
+from identify.campaign.run import Run
 from identify.estimation.observation import View, observe, observe_beside
 from identify.estimation.parameterisation import Unknowns
 from identify.estimation.parameters import BASE, Change

@@ -10,7 +10,7 @@ import numpy as np
 
 from identify.campaign.noiseless import with_noise_where_none
 from identify.campaign.prepared import Film
-from identify.campaign.runs import Run
+from identify.campaign.run import Run
 from identify.estimation.least_squares import Fit, solve
 from identify.estimation.parameters import Change
 from identify.estimation.problem import Block, problem_of

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from identify.actuator.fit_actuator import fit_actuator
-from identify.campaign.runs import Run
+from identify.campaign.run import Run
 from identify.loops.loop_data import prepare
 from identify.report.loop_result import model_of
 from identify.selection.explain import explain

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from identify.campaign.noiseless import with_noise_where_none
-from identify.campaign.runs import Run
+from identify.campaign.run import Run
 from identify.gap.compare import compare
 from identify.report.result import result_of
 from identify.selection.explain import explain

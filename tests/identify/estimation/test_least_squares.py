@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from identify.campaign.runs import Run
+from identify.campaign.run import Run
 from identify.estimation.least_squares import solve
 from identify.estimation.problem import Problem, problem_of
 from measure.tables.trajectory import Trajectory

@@ -11,7 +11,7 @@ import pytest
 from lmfit.minimizer import MinimizerResult
 
 from identify.actuator.fit_actuator import ActuatorFit, fit_actuator
-from identify.campaign.runs import Run
+from identify.campaign.run import Run
 from identify.estimation.estimates import estimates_of
 from identify.estimation.least_squares import solve
 from identify.estimation.lmfit_result import identifiers

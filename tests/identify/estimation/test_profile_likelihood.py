@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from identify.campaign.runs import Run
+from identify.campaign.run import Run
 from identify.estimation.least_squares import Fit, solve
 from identify.estimation.parameters import lines_of
 from identify.estimation.problem import problem_of

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from identify.campaign.runs import Run
+from identify.campaign.run import Run
 from identify.commands.compare_model import main
 from identify.estimation.observation import RunRelease, View, between, observe, rig_time
 from identify.estimation.parameters import lines_of

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from identify.campaign.runs import Run
+from identify.campaign.run import Run
 from identify.estimation.least_squares import solve
 from identify.estimation.problem import problem_of
 from identify.gap.localise import locate
