@@ -10,7 +10,8 @@ from typing import Any
 
 import numpy as np
 
-from identify.campaign.runs import Run, read_campaign
+from identify.campaign.run import Run
+from identify.campaign.runs import read_campaign
 from identify.estimation.least_squares import Fit, solve_from_afar
 from identify.estimation.problem import problem_of
 from identify.selection.candidate_fits import Candidate, carried_over, fit_screened

@@ -8,7 +8,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from identify.campaign.runs import Run, read_campaign
+from identify.campaign.run import Run
+from identify.campaign.runs import read_campaign
 from identify.estimation.least_squares import Fit, before_the_stops, solve
 from identify.estimation.multistart import from_elsewhere, released_again, searched_everywhere
 from identify.estimation.problem import problem_of
