@@ -19,7 +19,7 @@ from identify.estimation.observation import View, observe, observe_beside
 from identify.estimation.parameterisation import Unknowns
 from identify.estimation.parameters import BASE, Change
 from identify.estimation.threads import side_by_side
-from identify.loops.loop_data import LoopData, gap_and_sways, with_turns_moved
+from identify.loops.loop_data import LoopData, gap_and_motion_errors, with_turns_moved
 from measure.common.arrays import Array
 from measure.common.errors import InputError, nearest
 from simulate.model.effect import Effect
@@ -157,7 +157,7 @@ class Problem(Unknowns):
         loop = self.loops[index]
         lines, zero_N = self.lines_at(q, self._z[index], loop.model), self._zero_of(q, index)
         effects = combined(loop.model.effects, self.effects_at(q))
-        left, sways = gap_and_sways(lines, data or loop.data, effects, zero_N)
+        left, sways = gap_and_motion_errors(lines, data or loop.data, effects, zero_N)
         return left / loop.data.force_sigma_N, sways / loop.data.force_sigma_N
 
     def _zero_of(self, q: Array, index: int) -> Array:

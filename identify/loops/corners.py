@@ -1,6 +1,6 @@
 """Sharp reversals: a shaker in triangles turns between two samples, and a polynomial through both sides rounds the corner off.
 
-The law counts the way from the turning point; a corner that is rounded off by half a sample's way is a beta that is wrong by as much.
+The force law depends on the distance from the turning point; one that is rounded off by half a sample is a beta that is as much off.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ _FAR_LESS = 0.25  # of its sum of squares, that is left by two of them
 
 @dataclass(frozen=True)
 class Corner:
-    """Instant and elongation of a sharp turning point, s and m; and how far off it is if the sides are straight."""
+    """Instant and elongation of a sharp turning point, s and m; and how far off it is if both sides are straight lines."""
 
     time_s: float
     elongation_m: float
@@ -50,7 +50,7 @@ def sharpened(time_s: Array, measured_m: Array, smooth: Motion, turns: tuple[int
 
 
 def _sides(at: NDArray[np.intp], samples: int) -> NDArray[np.intp]:
-    """How many samples either side of each turn may have: half the way to the next turn, none beyond the ends of the record."""
+    """How many samples either side of each turn may have: half of those up to the next turn, none beyond the ends of the record."""
     between = np.diff(at) // 2
     behind, ahead = np.append(SIDE, between)[: len(at)], np.append(between, SIDE)[: len(at)]
     return np.minimum.reduce([np.full(len(at), SIDE), behind, ahead, at, samples - 1 - at])

@@ -2,7 +2,7 @@
 
 Where a short Fourier series explains the elongation down to its noise, speed and acceleration follow from the series over
 the whole record and are hundreds of times better than any difference of neighbouring samples. That is what lets an
-inertia be told from a slope.
+inertia be separated from a slope.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ def harmonic_motion(time_s: Array, elongation_m: Array, noise_m: float) -> tuple
 
     u = c_0 + c_1 t + sum_k a_k cos k w t + b_k sin k w t, with w by Gauss-Newton from the spectrum's peak. It is accepted
     where what it leaves is about the noise, no harmonic more is worth its two coefficients (BIC), and no triangle says it as well in
-    fewer words: in coarse steps the higher harmonics of a corner drown, and the series would round it off.
+    fewer parameters: in coarse steps the higher harmonics of a corner drown, and the series would round it off.
 
     Returns
     -------
@@ -66,7 +66,7 @@ def _is_triangle(time_s: Array, values: Array, w: float, c: Array, left: float) 
 def _errors(time_s: Array, w: float, c: Array, noise_m: float) -> Array:
     """What one standard deviation of each independent combination of coefficients and frequency does to the motion, (k, 3, n)."""
     harmonics, small = (len(c) - 2) // 2, _NUDGE * w
-    faster, slower = ([c @ basis for basis in _bases(time_s, w + way, harmonics, 3)] for way in (small, -small))
+    faster, slower = ([c @ basis for basis in _bases(time_s, w + nudge, harmonics, 3)] for nudge in (small, -small))
     nudged = [(more - less) / (2.0 * small) for more, less in zip(faster, slower, strict=True)]
     slopes = [np.vstack([basis, own]) for basis, own in zip(_bases(time_s, w, harmonics, 3), nudged, strict=True)]
     length = np.sqrt(np.einsum("ij,ij->i", slopes[0], slopes[0]))

@@ -1,4 +1,4 @@
-"""The motion along which the law is marched: the samples and, between them, the turning points."""
+"""The motion along which the force law is integrated: the samples and, between them, the turning points."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from measure.common.arrays import Array
 
 @dataclass(frozen=True)
 class Path:
-    """The motion along which the law is marched: the samples and, between them, the exact turning points, each (m,)."""
+    """The motion along which the force law is integrated: the samples and, between them, the exact turning points, each (m,) in SI."""
 
     time_s: Array
     elongation_m: Array
@@ -23,14 +23,28 @@ class Path:
     acceleration_m_per_s2: Array
 
 
-def swayed(path: Path, time_s: Array, error: Array) -> Path:
-    """The path with its motion wrong by an error, (3, n) at the times of the samples; nothing new turns in it."""
+def with_motion_error(path: Path, time_s: Array, error: Array) -> Path:
+    """The path with its motion off by an error; no turning point is added.
+
+    Parameters
+    ----------
+    time_s : (n,) of the samples. error : (3, n) of elongation, speed and acceleration there, in SI.
+    """
     off = [np.interp(path.time_s, time_s, row) for row in error]
     return Path(path.time_s, path.elongation_m + off[0], path.speed_m_per_s + off[1], path.acceleration_m_per_s2 + off[2])
 
 
 def path_of(time_s: Array, smooth: Motion, turns: tuple[int, ...], corners: Sequence[Corner]) -> tuple[Path, NDArray[np.intp]]:
-    """The samples with each turning point put in between two of them: a corner, or the vertex of the local parabola."""
+    """The samples with each turning point put in between two of them: a corner, or the vertex of the local parabola.
+
+    Parameters
+    ----------
+    turns : indices of the reversals. corners : the sharp ones, as `corners.sharpened` found them.
+
+    Returns
+    -------
+    The path, (m,) each, and (n,) the index of each sample in it.
+    """
     columns = np.stack([time_s, one_way(smooth.elongation_m, turns), smooth.speed_m_per_s, smooth.acceleration_m_per_s2])
     instants = np.array([corner.time_s for corner in corners])
     known = np.isin(instants, time_s)
@@ -67,6 +81,6 @@ def _vertex(columns: Array, k: int) -> tuple[float, float, float, float] | None:
 
 
 def turns_of(u: Array) -> NDArray[np.intp]:
-    """Places of a path at which it turns."""
-    way = np.sign(np.diff(u))
-    return np.flatnonzero(way[:-1] * way[1:] < 0.0) + 1
+    """Indices at which a path turns."""
+    direction = np.sign(np.diff(u))
+    return np.flatnonzero(direction[:-1] * direction[1:] < 0.0) + 1

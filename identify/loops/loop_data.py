@@ -18,7 +18,7 @@ from identify.loops.differentiation import (
     noise_of,
     quantum_of,
 )
-from identify.loops.integration_path import Path, path_of, swayed, turns_of
+from identify.loops.integration_path import Path, path_of, turns_of, with_motion_error
 from identify.loops.segments import Part, parts, usage
 from measure.common.arrays import Array
 from measure.common.errors import InputError
@@ -37,7 +37,7 @@ class LoopData:
     parts : the whole record as stretches, with what of them counts and why. remarks : what was done to it on reading.
     force_sigma_N, elongation_sigma_m : one standard deviation of the sample noise, from the high frequencies.
     turns_sigma_m : how well the turning points are known, one standard deviation. motion_errors : (k, 3, n), see `Motion`.
-    path, at : where the law is marched, and the index of each sample in it. other : further columns, (n,), by name.
+    path, at : where the law is integrated, and the index of each sample in it. other : further columns, (n,), by name.
     """
 
     name: str
@@ -85,7 +85,7 @@ class LoopData:
     @cached_property
     def paths_in_doubt(self) -> tuple[Path, ...]:
         """The path with each of the errors that the motion may have."""
-        return tuple(swayed(self.path, self.time_s, error) for error in self.motion_errors)
+        return tuple(with_motion_error(self.path, self.time_s, error) for error in self.motion_errors)
 
     @property
     def force_range_N(self) -> float:
@@ -95,6 +95,11 @@ class LoopData:
 
 def prepare(loop: Loop) -> LoopData:
     """Smooth a loop's motion, find its noise, its reversals and what of it counts.
+
+    Returns
+    -------
+    LoopData
+        Each array at the n samples of the loop, in SI.
 
     Raises
     ------
@@ -167,7 +172,7 @@ def predict(lines: Array, data: LoopData, start_force_N: float, effects: tuple[E
 def free_start(lines: Array, data: LoopData, effects: tuple[Effect, ...] = ()) -> tuple[float, Array]:
     """The start force that suits the measured loop best, and the force predicted with it.
 
-    The law is linear in its start force, which fades as exp(-beta times the way travelled), so two predictions give the
+    The law is linear in its start force, which fades as exp(-beta times the distance travelled), so two predictions give the
     least-squares value. In a steady loop it concerns only the first samples; it is a nuisance, one for each loop. It is held
     to within the loop's force range: where it has faded before the first sample that counts, it would else follow the noise there.
     """
@@ -177,14 +182,32 @@ def free_start(lines: Array, data: LoopData, effects: tuple[Effect, ...] = ()) -
 
 
 def gap(lines: Array, data: LoopData, effects: tuple[Effect, ...] = ()) -> Array:
-    """Measured minus modelled force of the samples that count, N, with the loop's own start force taken out."""
+    """Measured minus modelled force, with the loop's own start force taken out.
+
+    Parameters
+    ----------
+    lines : (5,) a_l, b_l, a_u, b_u, beta.
+
+    Returns
+    -------
+    (used,) N, at the samples that count.
+    """
     return (data.force_N - free_start(lines, data, effects)[1])[data.used]
 
 
-def gap_and_sways(lines: Array, data: LoopData, effects: tuple[Effect, ...] = (), zero_N: Array | float = 0.0) -> tuple[Array, Array]:
-    """The gap, and what each of the errors that the loop's motion may have does to it, (used, k) N; the start force is free in all.
+def gap_and_motion_errors(
+    lines: Array, data: LoopData, effects: tuple[Effect, ...] = (), zero_N: Array | float = 0.0
+) -> tuple[Array, Array]:
+    """The gap, and what each of the errors that the loop's motion may have does to it; the start force is free in all.
 
-    zero_N : (n,) what the load cell shows without force.
+    Parameters
+    ----------
+    lines : (5,) a_l, b_l, a_u, b_u, beta.
+    zero_N : (n,) or one number, what the load cell shows without force.
+
+    Returns
+    -------
+    (used,) and (used, k) N, at the samples that count.
     """
     guess, force, change = _start_guess(lines, data, effects)
     seen = change[data.used]
@@ -195,7 +218,12 @@ def gap_and_sways(lines: Array, data: LoopData, effects: tuple[Effect, ...] = ()
 
 
 def gap_and_level(lines: Array, data: LoopData, effects: tuple[Effect, ...] = ()) -> tuple[Array, float]:
-    """The same with the loop's own force level taken out too, jointly with its start force; and that level, N."""
+    """The gap with the loop's own force level taken out too, jointly with its start force.
+
+    Returns
+    -------
+    (used,) N, at the samples that count, and the level, N.
+    """
     _, force, change = _start_guess(lines, data, effects)
     left, seen = (data.force_N - force)[data.used], change[data.used]
     centred = seen - seen.mean()
@@ -219,7 +247,14 @@ def _share(signature: Array, left: Array, data: LoopData) -> float:
 def area(data: LoopData, force_N: Array) -> float:
     """Energy that a loop dissipates in one cycle, J: the area it encloses, positive when it runs anticlockwise.
 
-    The mean over the full cycles; zero where there is none.
+    Parameters
+    ----------
+    force_N : (n,) measured or modelled, at the samples.
+
+    Returns
+    -------
+    float
+        The mean over the full cycles; zero where there is none.
     """
     parts = [-np.trapezoid(force_N[a:b], data.elongation_m[a:b]) for a, b in data.cycles.spans]
     closing = [_closing(data.elongation_m, force_N, a, b - 1) for a, b in data.cycles.spans]
@@ -232,7 +267,7 @@ def _closing(u: Array, force_N: Array, first: int, last: int) -> float:
 
 
 def effective_number(residual: Array) -> float:
-    """How many independent samples a residual is worth: n / (1 + 2 sum of its autocorrelations).
+    """Effective sample size of a residual: n / (1 + 2 sum of its autocorrelations).
 
     The sum runs while the sum of two neighbouring autocorrelations is positive (Geyer 1992, initial positive sequence), so
     that noise far out does not count. White noise is worth all its samples, a slow drift a handful.

@@ -70,12 +70,12 @@ def _without_strays(moves: slice, behind: Sequence[int]) -> slice:
 
 
 def _may_turn(time_s: Array, smooth: Motion, found: Cycles, k: int) -> bool:
-    """Whether the motion may have turned between sample k and the next: the law needs to know the way, not the time it took."""
-    step, way = time_s[k + 1] - time_s[k], smooth.elongation_m[k + 1] - smooth.elongation_m[k]
+    """Whether the motion may have turned between sample k and the next: the law depends on the distance, not on the time it took."""
+    step, moved = time_s[k + 1] - time_s[k], smooth.elongation_m[k + 1] - smooth.elongation_m[k]
     if step * found.frequency_Hz < _SHORT:
         return False
-    speeds = np.array([smooth.speed_m_per_s[max(k - 1, 0)], smooth.speed_m_per_s[min(k + 2, len(time_s) - 1)]]) * np.sign(way)
-    mean = abs(way) / step
+    speeds = np.array([smooth.speed_m_per_s[max(k - 1, 0)], smooth.speed_m_per_s[min(k + 2, len(time_s) - 1)]]) * np.sign(moved)
+    mean = abs(moved) / step
     return bool(speeds.min() <= 0.0 or mean < speeds.min() / _SPEEDS or mean > speeds.max() * _SPEEDS)
 
 
@@ -125,8 +125,7 @@ def sentence(listed: Sequence[Part]) -> str:
 
 def _named(group: list[Part]) -> str:
     kind, many = group[0].kind, len(group) > 1
-    words = {"cycle": "full cycle", "transient": "cycle of another stroke"}
-    name = words.get(kind, kind)
+    name = {"cycle": "full cycle", "transient": "cycle of another stroke"}.get(kind, kind)
     name = f"{len(group)} {name}s" if many else name
     left_out = sum(part.samples - part.used for part in group)
     tail = f" ({left_out} of {sum(part.samples for part in group)} samples left out: {group[0].why})" if left_out else ""

@@ -24,7 +24,7 @@ class ColumnMapping:
     """How the files of a rig are to be read; whatever is left out is found from the file.
 
     columns : name or number (from one) of the column, by quantity. units : by quantity, see `units.unit_of`.
-    delimiter, decimal : words of `text_dialect`. header : False for a file without names. sample_period_s : where no time stands.
+    delimiter, decimal : names as in `text_dialect`. header : False for a file without names. sample_period_s : where no time stands.
     name_pattern : conditions that stand in the names of the files, such as "KDN_{pressure_bar}bar".
 
     Raises
@@ -103,7 +103,7 @@ def read_mapping(path: Path) -> ColumnMapping:
     try:
         _MappingFile.model_validate(document)
     except ValidationError as error:
-        wrong = [_sentence(dict(one)) for one in error.errors() if one["loc"][-1:] != ("int",)]  # said of the other kind already
+        wrong = [_sentence(dict(one)) for one in error.errors() if one["loc"][-1:] != ("int",)]  # reported for the other type already
         raise InputError(f"{path}: " + "\n".join(wrong)) from None
     return ColumnMapping(**document)
 

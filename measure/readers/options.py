@@ -1,4 +1,4 @@
-"""The options by which every command is told how to read loop files that are not in the project's own columns."""
+"""The options by which every command learns how to read loop files that are not in the project's own columns."""
 
 from __future__ import annotations
 

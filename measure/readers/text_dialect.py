@@ -21,7 +21,7 @@ MOST_SNIFFED = 200  # lines at the end of the file from which the dialect is fou
 
 @dataclass(frozen=True)
 class Reading:
-    """One way to read the lines of a table: words for the delimiter and the decimal sign, as the options have them."""
+    """One way to read the lines of a table: names of the delimiter and the decimal sign, as the options have them."""
 
     delimiter: str
     decimal: str
@@ -36,7 +36,7 @@ class Reading:
         return _NUMBER[self.decimal].fullmatch(cell) is not None
 
     def is_data(self, cells: Sequence[str]) -> bool:
-        """Whether a row is one of samples: two numbers at least, and words in no more than half of its cells."""
+        """Whether a row is one of samples: two numbers at least, and text in no more than half of its cells."""
         numbers = sum(map(self.is_number, cells))
         return numbers >= 2 and numbers + sum(cell in _WORDS_FOR_NOTHING for cell in cells) >= len(cells) / 2
 
@@ -46,12 +46,12 @@ def reading_of(path: Path, body: Sequence[str], delimiter: str | None, decimal: 
 
     Parameters
     ----------
-    body : the last lines. delimiter, decimal : words or signs that were given; found where not.
+    body : the last lines. delimiter, decimal : names or signs that were given; found where not.
 
     Raises
     ------
     InputError
-        No reading makes a table of numbers; two give different numbers; an unknown word.
+        No reading makes a table of numbers; two give different numbers; an unknown name.
     """
     delimiters = [_known(delimiter, _DELIMITERS, "--delimiter")] if delimiter else list(_DELIMITERS)
     decimals = [_known(decimal, _DECIMALS, "--decimal")] if decimal else list(_DECIMALS)
@@ -93,11 +93,11 @@ def _score(body: Sequence[str], reading: Reading) -> float:
 def _without_equals(body: Sequence[str], readings: Sequence[Reading]) -> list[Reading]:
     """Readings that give other numbers than those before them."""
     kept: list[Reading] = []
-    seen: list[list[list[float | str]]] = []
+    earlier: list[list[list[float | str]]] = []
     for reading in readings:
         values = [[_value(cell, reading) for cell in reading.dialect.split(line) if cell] for line in body]
-        if values not in seen:
-            seen.append(values)
+        if values not in earlier:
+            earlier.append(values)
             kept.append(reading)
     return kept
 

@@ -1,4 +1,4 @@
-"""The time of a record, put in order where that can be done in one way only, and what there is to say about it."""
+"""The time of a record, put in order where that can be done in one way only, and what is reported of it."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from measure.common.errors import InputError
 
 GAP = 5.0  # median steps, from which on a step is a gap
 _UNEVEN = 0.2  # of the median step, the spread of the steps from which on it is mentioned
-_LISTED = 3  # gaps that are told one by one
+_LISTED = 3  # gaps that are reported one by one
 _ONE_VALUE = 0.1  # of the elongation's range, within which rows of one instant are one sample
 
 
@@ -39,14 +39,14 @@ def in_order(columns: Mapping[str, Array], where: Callable[[int], str]) -> tuple
     order = np.argsort(time, kind="stable")
     back = int(np.sum(np.diff(time) < 0.0))
     if back:
-        if _way(u[order]) > 1.001 * _way(u):
+        if _distance(u[order]) > 1.001 * _distance(u):
             _refuse_two_recordings(time, where)
         said.append(f"time goes back at {back} of {len(time)} rows; the rows were sorted by time")
     ordered, more = _merged({name: values[order] for name, values in columns.items()}, order, where)
     return ordered, said + more
 
 
-def _way(u: Array) -> float:
+def _distance(u: Array) -> float:
     return float(np.sum(np.abs(np.diff(u))))
 
 

@@ -26,11 +26,11 @@ _SIGMA = {f"sigma_{channel}": channel for channel in CHANNELS}
 
 @dataclass(frozen=True, repr=False)
 class Trajectory:
-    """Motion of the platform against time, as far as it was seen.
+    """Motion of the platform against time, as far as it was observed.
 
-    time_s : (n,) strictly increasing. channels : any of `CHANNELS`, each (n,), NaN where nothing was seen.
+    time_s : (n,) strictly increasing. channels : any of `CHANNELS`, each (n,), NaN where nothing was observed.
     sigma : one standard deviation for any of these channels, (n,), NaN where there is none.
-    status : (n,) words, or empty.
+    status : (n,) text, or empty.
     """
 
     time_s: Array
