@@ -91,7 +91,13 @@ def _row(item: Any) -> str:
     meta, size = item.metadata, len(item.default) if isinstance(item.default, tuple) else 1
     name = f"`{item.name}`" + (f" ({size})" if size > 1 else "")
     bounds = f"{meta['low']:g} to {meta['high']:g}"
-    return f"| {name} | {unit_of(item.name)} | {_toml(item.default)} | {bounds} | {meta['typical']:g} | {_plain(meta['doc'])} |"
+    return f"| {name} | {unit_of(item.name)} | {_off(item.default)} | {bounds} | {meta['typical']:g} | {_plain(meta['doc'])} |"
+
+
+def _off(value: float | tuple[float, ...]) -> str:
+    """The default of a parameter, short where all entries of a vector are the same."""
+    alike = isinstance(value, tuple) and len(set(value)) == 1
+    return f"{_toml(value[0])} each" if isinstance(value, tuple) and alike else _toml(value)
 
 
 def _toml(value: float | tuple[float, ...]) -> str:

@@ -14,12 +14,14 @@ from matplotlib.figure import Figure
 from measure.common.arrays import Array
 from simulate import Model, Release, Simulation, deploy, loop_force, read_model
 from simulate.model.effect import Effect
+from simulate.model.rig import LEGS
 
 _RIG = Path(__file__).resolve().parents[2] / "datasets" / "demo" / "rig.toml"
 _LAW = np.array([0.0, 2.8, 0.0, 2.9, 300.0])
 _GREY, _COLOUR = "0.65", "#b5402b"
 _STROKE_M, _CENTRE_M = 0.04, 0.2
 _NOTHING = 1e-12
+_LISTED = 12
 
 
 def draw_effect(kind: type[Effect], file: Path) -> str:
@@ -47,7 +49,8 @@ def draw_effect(kind: type[Effect], file: Path) -> str:
 
 
 def _sentences(effect: Effect, *, shaken: bool, moves: bool) -> str:
-    size = ", ".join(f"`{name} = {value:.3g}`" for name, value in zip(effect.flat_names(), effect.flat(), strict=True))
+    sizes = [f"`{name} = {value:.3g}`" for name, value in zip(effect.flat_names(), effect.flat(), strict=True)]
+    size = ", ".join(sizes if len(sizes) <= _LISTED else [*sizes[:2], "and so on"])
     loop = "A loop at 0.2 Hz and one at 3 Hz; grey without the effect. " if shaken else "A loop does not show it. "
     return f"Drawn with {size}. {loop}" + ("Then what it changes in a deployment." if moves else "A deployment does not show it.")
 
@@ -67,7 +70,7 @@ def at_size(kind: type[Effect]) -> Effect:
 def _alternating(kind: type[Effect]) -> Array:
     """Signs of the entries of a vector: six legs that all change alike would not turn the platform."""
     signs = np.ones(len(kind.flat_names()))
-    if len(signs) == 6:
+    if len(signs) >= LEGS:
         signs[1::2] = -1.0
     return signs
 
