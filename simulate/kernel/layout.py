@@ -2,13 +2,14 @@
 
 The memory is one flat array, row after row, `lanes` numbers a row: entry i of row r is w[r * lanes + i], run i of the block. All
 rows are constants, so that the compiler sees that they do not overlap and works the lanes in vector registers. What a model gives
-stands in an array of its own, laid out alike. `docs/kernel.md` shows the whole.
+stands in an array of its own, laid out alike. `docs/theory/kernel.md` shows the whole.
 """
 
 from __future__ import annotations
 
 LEGS = 6
 NEVER = -1e9  # elongation at the last reversal where there was none
+LEAST_TRAVEL = 1e-12  # m in a step; what is less is rounding, and no direction
 
 # The numbers of a model, one row a run; of each leg from its base joint on, LEG_SIZE in all. Parameters of effects stand behind.
 MASS, INERTIA, WEIGHT, CENTRE = 0, 3, 6, 9

@@ -19,6 +19,7 @@ from simulate.kernel.contributions import add_platform_wrenches, count_working, 
 from simulate.kernel.layout import (
     ELONGATION,
     HEADING,
+    LEAST_TRAVEL,
     LEGS,
     OUT,
     OUT_R,
@@ -119,8 +120,9 @@ def carry_legs(w: Array, n: int) -> None:
     for k in range(LEGS * n):
         before, turned, heading = w[ELONGATION * n + k], w[TURNED * n + k], w[HEADING * n + k]
         travel = w[OUT * n + k] - before
-        w[TURNED * n + k] = before if travel * heading < 0.0 else turned
-        w[HEADING * n + k] = travel if travel != 0.0 else heading
+        moved = abs(travel) > LEAST_TRAVEL
+        w[TURNED * n + k] = before if moved & (travel * heading < 0.0) else turned
+        w[HEADING * n + k] = travel if moved else heading
         w[ELONGATION * n + k] = w[OUT * n + k]
         w[STORED * n + k] = w[OUT_R * n + k]
 

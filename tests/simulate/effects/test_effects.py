@@ -94,6 +94,16 @@ def test_backlash_transmits_nothing_within_its_gap_after_a_reversal_and_everythi
     np.testing.assert_array_equal(force[top:15_000][travel > gap], without[top:15_000][travel > gap])
 
 
+def test_backlash_changes_no_digit_of_a_deployment_before_a_leg_turns_back(lopsided):
+    # the first step starts from a length that is rounded in another way, which is no reversal
+    released = replace(
+        lopsided, release=Release((0.003, 0.002, 0.0), (0.02, -0.03, 0.05), (0.0, 0.0, 1.0)), simulation=Simulation(0.1, 200.0)
+    )
+    loose, tight = deploy(released.with_effect(known.Backlash(0.004))), deploy(released)
+    assert np.all(np.diff(tight.elongation_m, axis=0) > 0), "a leg turned back, nothing was tested"
+    np.testing.assert_array_equal(loose.elongation_m, tight.elongation_m)
+
+
 def test_leg_mass_along_the_leg_is_hub_inertia():
     np.testing.assert_array_equal(added(known.LegMass(0.3)), added(known.HubInertia(0.3)))
 
