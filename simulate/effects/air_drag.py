@@ -14,6 +14,9 @@ class AirDrag(PlatformEffect):
     """Drag with the square of the speed, against it, at the centre of mass.
 
     F = -k |V| V          k = rho c_d A / 2, some 0.05 kg/m for a plate of 0.3 m
+
+    A loop does not show it. In a deployment: the elevation falls behind late in the stroke, where the platform is fast, with the
+    square of the speed.
     """
 
     name = "air-drag"

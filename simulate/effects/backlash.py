@@ -15,6 +15,9 @@ class Backlash(LegEffect):
         F = 0 where |travel| < 0.9 g,   R from |travel| = g on, eased in between
 
     At the release there is no play: a stowed leg is in contact, so the gap opens at the first reversal.
+
+    In a loop: after each reversal the force is missing over the gap: a notch at both ends of the loop. In a deployment: nothing
+    changes up to the first reversal; behind the stops the rebound begins without force.
     """
 
     name = "backlash"

@@ -21,6 +21,8 @@ class BaseExcitation(PlatformEffect):
         F = -m a n sin(2 pi f t + phi)          at the centre of mass, n the axis, m the moving mass
 
     The axis is used as it stands: a unit vector makes `acceleration_m_per_s2` the amplitude.
+
+    A loop does not show it. In a deployment: a ripple of one frequency lies over the channels along the axis, from the release on.
     """
 
     name = "base-excitation"

@@ -13,6 +13,9 @@ class CablePendulum(PlatformEffect):
     """A lateral stiffness: the tension of the cable over its free length.
 
     F_x = -k x          F_y = -k y          k = tension / free length, at the centre of mass
+
+    A loop does not show it. In a deployment: lateral deviations are drawn back and swing about the middle; the elevation hardly
+    changes.
     """
 
     name = "cable-pendulum"

@@ -17,6 +17,8 @@ class CameraRoll(MeasurementEffect):
 
     The rotation of the platform is read against the first picture and does not change. Where only one of both is there
     nothing can be turned.
+
+    A loop does not show it. In a deployment: a small copy of the elevation lies over the lateral channel.
     """
 
     name = "camera-roll"

@@ -12,6 +12,9 @@ class CentreOfMassOffset(ModelEffect):
     """A battery or a cable moves the centre of mass within the platform; its inertia about the centre of mass stays.
 
     c = c_model + d          platform frame
+
+    A loop does not show it. In a deployment: the platform tilts as soon as the legs push, and moves sideways; the elevation hardly
+    changes.
     """
 
     name = "centre-of-mass-offset"

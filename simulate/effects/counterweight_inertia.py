@@ -16,6 +16,8 @@ class CounterweightInertia(PlatformEffect):
 
     The paper doubles the mass in every direction; with its mass factor of 2 a true pulley has f = 0.5. Halving the
     rotational inertia alone moves the largest rotation before the stops by some 10 deg.
+
+    A loop does not show it. In a deployment: the elevation stays; lateral motion and rotations are faster, as of a lighter body.
     """
 
     name = "counterweight-inertia"

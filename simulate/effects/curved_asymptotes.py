@@ -13,6 +13,9 @@ class CurvedAsymptotes(LegEffect):
     """Both asymptotes bend alike, as a coil whose radius changes with every turn makes them.
 
     h = a u + b + c2 u^2 + c3 u^3
+
+    In a loop: both branches bend alike, the same at every frequency. In a deployment: the force over the height changes its course:
+    the elevation departs smoothly, and more on long strokes than on short ones.
     """
 
     name = "curved-asymptotes"

@@ -15,6 +15,9 @@ class EndStopDissipation(ModelEffect):
         c = c_model + dc
 
     It is a difference, so zero switches it off; it cannot take away more than there is.
+
+    A loop does not show it. In a deployment: nothing changes up to the stops; then the rebound is lower, and feeds the rotation
+    less, the larger the damping.
     """
 
     name = "end-stop-dissipation"

@@ -14,6 +14,9 @@ class ForceOffset(MeasurementEffect):
     """A constant and a drift are added to every force.
 
     F_shown = F + f + d t
+
+    In a loop: the loop lies higher or lower as a whole, or creeps from cycle to cycle. A deployment does not show it, for it has no
+    load cell.
     """
 
     name = "force-offset"

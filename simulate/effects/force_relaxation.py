@@ -14,6 +14,9 @@ class ForceRelaxation(LegEffect):
     """The stored force relaxes from its first value towards a share of it, by the clock and not by the elongation.
 
     F = R (1 - r (1 - exp(-t / tau)))          time counts from the release
+
+    In a loop: the mean force sinks from cycle to cycle and settles; loops that begin later lie lower. In a deployment: the legs
+    push less and less, so the elevation falls behind more and more.
     """
 
     name = "force-relaxation"

@@ -13,6 +13,9 @@ class GravityImbalance(PlatformEffect):
     """A constant vertical force is left over at the centre of mass, up positive.
 
     F_z = f
+
+    A loop does not show it. In a deployment: the elevation departs with the square of the time from the release on, upwards or
+    downwards, and nothing else does.
     """
 
     name = "gravity-imbalance"

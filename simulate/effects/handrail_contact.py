@@ -17,6 +17,9 @@ class HandrailContact(PlatformEffect):
         N = k (rho - c) where rho > c          F = -N e_rho - mu N V / sqrt(V^2 + V_0^2)
 
     mu = 0.2 (plastic on metal, an assumption) and V_0 = 5 mm/s; the friction acts along and across the rails alike.
+
+    A loop does not show it. In a deployment: lateral deviations are cut off at the clearance and thrown back, and the elevation
+    slows down while the rails are touched.
     """
 
     name = "handrail-contact"

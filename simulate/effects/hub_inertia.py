@@ -16,10 +16,15 @@ class HubInertia(LegEffect):
 
     A sinusoidal test sees it as a loop that turns with the frequency squared (Aridon 2009, section 3.3, Fig. 11). Being
     proportional to the acceleration it belongs to the mass matrix, not to the forces.
+
+    In a loop: the whole loop turns towards a steeper slope, by m omega^2, and keeps its area. In a deployment: the platform gathers
+    speed more slowly from the release on and keeps its energy, so the rebound is as strong as ever.
     """
 
     name = "hub-inertia"
-    mass_kg: float = parameter(0.0, low=0.0, high=5.0, typical=0.05, doc="hub inertia J seen through the coil radius r")
+    mass_kg: float = parameter(
+        0.0, low=0.0, high=5.0, typical=0.05, doc="hub inertia J seen through the coil radius r", source="Aridon 2009, section 3.3, Fig. 11"
+    )
 
     @staticmethod
     def leg_mass(u: float, p: Any) -> float:

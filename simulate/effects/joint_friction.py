@@ -17,6 +17,9 @@ class JointFriction(Effect):
 
     w is the leg's rotation at its base joint, and the platform's against the leg at the platform joint; a leg does not
     spin about itself. The moments reach the platform directly and as forces across the legs.
+
+    A loop does not show it. In a deployment: lateral motion and rotations are damped; the elevation is late by little, for the legs
+    turn slowly.
     """
 
     name = "joint-friction"

@@ -17,6 +17,9 @@ class LegMass(LegEffect):
 
     Along the leg it is hub inertia; across it adds inertia that grows with the length l, its rate of change included. The
     platform stays one rigid body: no constraint has to be closed. m is the mass of the strip of a deployed leg.
+
+    In a loop: as hub inertia: the loop turns with the frequency squared. In a deployment: as hub inertia along the legs; and the
+    longer the legs, the more slowly the platform swings and turns.
     """
 
     name = "leg-mass"

@@ -19,6 +19,9 @@ class PowerLawFriction(LegEffect):
 
     Without v_0 an exponent below 1 has an infinite slope at rest, which no explicit step survives. Between 0.8 and 1.3 it is
     hardly to be told from viscous friction.
+
+    In a loop: the branches move apart with the power n of the frequency. In a deployment: it holds back as viscous friction does:
+    late in the stroke, where the speed is high, for n above 1, from the start for n below 1.
     """
 
     name = "power-law-friction"

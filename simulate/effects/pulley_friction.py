@@ -14,6 +14,9 @@ class PulleyFriction(PlatformEffect):
     """A dry force against the vertical motion.
 
     F_z = -f sgn(z'),   the sign eased in as tanh(z' / 2 mm/s)
+
+    A loop does not show it. In a deployment: a constant retardation while the platform rises, which changes its sign in the
+    rebound.
     """
 
     name = "pulley-friction"

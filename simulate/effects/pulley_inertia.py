@@ -13,6 +13,8 @@ class PulleyInertia(PlatformEffect):
     """Extra inertia of the vertical motion alone.
 
     F_z = -m z''          m = J / r^2
+
+    A loop does not show it. In a deployment: the elevation is slower, as of a heavier body; lateral motion and rotations are not.
     """
 
     name = "pulley-inertia"

@@ -21,6 +21,9 @@ class RateDependentAsymptotes(LegEffect):
     Aridon 2009, Fig. 12, gives them against the frequency of a sinusoidal test; a deployment has a speed instead, and the
     two meet at mid-stroke, v = 2 pi f A. The constants are the actuator's own. In [actuator.rate] the same polynomials are
     written with their constants.
+
+    In a loop: level and slope of each branch change from one frequency to the next. In a deployment: the force is the quasi-static
+    one at the release and departs from it as the speed builds up.
     """
 
     name = "rate-dependent-asymptotes"

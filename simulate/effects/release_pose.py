@@ -12,6 +12,8 @@ class ReleasePose(ModelEffect):
     """Position, rotation and velocity at the release differ from the model's, in every run alike.
 
     What differs from run to run is a nuisance of the model file; this is the part that stays.
+
+    A loop does not show it. In a deployment: channels begin elsewhere or with a slope; what is unstable grows from there.
     """
 
     name = "release-pose"

@@ -16,6 +16,9 @@ class ScaleError(MeasurementEffect):
 
     The depth between rule and platform alone made 2 % in one real film. Where only displacements were scaled the start is
     off by e times the start height, which a run's release position takes up.
+
+    A loop does not show it. In a deployment: every position is too large by the same share, stroke and start height alike;
+    rotations and times are right.
     """
 
     name = "scale-error"

@@ -16,6 +16,9 @@ class SensorLag(MeasurementEffect):
         F_shown(t) = F(t - d)
 
     In a loop it opens or closes the hysteresis with the frequency, as friction would.
+
+    In a loop: the loop opens, or closes, in proportion to the frequency, and at mid-stroke most. A deployment does not show it, for
+    it has no load cell.
     """
 
     name = "sensor-lag"

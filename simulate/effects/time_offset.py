@@ -16,6 +16,8 @@ class TimeOffset(MeasurementEffect):
         t_shown = (1 + r) t + t_0
 
     The offset of a single run is a nuisance (release instant); the rate, and an offset common to all runs, are this effect.
+
+    A loop does not show it. In a deployment: the curves are shifted along the time, or stretched, and otherwise unchanged.
     """
 
     name = "time-offset"
