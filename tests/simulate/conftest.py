@@ -82,6 +82,6 @@ def brief():
     return Simulation(duration_s=0.12)
 
 
-@pytest.fixture(scope="module")
+@pytest.fixture(scope="session")
 def prototype_once():
     return prototype_model()
