@@ -217,21 +217,6 @@ def gap_and_motion_errors(
     return freed[0], np.stack(freed[1:], axis=1) if moved else np.empty((len(seen), 0))
 
 
-def gap_and_level(lines: Array, data: LoopData, effects: tuple[Effect, ...] = ()) -> tuple[Array, float]:
-    """The gap with the loop's own force level taken out too, jointly with its start force.
-
-    Returns
-    -------
-    (used,) N, at the samples that count, and the level, N.
-    """
-    _, force, change = _start_guess(lines, data, effects)
-    left, seen = (data.force_N - force)[data.used], change[data.used]
-    centred = seen - seen.mean()
-    without_start = left - _share(centred, left, data) * seen
-    level = float(without_start.mean())
-    return without_start - level, level
-
-
 def _start_guess(lines: Array, data: LoopData, effects: tuple[Effect, ...]) -> tuple[float, Array, Array]:
     """A start force, the force predicted with it, and the change of that force with it."""
     guess = float(data.force_N[np.argmax(data.used)])
