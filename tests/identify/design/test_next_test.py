@@ -130,11 +130,11 @@ def test_no_loop_is_recommended_where_none_tells_the_rivals_apart(shaken):
     assert all(chance < 0.05 for test in on_shaker for chance in test.chances.values())
     deployments = [test for test in shaken.next_tests if not test.condition.frequency_Hz]
     assert not any("film" in test.condition.words for test in deployments)
-    assert shaken.next_tests[0].condition.words == "a deployment as the model describes it"
+    assert shaken.next_tests[0].condition.words.startswith("a deployment")
     told = next_experiment(shaken)
     assert told is not None
     assert shaken.next_tests[0].surest >= LIKELY
-    assert told.startswith("To tell hub-inertia from its rivals, add a deployment as the model describes it")
+    assert told.startswith("To tell hub-inertia from its rivals, add a deployment")
 
 
 def test_a_guess_is_looked_at_closely_if_it_promises_more_and_longer_where_nothing_is_likely():
