@@ -9,7 +9,7 @@ from numba import njit
 
 from measure.common.arrays import Array
 from simulate.dispatch.formula_table import flat_parameters, formula_table
-from simulate.dispatch.formulas import FormulaTable, call_leg_asymptotes, call_leg_force, call_leg_mass
+from simulate.dispatch.formulas import FormulaTable, call_leg_asymptotes, call_leg_force, call_leg_mass, call_strip_elongation
 from simulate.dispatch.intrinsics import pointer
 from simulate.kernel.layout import NEVER
 from simulate.law import advance
@@ -57,7 +57,7 @@ def loop_kernel(values: Array, table: FormulaTable, time: Array, u: Array, v: Ar
     n = len(u)
     force = np.empty(n)
     before, after = np.empty(2), np.empty(2)
-    R, turned_at, direction = start_force, NEVER, 0.0
+    R, strip, turned_at, direction = start_force, u[0], NEVER, 0.0
     asymptotes(values, 0, table, u[0], v[0], time[0], before, 0)
     for i in range(n):
         if i > 0:
@@ -66,13 +66,23 @@ def loop_kernel(values: Array, table: FormulaTable, time: Array, u: Array, v: Ar
                 turned_at = u[i - 1]
             if step != 0.0:
                 direction = step
-            asymptotes(values, 0, table, u[i], v[i], time[i], after, 0)
-            side = 0 if step > 0.0 else 1
-            R = advance(R, step, before[side], after[side], values[BETA])
+            uncoiled = strip_elongation(values, table, u[i], strip) - strip
+            strip += uncoiled
+            asymptotes(values, 0, table, strip, v[i], time[i], after, 0)
+            side = 0 if uncoiled > 0.0 else 1
+            R = advance(R, uncoiled, before[side], after[side], values[BETA])
             before[0], before[1] = after[0], after[1]
         force[i] = R + added_force(values, table, u[i], v[i], time[i], R, u[i] - turned_at)
         force[i] -= axial_mass(values, table, u[i]) * acceleration[i]
     return force
+
+
+@njit(cache=True, forceinline=True)
+def strip_elongation(values: Array, table: FormulaTable, u: float, before: float) -> float:
+    """What of an actuator's elongation reaches the strip, which stood at `before`, m."""
+    for row in range(table.strip_elongation.shape[0]):
+        u = call_strip_elongation(table.strip_elongation[row, 0], (u, before, pointer(values, table.strip_elongation[row, 1])))
+    return u
 
 
 @njit(cache=True, forceinline=True)

@@ -27,6 +27,7 @@ _NUMBERS = types.CPointer(types.float64)
 SIGNATURES = {
     "leg_force": _NUMBER(_NUMBER, _NUMBER, _NUMBER, _NUMBER, _NUMBER, _NUMBERS),
     "leg_mass": _NUMBER(_NUMBER, _NUMBERS),
+    "strip_elongation": _NUMBER(_NUMBER, _NUMBER, _NUMBERS),
     "leg_asymptotes": types.void(_NUMBER, _NUMBER, _NUMBER, _NUMBERS, _NUMBERS),
     "leg_transverse": types.void(_NUMBER, _NUMBER, _NUMBERS, _NUMBERS),
     "joint_resistance": _NUMBER(_NUMBER, _NUMBERS),
@@ -50,6 +51,7 @@ class FormulaTable(NamedTuple):
 
     leg_force: NDArray[np.int64]
     leg_mass: NDArray[np.int64]
+    strip_elongation: NDArray[np.int64]
     leg_asymptotes: NDArray[np.int64]
     leg_transverse: NDArray[np.int64]
     joint_resistance: NDArray[np.int64]
@@ -66,6 +68,7 @@ class FormulaPointers(NamedTuple):
 
     leg_force: tuple[int, int]
     leg_mass: tuple[int, int]
+    strip_elongation: tuple[int, int]
     leg_asymptotes: tuple[int, int]
     leg_transverse: tuple[int, int]
     joint_resistance: tuple[int, int]
@@ -93,6 +96,7 @@ def pointers_at(address: int) -> FormulaPointers:
         (whole_at(address, 8), whole_at(address, 9)),
         (whole_at(address, 10), whole_at(address, 11)),
         (whole_at(address, 12), whole_at(address, 13)),
+        (whole_at(address, 14), whole_at(address, 15)),
     )
 
 
@@ -168,6 +172,7 @@ call_leg_force = caller(SIGNATURES["leg_force"])
 call_leg_force_lanes = caller(LANE_SIGNATURES["leg_force"])
 call_leg_mass_lanes = caller(LANE_SIGNATURES["leg_mass"])
 call_leg_mass = caller(SIGNATURES["leg_mass"])
+call_strip_elongation = caller(SIGNATURES["strip_elongation"])
 call_leg_asymptotes = caller(SIGNATURES["leg_asymptotes"])
 call_leg_transverse = caller(SIGNATURES["leg_transverse"])
 call_joint_resistance = caller(SIGNATURES["joint_resistance"])

@@ -29,6 +29,7 @@ from simulate.kernel.layout import (
     STATES,
     STORED,
     STOWED,
+    STRIP,
     TRIAL,
     TURNED,
 )
@@ -85,7 +86,8 @@ def memory_at_release(by_lane: Array, n: int, with_power: int) -> Array:
                 for j in range(3):
                     reach += w[(ROTATION + 3 * k + j) * n + i] * by_lane[(at + JOINT + j) * n + i]
                 squared += reach * reach
-            w[(ELONGATION + leg) * n + i] = math.sqrt(squared) - by_lane[(at + STOWED) * n + i]
+            u = math.sqrt(squared) - by_lane[(at + STOWED) * n + i]
+            w[(ELONGATION + leg) * n + i] = w[(STRIP + leg) * n + i] = u
             w[(STORED + leg) * n + i] = by_lane[(at + START_FORCE) * n + i]
             w[(TURNED + leg) * n + i] = NEVER
     return w

@@ -16,6 +16,7 @@ from simulate.dispatch.formulas import (
     call_leg_transverse,
     call_platform_mass,
     call_platform_wrench,
+    call_strip_elongation,
     formula_at,
     lanes_formula_at,
     parameter_place,
@@ -39,6 +40,7 @@ from simulate.kernel.layout import (
     SCRATCH_WRENCH,
     SLOPE,
     STOWED,
+    STRIP_NOW,
     SYSTEM,
     TRIAL,
     G,
@@ -62,6 +64,19 @@ def count_working(formulas: FormulaPointers) -> int:
 
 
 @njit(cache=True, error_model="numpy", forceinline=True)
+def uncoil_strip(w: Array, by_run: Array, formulas: FormulaPointers, n: int) -> None:
+    """What of the elongation of the leg at hand reaches its strip."""
+    size = len(by_run) // n
+    for i in range(n):
+        w[STRIP_NOW * n + i] = w[U * n + i]
+    for row in range(formulas.strip_elongation[1]):
+        formula, first = formula_at(formulas.strip_elongation, row), parameter_place(formulas.strip_elongation, row)
+        for i in range(n):
+            p = pointer(by_run, i * size + first)
+            w[STRIP_NOW * n + i] = call_strip_elongation(formula, (w[STRIP_NOW * n + i], w[(LEG_BEFORE + 3) * n + i], p))
+
+
+@njit(cache=True, error_model="numpy", forceinline=True)
 def move_asymptotes(w: Array, by_run: Array, formulas: FormulaPointers, t0: float, t: float, n: int) -> None:
     """Asymptotes of the leg at hand as effects move them, before and now."""
     scratch, size = ROWS * n + SCRATCH_PAIR, len(by_run) // n
@@ -71,10 +86,10 @@ def move_asymptotes(w: Array, by_run: Array, formulas: FormulaPointers, t0: floa
             p = pointer(by_run, i * size + first)
             v = w[V * n + i]
             w[scratch], w[scratch + 1] = w[H * n + i], w[(H + 1) * n + i]
-            call_leg_asymptotes(formula, (w[LEG_BEFORE * n + i], v, t0, p, pointer(w, scratch)))
+            call_leg_asymptotes(formula, (w[(LEG_BEFORE + 3) * n + i], v, t0, p, pointer(w, scratch)))
             w[H * n + i], w[(H + 1) * n + i] = w[scratch], w[scratch + 1]
             w[scratch], w[scratch + 1] = w[(H + 2) * n + i], w[(H + 3) * n + i]
-            call_leg_asymptotes(formula, (w[U * n + i], v, t, p, pointer(w, scratch)))
+            call_leg_asymptotes(formula, (w[STRIP_NOW * n + i], v, t, p, pointer(w, scratch)))
             w[(H + 2) * n + i], w[(H + 3) * n + i] = w[scratch], w[scratch + 1]
 
 

@@ -33,21 +33,22 @@ ELONGATION = TOTAL + STATES + POWERS
 STORED = ELONGATION + LEGS
 TURNED = STORED + LEGS
 HEADING = TURNED + LEGS
-ROTATION = HEADING + LEGS
+STRIP = HEADING + LEGS
+ROTATION = STRIP + LEGS
 SYSTEM = ROTATION + 9  # lower half, row by row
 RIGHT = SYSTEM + 21
 KINETIC = RIGHT + 6
 # The leg at hand: its parameters, where it stood at the last step, and what it does now.
 LEG_VALUE = KINETIC + 1
-LEG_BEFORE = LEG_VALUE + LEG_SIZE  # elongation, hysteretic force, elongation at the last reversal
-LENGTH = LEG_BEFORE + 3
+LEG_BEFORE = LEG_VALUE + LEG_SIZE  # elongation, hysteretic force, elongation at the last reversal, elongation of the strip
+LENGTH = LEG_BEFORE + 4
 U, V, BIAS, ARM, AXIS, LEVER = LENGTH + 1, LENGTH + 2, LENGTH + 3, LENGTH + 4, LENGTH + 7, LENGTH + 10
 H = LENGTH + 13  # lower and upper asymptote before, lower and upper now
-R, STOP_FORCE, ADDED, AXIAL_MASS, G, SLOPE, EACH = H + 4, H + 5, H + 6, H + 7, H + 8, H + 9, H + 10
-# What the legs do, six rows each: elongation, speed, hysteretic, stop and whole force.
-OUT = H + 11
-OUT_V, OUT_R, OUT_STOP, OUT_FORCE = OUT + LEGS, OUT + 2 * LEGS, OUT + 3 * LEGS, OUT + 4 * LEGS
-ROWS = OUT + 5 * LEGS
+R, STOP_FORCE, ADDED, AXIAL_MASS, G, SLOPE, EACH, STRIP_NOW = H + 4, H + 5, H + 6, H + 7, H + 8, H + 9, H + 10, H + 11
+# What the legs do, six rows each: elongation, speed, hysteretic, stop and whole force, elongation of the strip.
+OUT = H + 12
+OUT_V, OUT_R, OUT_STOP, OUT_FORCE, OUT_STRIP = OUT + LEGS, OUT + 2 * LEGS, OUT + 3 * LEGS, OUT + 4 * LEGS, OUT + 5 * LEGS
+ROWS = OUT + 6 * LEGS
 
 # Behind the rows: room for what a formula wants to see as plain vectors, and then the work of effects, three rows for each
 # formula that does any (its power, the sum over the stages, what it has done so far).

@@ -39,6 +39,7 @@ from simulate.kernel.layout import (
     OUT_FORCE,
     OUT_R,
     OUT_STOP,
+    OUT_STRIP,
     OUT_V,
     RATE,
     RIGHT,
@@ -48,6 +49,8 @@ from simulate.kernel.layout import (
     STOP_FORCE,
     STORED,
     STOWED,
+    STRIP,
+    STRIP_NOW,
     SYSTEM,
     TRIAL,
     TURNED,
@@ -106,6 +109,7 @@ def load_leg(w: Array, by_lane: Array, leg: int, n: int) -> None:
         w[LEG_BEFORE * n + i] = w[(ELONGATION + leg) * n + i]
         w[(LEG_BEFORE + 1) * n + i] = w[(STORED + leg) * n + i]
         w[(LEG_BEFORE + 2) * n + i] = w[(TURNED + leg) * n + i]
+        w[(LEG_BEFORE + 3) * n + i] = w[(STRIP + leg) * n + i]
 
 
 @njit(cache=True, error_model="numpy", forceinline=True)
@@ -142,15 +146,16 @@ def leg_kinematics(w: Array, n: int) -> None:
 def leg_forces(w: Array, by_lane: Array, by_run: Array, formulas: FormulaPointers, t0: float, t: float, n: int, with_work: bool) -> None:
     """Hysteretic force, stops and effects of the leg at hand."""
     line = LEG_VALUE + LINE
+    contributions.uncoil_strip(w, by_run, formulas, n)
     for i in range(n):
         a_l, b_l, a_u, b_u = w[line * n + i], w[(line + 1) * n + i], w[(line + 2) * n + i], w[(line + 3) * n + i]
-        u0, u = w[LEG_BEFORE * n + i], w[U * n + i]
+        u0, u = w[(LEG_BEFORE + 3) * n + i], w[STRIP_NOW * n + i]
         w[H * n + i], w[(H + 1) * n + i] = a_l * u0 + b_l, a_u * u0 + b_u
         w[(H + 2) * n + i], w[(H + 3) * n + i] = a_l * u + b_l, a_u * u + b_u
         w[STOP_FORCE * n + i] = w[ADDED * n + i] = w[AXIAL_MASS * n + i] = 0.0
     contributions.move_asymptotes(w, by_run, formulas, t0, t, n)
     for i in range(n):
-        travel = w[U * n + i] - w[LEG_BEFORE * n + i]
+        travel = w[STRIP_NOW * n + i] - w[(LEG_BEFORE + 3) * n + i]
         # chosen by arithmetic: a choice between two places would be read lane by lane
         out, back = (1.0, 0.0) if travel > 0.0 else (0.0, 1.0)
         h0 = out * w[H * n + i] + back * w[(H + 1) * n + i]
@@ -233,4 +238,5 @@ def store_leg(w: Array, leg: int, n: int) -> None:
         w[(OUT_V + leg) * n + i] = w[V * n + i]
         w[(OUT_R + leg) * n + i] = w[R * n + i]
         w[(OUT_STOP + leg) * n + i] = w[STOP_FORCE * n + i]
+        w[(OUT_STRIP + leg) * n + i] = w[STRIP_NOW * n + i]
         w[(OUT_FORCE + leg) * n + i] = w[R * n + i] + w[STOP_FORCE * n + i] + w[ADDED * n + i]

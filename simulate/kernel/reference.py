@@ -42,12 +42,14 @@ class State:
 
 @dataclass(frozen=True)
 class Legs:
-    """What the legs remember from the last step, (6,) each: elongation, hysteretic force, elongation at the last reversal, direction."""
+    """What the legs remember from the last step, (6,) each: elongation, hysteretic force, elongation at the last reversal, direction,
+    and the elongation of the strip, which lags behind the leg's where there is play."""
 
     elongation: Array
     force: Array
     turned_at: Array
     heading: Array
+    strip: Array
 
 
 class Reference:
@@ -84,21 +86,29 @@ class Reference:
     def legs_at_release(self) -> Legs:
         """The legs at the release, none of which has turned back yet."""
         force = per_leg(self.at.actuator.initial_force_N)
-        return Legs(self.lengths_of(self.release()) - self.stowed, force, np.full(6, _NEVER), np.zeros(6))
+        u = self.lengths_of(self.release()) - self.stowed
+        return Legs(u, force, np.full(6, _NEVER), np.zeros(6), u)
+
+    def strip(self, u: Array, before: Legs) -> Array:
+        """(6,) what of the elongation of the legs reaches their strips, m."""
+        for effect, p in self.acting:
+            if effect.strip_elongation:
+                u = np.array([effect.strip_elongation(u[i], before.strip[i], p) for i in range(6)])
+        return u
 
     def hysteretic(self, u: Array, v: Array, t: float, before: Legs, t0: float) -> Array:
         """(6,) force that started at `before` and ran along the active asymptote, replaced by its chord, N."""
-        law = self.at.actuator
-        x = per_leg(law.beta_per_m) * np.abs(u - before.elongation)
+        law, u = self.at.actuator, self.strip(u, before)
+        x = per_leg(law.beta_per_m) * np.abs(u - before.strip)
         active = np.empty((2, 6))
-        for row, (where, when) in enumerate(((before.elongation, t0), (u, t))):
+        for row, (where, when) in enumerate(((before.strip, t0), (u, t))):
             both = np.array([per_leg(law.a_l_N_per_m) * where + per_leg(law.b_l_N), per_leg(law.a_u_N_per_m) * where + per_leg(law.b_u_N)])
             for effect, p in self.acting:
                 for i in range(6) if effect.leg_asymptotes else ():
                     h = both[:, i].copy()
                     effect.leg_asymptotes(where[i], v[i], when, p, h)
                     both[:, i] = h
-            active[row] = np.where(u > before.elongation, *both)
+            active[row] = np.where(u > before.strip, *both)
         lag = np.divide(active[1] - active[0], x, out=np.zeros(6), where=x > 1e-12)
         return np.where(x > 1e-12, active[1] - lag + (before.force - active[0] + lag) * np.exp(-x), before.force)
 
@@ -187,17 +197,17 @@ class Reference:
             t = k * step
             places.append(np.concatenate([state.place - rotation(state.quaternion) @ self.centre, state.quaternion]))
             first, u, force = self.rate(state, t, legs, max(t - step, 0.0))
-            legs = carried(legs, u, force)
+            legs = carried(legs, u, force, self.strip(u, legs))
             state = self.later(state, first, t, step, legs)
         rows = np.array(places)
         return rows[:, :3], rows[:, 3:]
 
 
-def carried(before: Legs, u: Array, force: Array) -> Legs:
+def carried(before: Legs, u: Array, force: Array, strip: Array) -> Legs:
     """The legs at the start of a step: a leg whose travel has changed its sign turned back where the last step began."""
     travel = u - before.elongation
     turned = np.where(travel * before.heading < 0.0, before.elongation, before.turned_at)
-    return Legs(u, force, turned, np.where(travel != 0.0, travel, before.heading))
+    return Legs(u, force, turned, np.where(travel != 0.0, travel, before.heading), strip)
 
 
 def rotation(q: Array) -> Array:

@@ -23,12 +23,14 @@ from simulate.kernel.layout import (
     LEGS,
     OUT,
     OUT_R,
+    OUT_STRIP,
     PARAMETERS,
     POWERS,
     RATE,
     STATE,
     STATES,
     STORED,
+    STRIP,
     TOTAL,
     TRIAL,
     TURNED,
@@ -116,7 +118,7 @@ def finish_step(w: Array, formulas: FormulaPointers, step: float, n: int, with_w
 
 @njit(cache=True, error_model="numpy", forceinline=True)
 def carry_legs(w: Array, n: int) -> None:
-    """Carry the legs to the start of the step: elongation, hysteretic force, last reversal."""
+    """Carry the legs to the start of the step: elongation, hysteretic force, last reversal, the strip."""
     for k in range(LEGS * n):
         before, turned, heading = w[ELONGATION * n + k], w[TURNED * n + k], w[HEADING * n + k]
         travel = w[OUT * n + k] - before
@@ -125,6 +127,7 @@ def carry_legs(w: Array, n: int) -> None:
         w[HEADING * n + k] = travel if moved else heading
         w[ELONGATION * n + k] = w[OUT * n + k]
         w[STORED * n + k] = w[OUT_R * n + k]
+        w[STRIP * n + k] = w[OUT_STRIP * n + k]
 
 
 @njit(cache=True, error_model="numpy", forceinline=True)

@@ -58,6 +58,7 @@ class Formulas:
 
     leg_force: Any = None
     leg_mass: Any = None
+    strip_elongation: Any = None
     leg_asymptotes: Any = None
     leg_transverse: Any = None
     joint_resistance: Any = None
@@ -74,6 +75,8 @@ class Effect(Formulas):
 
         leg_force(u, v, t, R, travel, p) -> N        added to the leg's force, positive pushes the platform away
         leg_mass(u, p) -> kg                         axial inertia: the leg's force falls by leg_mass * u''
+        strip_elongation(u, before, p) -> m          what of the leg's elongation reaches the strip, that is the force law,
+                                                     which stood at `before`; u where nothing lies between
         leg_asymptotes(u, v, t, p, h)                changes h[0] = h_l and h[1] = h_u in place
         leg_transverse(length, full_length, p, g)    adds inertia across the leg at its platform joint to g[0], kg,
                                                      and its slope over the length to g[1], kg/m
@@ -157,7 +160,7 @@ class Effect(Formulas):
     @classmethod
     def acts_on_shaker(cls) -> bool:
         """Whether an actuator alone on a shaker shows it: a force, a mass or asymptotes of a leg, or what a load cell makes of it."""
-        formulas = (cls.leg_force, cls.leg_mass, cls.leg_asymptotes)
+        formulas = (cls.leg_force, cls.leg_mass, cls.strip_elongation, cls.leg_asymptotes)
         return any(formula is not None for formula in formulas) or cls.observe_force is not Effect.observe_force
 
     @classmethod

@@ -23,7 +23,7 @@ OUTSIDE = ("gust", "coil-ripple", "side-wind", "snag", "stage-drive")
 MEASUREMENT = ("scale-error", "camera-roll", "time-offset", "sensor-lag", "force-offset")
 IN_LOOPS = (
     *("hub-inertia", "viscous-friction", "power-law-friction", "stribeck-friction", "rate-dependent-asymptotes", "curved-asymptotes"),
-    *("transition-zone", "force-relaxation", "backlash", "sensor-lag", "force-offset"),
+    *("transition-zone", "force-relaxation", "backlash", "sensor-lag", "force-offset", "series-play"),
 )
 PAIRS = (
     ("hub-inertia", "gravity-imbalance"),
@@ -36,7 +36,7 @@ PAIRS = (
     ("cable-pendulum", "curved-asymptotes"),
 )
 # Where no other engine can say it, the project's own kernel at a step 25 times finer does.
-ONLY_IN_THE_KERNEL = ("joint-friction", "backlash")
+ONLY_IN_THE_KERNEL = ("joint-friction", "backlash", "series-play")
 NOT_IN_MUJOCO = (*ONLY_IN_THE_KERNEL, "leg-mass", "counterweight-inertia", "pulley-inertia")
 
 

@@ -1,7 +1,6 @@
 """One physical claim for each effect of the catalogue, against closed forms."""
 
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 import pytest
@@ -10,7 +9,7 @@ from scipy.spatial.transform import Rotation
 from simulate import effects as known
 from simulate.deployment.deploy import deploy
 from simulate.loop import loop_force
-from simulate.model.model import EndStop, Geometry, Release, Simulation
+from simulate.model.model import EndStop, Release, Simulation
 
 FLAT = np.array([0.0, 2.79, 0.0, 2.89, 400.0])
 MASS = 1.6
@@ -26,17 +25,6 @@ def added(effect, lines=FLAT):
 
 def lost(force):
     return -np.trapezoid(force, U)
-
-
-@pytest.fixture
-def free(prototype):
-    """A platform without forces and stops, its six legs joined at its centre: it flies and spins as it was let go."""
-    ring: Any = tuple((0.5 * float(np.cos(a)), 0.5 * float(np.sin(a)), 0.0) for a in np.arange(6) * np.pi / 3)
-    none = replace(prototype.actuator, a_l_N_per_m=0.0, b_l_N=0.0, a_u_N_per_m=0.0, b_u_N=0.0, initial_force_N=0.0)
-    centre: Any = ((0.0, 0.0, 0.0),) * 6
-    geometry = Geometry(ring, centre)
-    quiet = replace(prototype, actuator=none, end_stop=EndStop(0.0, 0.0))
-    return replace(quiet, geometry=geometry, effects=(), simulation=Simulation(0.3, 200.0))
 
 
 def thrown(model, velocity=(0.0, 0.0, 0.0), spin=(0.0, 0.0, 0.0), position=(0.0, 0.0, 0.0)):

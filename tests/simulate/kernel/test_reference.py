@@ -64,7 +64,7 @@ def require_same_accelerations(model, steps=4):
         theirs = np.concatenate([first.velocity, first.spin])
         ours = block.w[RATE + 7 : RATE + 13]
         assert np.max(np.abs(ours - theirs)) < 1e-9 * np.max(np.abs(theirs)), (k, ours, theirs)
-        legs = carried(legs, u, force)
+        legs = carried(legs, u, force, reference.strip(u, legs))
         state = reference.later(state, first, t, STEP, legs)
         later_stages(block, t, STEP)
 

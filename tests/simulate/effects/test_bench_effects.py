@@ -1,0 +1,56 @@
+"""Effects that laboratories bring along (play, eddy currents, filters, lenses): one physical claim each, against closed forms."""
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from simulate import effects as known
+from simulate.deployment.deploy import deploy
+from simulate.law import steady_loop_area
+from simulate.loop import loop_force
+from simulate.model.model import Geometry
+
+FLAT = np.array([0.0, 2.79, 0.0, 2.89, 400.0])
+MASS = 1.6
+AMPLITUDE, OMEGA = 0.05, 2 * np.pi
+TIME = np.linspace(0.0, 1.0, 20_001)
+U = 0.1 + AMPLITUDE * np.sin(OMEGA * TIME)
+V, A = AMPLITUDE * OMEGA * np.cos(OMEGA * TIME), -AMPLITUDE * OMEGA**2 * np.sin(OMEGA * TIME)
+
+
+def test_series_play_keeps_the_force_over_its_gap_and_goes_on_from_there_as_if_the_leg_were_shorter():
+    gap = 0.004
+    force = loop_force(FLAT, TIME, U, V, A, 2.85, (known.SeriesPlay(gap),))
+    top = int(np.argmax(U))
+    travel = U[top] - U[top:15_000]
+    back, within = force[top:15_000], travel < gap
+    assert np.max(np.abs(back[within] - force[top])) < 1e-12
+    strip = travel[~within] - gap
+    assert back[~within] == pytest.approx(2.89 + (force[top] - 2.89) * np.exp(-400.0 * strip), abs=1e-12)
+
+
+def test_series_play_shaves_its_gap_off_the_loop_at_both_ends():
+    # -integral F du = -integral F dw - g (F_coiled - F_uncoiled), w the steady loop of the strip with a stroke less by g
+    gap, time = 0.004, np.linspace(0.0, 2.0, 40_001)
+    u = 0.1 + AMPLITUDE * np.sin(OMEGA * time)
+    still = np.zeros_like(u)
+    steady = slice(20_000, None)
+    force = loop_force(FLAT, time, u, still, still, 2.85, (known.SeriesPlay(gap),))[steady]
+    stroke = 2 * AMPLITUDE - gap
+    expected = steady_loop_area(0.1, stroke, 400.0) - gap * 0.1 * np.tanh(stroke * 400.0 / 2)
+    assert -np.trapezoid(force, u[steady]) == pytest.approx(expected, rel=1e-4)
+
+
+def test_within_its_play_a_leg_is_a_constant_force(free):
+    # six legs along the vertical, each R = 0.5 N until the strip follows; then its law takes over
+    ring: Any = tuple((float(np.cos(a)), float(np.sin(a)), 0.0) for a in np.arange(6) * np.pi / 3)
+    law = replace(free.actuator, b_l_N=0.1, b_u_N=0.9, beta_per_m=300.0, initial_force_N=0.5)
+    lift = replace(free, geometry=Geometry(ring, ring), actuator=law).with_effect(known.SeriesPlay(0.02))
+    z = deploy(lift).channels["z_m"] - 0.252
+    free_way = 0.5 * 6 * 0.5 / MASS * deploy(lift).time_s ** 2
+    inside = free_way < 0.01
+    assert inside.sum() > 15
+    assert z[inside] == pytest.approx(free_way[inside], abs=1e-12)
+    assert np.all(z[free_way > 0.012] < free_way[free_way > 0.012])
