@@ -34,6 +34,7 @@ from simulate.effects.time_offset import TimeOffset as TimeOffset
 from simulate.effects.sensor_lag import SensorLag as SensorLag
 from simulate.effects.force_offset import ForceOffset as ForceOffset
 from simulate.effects.series_play import SeriesPlay as SeriesPlay
+from simulate.effects.eddy_damping import EddyDamping as EddyDamping
 from simulate.model.effect import Catalogue, effects_among
 
 CATALOGUE: Catalogue = {kind.name: kind for kind in effects_among(globals())}

@@ -22,12 +22,13 @@ Chance = np.random.Generator
 ONE_SIGN = (
     *("hub-inertia", "viscous-friction", "power-law-friction", "stribeck-friction", "force-relaxation", "backlash", "leg-mass"),
     *("joint-friction", "counterweight-inertia", "pulley-inertia", "pulley-friction", "cable-pendulum", "air-drag", "handrail-contact"),
-    *("snag", "base-excitation", "series-play"),
+    *("snag", "base-excitation", "series-play", "eddy-damping"),
 )
 # Shape parameters: drawn and not scaled. All others are amounts.
 SHAPE = {
     "power-law-friction": ("exponent",),
     "stribeck-friction": ("speed_m_per_s",),
+    "eddy-damping": ("speed_m_per_s",),
     "transition-zone": ("length_m",),
     "force-relaxation": ("time_s",),
     "handrail-contact": ("clearance_m",),
@@ -101,6 +102,7 @@ def _own_ways(name: str, model: Model, off: Array, direction: Array, reach_m: fl
     draws: dict[str, Callable[[], list[float]]] = {
         "power-law-friction": lambda: [chance.choice([chance.uniform(0.35, 0.75), chance.uniform(1.5, 2.8)])],
         "stribeck-friction": lambda: [float(np.exp(chance.uniform(np.log(0.03), np.log(0.3))))],
+        "eddy-damping": lambda: [float(np.exp(chance.uniform(np.log(0.03), np.log(0.3))))],
         "transition-zone": lambda: [chance.uniform(0.04, 0.15)],
         "force-relaxation": lambda: [float(np.exp(chance.uniform(np.log(0.1), np.log(1.0))))],
         "handrail-contact": lambda: [chance.uniform(0.3, 0.7) * reach_m],

@@ -23,7 +23,7 @@ OUTSIDE = ("gust", "coil-ripple", "side-wind", "snag", "stage-drive")
 MEASUREMENT = ("scale-error", "camera-roll", "time-offset", "sensor-lag", "force-offset")
 IN_LOOPS = (
     *("hub-inertia", "viscous-friction", "power-law-friction", "stribeck-friction", "rate-dependent-asymptotes", "curved-asymptotes"),
-    *("transition-zone", "force-relaxation", "backlash", "sensor-lag", "force-offset", "series-play"),
+    *("transition-zone", "force-relaxation", "backlash", "sensor-lag", "force-offset", "series-play", "eddy-damping"),
 )
 PAIRS = (
     ("hub-inertia", "gravity-imbalance"),

@@ -27,7 +27,10 @@ def recovered(folder: Path, shape):
 
 @pytest.mark.parametrize(
     ("truth", "shape"),
-    [(known.SeriesPlay(1.1e-3), known.SeriesPlay())],
+    [
+        (known.SeriesPlay(1.1e-3), known.SeriesPlay()),
+        (known.EddyDamping(0.4, 0.12), known.EddyDamping(0.0, 0.1)),
+    ],
     ids=lambda effect: effect.name,
 )
 def test_an_effect_in_loops_is_recovered(campaign, truth, shape):
@@ -38,7 +41,10 @@ def test_an_effect_in_loops_is_recovered(campaign, truth, shape):
 
 @pytest.mark.parametrize(
     ("truth", "shape"),
-    [(known.SeriesPlay(1.1e-3), known.SeriesPlay())],
+    [
+        (known.SeriesPlay(1.1e-3), known.SeriesPlay()),
+        (known.EddyDamping(0.4, 0.12), known.EddyDamping(0.0, 0.1)),
+    ],
     ids=lambda effect: effect.name,
 )
 def test_an_effect_in_deployments_is_recovered(campaign, truth, shape):

@@ -10,7 +10,7 @@ from simulate import effects as known
 from simulate.deployment.deploy import deploy
 from simulate.law import steady_loop_area
 from simulate.loop import loop_force
-from simulate.model.model import Geometry
+from simulate.model.model import Geometry, Release
 
 FLAT = np.array([0.0, 2.79, 0.0, 2.89, 400.0])
 MASS = 1.6
@@ -54,3 +54,24 @@ def test_within_its_play_a_leg_is_a_constant_force(free):
     assert inside.sum() > 15
     assert z[inside] == pytest.approx(free_way[inside], abs=1e-12)
     assert np.all(z[free_way > 0.012] < free_way[free_way > 0.012])
+
+
+def test_an_eddy_brake_is_viscous_at_low_speed_and_strongest_at_its_own():
+    without = loop_force(FLAT, TIME, U, V, A, 2.85)
+    force = loop_force(FLAT, TIME, U, V, A, 2.85, (known.EddyDamping(0.4, 0.12),)) - without
+    at = [force[np.argmin(np.abs(V - v))] for v in (0.005, 0.12, 0.3)]
+    assert at == pytest.approx([-0.4 * 0.005, -0.4 * 0.12 / 2, -0.4 * 0.3 / 7.25], rel=5e-3)
+    # the work of a cycle: -integral F du = c v_0^2 T (1 - 1 / sqrt(1 + (v_max / v_0)^2))
+    assert -np.trapezoid(force, U) == pytest.approx(0.4 * 0.12**2 * (1 - 1 / np.hypot(1, AMPLITUDE * OMEGA / 0.12)), rel=1e-6)
+
+
+def test_an_eddy_brake_lets_a_fast_platform_coast_and_stops_a_slow_one(free):
+    # m V' = -6 c V / (1 + (V / v_0)^2), so ln V + V^2 / (2 v_0^2) falls by 6 c / m each second
+    ring: Any = tuple((float(np.cos(a)), float(np.sin(a)), 0.0) for a in np.arange(6) * np.pi / 3)
+    lift = replace(free, geometry=Geometry(ring, ring), release=Release(velocity_m_per_s=(0.0, 0.0, 0.25)))
+    run = deploy(lift.with_effect(known.EddyDamping(1.5, 0.12)))
+    speed = run.samples[:, 9]
+    fallen = np.log(speed) + speed**2 / (2 * 0.12**2)
+    assert speed[-1] < 0.2
+    assert fallen - fallen[0] == pytest.approx(-6 * 1.5 / MASS * run.time_s, abs=1e-7)
+    assert np.all(np.diff(run.work_J["by_effects"]) < 0)
