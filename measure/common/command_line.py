@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import NoReturn, TypeVar
 
 from measure.common.errors import InputError, nearest
+from measure.common.version import ShowVersion
 
 DONE, VERDICT_BAD, UNUSABLE = 0, 1, 2
 
@@ -48,11 +49,12 @@ def parser(name: str, does: str, *, output: str, output_default: str | None = No
     made.add_argument("-o", "--output", type=Path, metavar="PATH", default=output_default and Path(output_default), help=output)
     made.add_argument("--json", type=Path, metavar="FILE", help="write the result as JSON")
     made.add_argument("--quiet", action="store_true", help="print nothing but errors, show no progress")
+    made.add_argument("--version", action=ShowVersion, help="print the version and end")
     return made
 
 
 def run(name: str, work: Callable[[Sequence[str]], int], arguments: Sequence[str] | None = None) -> int:
-    """Call a command's work; unusable input becomes one message on standard error and status 2."""
+    """Call a command's work; unusable input becomes one message on standard error and status 2, a fault of the program a file and 70."""
     try:
         return _flushed(work(sys.argv[1:] if arguments is None else arguments))
     except InputError as error:
@@ -66,6 +68,11 @@ def run(name: str, work: Callable[[Sequence[str]], int], arguments: Sequence[str
     except OSError as error:
         print(f"{name}: error: {_refusal(error)}", file=sys.stderr)
         return UNUSABLE
+    except Exception as error:
+        from measure.common.fault import FAULT, sentence_of
+
+        print(sentence_of(name, sys.argv[1:] if arguments is None else arguments, error), file=sys.stderr)
+        return FAULT
 
 
 def _flushed(status: int) -> int:

@@ -73,12 +73,42 @@ def test_stopping_by_hand_is_no_traceback(capsys):
     assert "Traceback" not in capsys.readouterr().err
 
 
-def test_a_fault_of_the_program_is_not_disguised_as_one_of_the_input():
+def test_a_fault_of_the_program_is_one_sentence_a_file_and_a_status_of_its_own(tmp_path, monkeypatch, capsys):
     def work(arguments):
-        raise ZeroDivisionError
+        return 1 // len(arguments[1:])
 
-    with pytest.raises(ZeroDivisionError):
-        command.run("pull-strip", work, [])
+    monkeypatch.chdir(tmp_path)
+    assert command.run("pull-strip", work, ["a.csv"]) == 70
+    (kept,) = tmp_path.iterdir()
+    said = capsys.readouterr().err
+    assert said.count("\n") == 1
+    assert "ZeroDivisionError" in said
+    assert f"Please report it with the file {kept.name}." in said
+    text = kept.read_text()
+    assert "command   pull-strip a.csv" in text
+    assert "numpy " in text
+    assert "1 // len(arguments[1:])" in text
+
+
+def test_a_fault_in_a_folder_that_cannot_be_written_leaves_its_file_among_the_temporary_ones(tmp_path, monkeypatch, capsys):
+    from measure.common import fault
+
+    (tmp_path / "away").mkdir()
+    monkeypatch.chdir(tmp_path / "away")
+    (tmp_path / "away").rmdir()
+    monkeypatch.setattr(fault.tempfile, "gettempdir", lambda: str(tmp_path))
+    assert command.run("pull-strip", lambda arguments: [].index(1), []) == 70
+    (kept,) = tmp_path.iterdir()
+    assert str(kept) in capsys.readouterr().err
+
+
+def test_the_version_is_that_of_the_installed_distribution(options, capsys):
+    from importlib import metadata
+
+    with pytest.raises(SystemExit) as end:
+        options.parse_args(["--version"])
+    assert not end.value.code
+    assert capsys.readouterr().out == f"pull-strip {metadata.version('unspool')}\n"
 
 
 def test_what_the_system_refuses_is_a_sentence_too(tmp_path, capsys):
