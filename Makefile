@@ -30,7 +30,7 @@ METHODS ?= explain-gap
 .DELETE_ON_ERROR:
 
 demo: $(VENV)/installed
-	@$(BIN)/python -m identify.commands.demo
+	@$(BIN)/unspool demo
 
 test: $(VENV)/installed-test
 	$(PYTEST) --time-limits

@@ -22,6 +22,8 @@ from typing import Any
 
 import pytest
 
+from identify.commands.subcommands.tasks import TASKS
+
 ROOT = Path(__file__).resolve().parents[1]
 COMMANDS = tuple(tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]["scripts"])
 README, TUTORIAL = ROOT / "README.md", ROOT / "docs" / "tutorial.ipynb"
@@ -86,9 +88,10 @@ def inner_imports(source: str) -> list[str]:
 
 @cache
 def options(command: str) -> frozenset[str]:
-    """The options in a command's help."""
-    ran = subprocess.run([BESIDE_PYTHON / command, "--help"], capture_output=True, text=True, check=True)
-    return frozenset(re.findall(r"(?<![\w-])--?[a-z][a-z-]*", ran.stdout))
+    """The options in a command's help, and in that of its tasks."""
+    helps = [[BESIDE_PYTHON / command, *task, "--help"] for task in ([[], *([name] for name in TASKS)] if command == "unspool" else [[]])]
+    said = "".join(subprocess.run(words, capture_output=True, text=True, check=True).stdout for words in helps)
+    return frozenset(re.findall(r"(?<![\w-])--?[a-z][a-z-]*", said))
 
 
 def has_examples(document: Path) -> bool:

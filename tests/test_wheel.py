@@ -30,14 +30,16 @@ def test_the_wheel_holds_the_three_packages_and_nothing_else(installed):
     assert {folder for folder in folders if not folder.endswith(".dist-info")} == ROOMS
 
 
+def _files(folder, below=""):
+    """Files of a folder, named as the wheel names them."""
+    found = [path for path in folder.rglob("*") if path.is_file() and "__pycache__" not in path.parts]
+    return {f"{below}{path.relative_to(folder).as_posix()}" for path in found}
+
+
 def test_the_wheel_holds_every_file_that_the_packages_read(installed):
-    kept = {
-        path.relative_to(ROOT).as_posix()
-        for room in ROOMS
-        for path in (ROOT / room).rglob("*")
-        if path.is_file() and "__pycache__" not in path.parts
-    }
-    assert {name for name in installed if ".dist-info" not in name} == kept
+    of_packages = {name for room in ROOMS for name in _files(ROOT / room, f"{room}/")}
+    shipped = _files(ROOT / "datasets" / "demo", "identify/shipped/demo/") | {"simulate/shipped/prototype.toml"}
+    assert {name for name in installed if ".dist-info" not in name} == of_packages | shipped
 
 
 def test_the_wheel_carries_the_licence(installed):

@@ -53,6 +53,24 @@ def parser(name: str, does: str, *, output: str, output_default: str | None = No
     return made
 
 
+_STATUS = "exit status: 0 done; 1 done, with a bad verdict; 2 unusable input, nothing written; 70 a fault of the program"
+
+
+def examples(made: Parser, *lines: str, guide: str = "") -> Parser:
+    """The parser with examples, the exit status and the page of the guide at the end of its help.
+
+    Parameters
+    ----------
+    lines : commands as they are typed.
+    guide : name of the page below docs/how-to; by default that of the command.
+    """
+    shown = "\n".join(f"  {line}" for line in lines)
+    page = f"docs/how-to/{guide or made.prog.split()[0]}.md"
+    made.epilog = f"examples:\n{shown}\n\n{_STATUS}\nmore: {page} of the documentation"
+    made.formatter_class = argparse.RawDescriptionHelpFormatter
+    return made
+
+
 def run(name: str, work: Callable[[Sequence[str]], int], arguments: Sequence[str] | None = None) -> int:
     """Call a command's work; unusable input becomes one message on standard error and status 2, a fault of the program a file and 70."""
     try:

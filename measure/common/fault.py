@@ -20,19 +20,28 @@ def report_of(name: str, arguments: Sequence[str], error: BaseException) -> str:
     name, arguments : the command and the words behind it.
     error : what was raised.
     """
-    from measure.common.output import provenance
-
-    versions = provenance(command=[name])["versions"]
     lines = [
         "A fault of unspool. Please report it with this file, and with the input files if you may share them.",
         "",
         f"command   {' '.join([name, *arguments])}",
         f"system    {platform.platform()}, Python {platform.python_version()}",
-        f"versions  {', '.join(f'{key} {value}' for key, value in versions.items() if key != 'python')}",
+        f"versions  {', '.join(_versions())}",
         "",
         *traceback.format_exception(error),
     ]
     return "\n".join(lines)
+
+
+def _versions() -> list[str]:
+    """The program and the libraries it is built on, each with its version."""
+    import re
+    from importlib import metadata
+
+    try:
+        needed = [re.split(r"[ \[<>=!~;]", entry)[0] for entry in metadata.requires("unspool") or () if "extra ==" not in entry]
+        return [f"{package} {metadata.version(package)}" for package in ("unspool", *needed)]
+    except metadata.PackageNotFoundError:
+        return ["unknown"]
 
 
 def sentence_of(name: str, arguments: Sequence[str], error: BaseException) -> str:
@@ -41,7 +50,7 @@ def sentence_of(name: str, arguments: Sequence[str], error: BaseException) -> st
     for folder in (Path(), Path(tempfile.gettempdir())):
         try:
             with tempfile.NamedTemporaryFile(
-                "w", prefix=f"{name}-fault-", suffix=".txt", dir=folder, delete=False, encoding="utf-8"
+                "w", prefix=f"{name.replace(' ', '-')}-fault-", suffix=".txt", dir=folder, delete=False, encoding="utf-8"
             ) as file:
                 file.write(text)
         except OSError:

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from identify.commands.demo import main
+from identify.commands.subcommands.demo import main
 
 DATASETS = Path(__file__).resolve().parents[3] / "datasets"
 

@@ -1,4 +1,4 @@
-"""The main job on shipped data, step by step: film and loops in, a named effect out. What `make demo` runs.
+"""`unspool demo`: the main job on shipped data, step by step; film and loops in, a named effect out. What `make demo` runs.
 
 It calls the same functions as the commands and prints what came out of each.
 """
@@ -13,16 +13,16 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from measure.common.command_line import DONE, VERDICT_BAD, parser, progress, run
+from measure.common.command_line import DONE, VERDICT_BAD, examples, parser, progress, run
+from measure.common.shipped import shipped
 
 if TYPE_CHECKING:
     from identify.gap.compare import Comparison
     from identify.selection.explain import Explanation
     from simulate.model.model import Model
 
-NAME = "demo"
-DOES = "Measure a film, identify loops, simulate, compare and explain, on the data in datasets/demo."
-_HERE = Path(__file__).resolve().parents[2]
+NAME = "unspool demo"
+DOES = "Measure a film, identify loops, simulate, compare and explain, on the data that are installed with the program."
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -32,8 +32,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 def _parser() -> Any:
     made = parser(NAME, DOES, output="folder for all results", output_default="out/demo")
-    made.add_argument("--data", type=Path, default=_HERE / "datasets" / "demo", help="folder with rig.toml, film, loops, campaign.toml")
-    return made
+    what = "another folder with rig.toml, film, loops, campaign.toml"
+    made.add_argument("--data", type=Path, metavar="FOLDER", default=shipped("identify", "demo"), help=what)
+    return examples(made, "unspool demo", "unspool demo -o results --json result.json")
 
 
 def _work(arguments: Sequence[str]) -> int:
@@ -172,10 +173,8 @@ def _report(given: Namespace, found: Explanation, compared: Comparison, work: Pa
     write_model(extended(model, found), given.output / "extended.toml", note)
     write_json(given.output / "result.json", {**result_of(found), "provenance": note})
     notes = {"Model against deployments, before": "\n".join(summary(compared)), "What made this": json.dumps(note, indent=1)}
+    if given.json is not None:
+        write_json(given.json, {**result_of(found), "provenance": note})
     report = given.output / "report.html"
     write_text(report, report_html(found, "The demonstration: a film and six loops, explained", notes))
     return report
-
-
-if __name__ == "__main__":
-    sys.exit(main())
