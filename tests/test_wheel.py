@@ -38,7 +38,7 @@ def _files(folder, below=""):
 
 def test_the_wheel_holds_every_file_that_the_packages_read(installed):
     of_packages = {name for room in ROOMS for name in _files(ROOT / room, f"{room}/")}
-    shipped = _files(ROOT / "datasets" / "demo", "identify/shipped/demo/") | {"simulate/shipped/prototype.toml"}
+    shipped = _files(ROOT / "datasets" / "demo", "identify/shipped/demo/") | {"identify/shipped/prototype.toml"}
     assert {name for name in installed if ".dist-info" not in name} == of_packages | shipped
 
 

@@ -13,8 +13,8 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from identify.commands.subcommands.shipped import shipped
 from measure.common.command_line import DONE, VERDICT_BAD, examples, parser, progress, run
-from measure.common.shipped import shipped
 
 if TYPE_CHECKING:
     from identify.gap.compare import Comparison
@@ -33,7 +33,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 def _parser() -> Any:
     made = parser(NAME, DOES, output="folder for all results", output_default="out/demo")
     what = "another folder with rig.toml, film, loops, campaign.toml"
-    made.add_argument("--data", type=Path, metavar="FOLDER", default=shipped("identify", "demo"), help=what)
+    made.add_argument("--data", type=Path, metavar="FOLDER", default=shipped("demo"), help=what)
     return examples(made, "unspool demo", "unspool demo -o results --json result.json")
 
 
