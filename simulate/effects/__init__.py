@@ -35,6 +35,8 @@ from simulate.effects.sensor_lag import SensorLag as SensorLag
 from simulate.effects.force_offset import ForceOffset as ForceOffset
 from simulate.effects.series_play import SeriesPlay as SeriesPlay
 from simulate.effects.eddy_damping import EddyDamping as EddyDamping
+from simulate.effects.ripple import Ripple as Ripple
+from simulate.effects.sensor_filter import SensorFilter as SensorFilter
 from simulate.model.effect import Catalogue, effects_among
 
 CATALOGUE: Catalogue = {kind.name: kind for kind in effects_among(globals())}

@@ -46,7 +46,7 @@ def parameter(
     typical : a size at which the effect would be noticed; a search starts there.
     doc, source : what it is, and where the formula or the bounds come from.
     starts : values from which a search starts, for a parameter that shapes an effect (a time constant, a frequency) and shows
-        nothing of itself while the effect is off.
+        nothing of itself while the effect is off; of an effect that is not linear, sizes at which it is tried.
     linear : whether the effect grows in proportion to it from where it is switched off; a gap that opens does not.
     """
     limits = {"low": low, "high": high, "typical": typical, "doc": doc, "source": source}

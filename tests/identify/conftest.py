@@ -148,7 +148,10 @@ def _loop(truth: Model, frequency: float, amplitude: float, chance: np.random.Ge
     u, v, a = 0.1 + amplitude * np.sin(w * time), amplitude * w * np.cos(w * time), -amplitude * w**2 * np.sin(w * time)
     law = truth.actuator
     lines = np.array([law.a_l_N_per_m, law.b_l_N, law.a_u_N_per_m, law.b_u_N, law.beta_per_m])
-    force = loop_force(lines, time, u, v, a, 2.84, truth.effects)[:: steps // 1000]
+    force = loop_force(lines, time, u, v, a, 2.84, truth.effects)
+    for effect in truth.effects:
+        force = effect.observe_force(time, u, force)
+    force = force[:: steps // 1000]
     return Loop(
         time[:: steps // 1000], u[:: steps // 1000] + chance.normal(0.0, 1e-5, len(force)), force + chance.normal(0.0, 2e-3, len(force))
     )

@@ -1,11 +1,11 @@
 """What camera and clock make of a motion, written apart from the project's own way of saying it.
 
-true time = (shown - t_0) / (1 + r) - instant of the release;  then the roll of the picture, then its scale
+true time = (shown - t_0) / (1 + r) - instant of the release;  then the roll of the picture, its scale, and a low pass
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -43,15 +43,30 @@ def shown(motion: Motion, run: Deployment, effects: tuple[Effect, ...]) -> dict[
     """The channels of a run's table without noise, each (frames,)."""
     acting = values_of(effects)
     offset, rate = acting.get("time-offset", (0.0, 0.0))
-    at = np.clip((run.time_s - offset) / (1.0 + rate) - run.instant_s, 0.0, motion.time_s[-1])
+    true_s = (run.time_s - offset) / (1.0 + rate) - run.instant_s
+    slow_s = float(acting.get("sensor-filter", (0.0, 0.0))[1])
+    rows = averaged(lambda late_s: _at_once(motion, np.clip(true_s - late_s, 0.0, motion.time_s[-1]), run, acting), slow_s)
+    return dict(zip(CHANNELS, rows, strict=True))
+
+
+def averaged(shown_late: Callable[[float], Array], tau_s: float) -> Array:
+    """A low pass of first order: what was shown, averaged over the time since then with the weight exp(-time / tau), by Laguerre's rule."""
+    if tau_s == 0.0:
+        return shown_late(0.0)
+    places, weights = np.polynomial.laguerre.laggauss(24)
+    return np.tensordot(weights, [shown_late(tau_s * place) for place in places], axes=1)
+
+
+def _at_once(motion: Motion, at: Array, run: Deployment, acting: Mapping[str, Array]) -> Array:
+    """Every channel (6, frames) as a camera shows it that does not smooth."""
     place, turn = motion.at(at)
     if run.zeroed:
-        turn = turn * turn[0].inv()
+        turn = turn * motion.at(at[:1])[1].inv()
     x, z = place[:, 0].copy(), place[:, 2].copy()
     roll = float(acting.get("camera-roll", (0.0,))[0])
     place[:, 0], place[:, 2] = np.cos(roll) * x + np.sin(roll) * z, np.cos(roll) * z - np.sin(roll) * x
     place *= 1.0 + float(acting.get("scale-error", (0.0,))[0])
-    return dict(zip(CHANNELS, (*place.T, *angles_of(turn)), strict=True))
+    return np.stack([*place.T, *angles_of(turn)])
 
 
 def angles_of(turn: Rotation) -> tuple[Array, Array, Array]:

@@ -50,7 +50,7 @@ class Law:
         return c2 * u**2 + c3 * u**3 + (a1 * s + a2 * s**2) * u + b1 * s + b2 * s**2
 
     def added(self, u: Array, v: Array, t: Any, force: Array) -> Array:
-        """Friction, brakes, the transition zone and relaxation, N."""
+        """Friction, brakes, ripples, the transition zone and relaxation, N."""
         (c,) = self.p.get("viscous-friction", (0.0,))
         k, n = self.p.get("power-law-friction", (0.0, 2.0))
         stick, v_s = self.p.get("stribeck-friction", (0.0, 0.05))
@@ -58,7 +58,9 @@ class Law:
         missing, length = self.p.get("transition-zone", (0.0, 0.08))
         lost, tau = self.p.get("force-relaxation", (0.0, 0.5))
         friction = c * v + k * v * (v**2 + 1e-6) ** ((n - 1) / 2) + stick * np.tanh(v / 2e-3) * np.exp(-((v / v_s) ** 2))
+        wave, period, phase = self.p.get("ripple", (0.0, 1.0, 0.0))
         friction += eddy * v / (1.0 + (v / v_0) ** 2)
+        friction -= wave * np.sin(2 * np.pi * u / period + phase)
         known = -friction - missing * np.exp(-np.maximum(u, 0.0) / length) + force * lost * np.expm1(-t / tau)
         return known + sum(self._from_outside(effect, u) for effect in self.outside)
 

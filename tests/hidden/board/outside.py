@@ -1,4 +1,4 @@
-"""Effects that no catalogue holds, for cases whose right answer is that nobody knows."""
+"""Effects that no catalogue holds, for cases whose right answer is that nobody knows; and a ripple, for tests."""
 
 from __future__ import annotations
 
@@ -34,6 +34,19 @@ class CoilRipple(LegEffect):
     def leg_force(u: float, v: float, t: float, R: float, travel: float, p: Any) -> float:
         """The ripple, N."""
         return p[0] * math.sin(2.0 * math.pi * u / 0.06)
+
+
+@dataclass(frozen=True)
+class CoilDents(LegEffect):
+    """Two dents in the strip: a short help where the first leaves the coil, and a longer hindrance at the second."""
+
+    name = "coil-dents"
+    force_N: float = parameter(0.0, low=-1.0, high=1.0, typical=0.02, doc="largest force of a dent")
+
+    @staticmethod
+    def leg_force(u: float, v: float, t: float, R: float, travel: float, p: Any) -> float:
+        """The dents, N."""
+        return p[0] * (math.exp(-(((u - 0.085) / 0.005) ** 2)) - math.exp(-(((u - 0.118) / 0.009) ** 2)))
 
 
 @dataclass(frozen=True)
@@ -77,4 +90,4 @@ class StageDrive(LegEffect):
         return p[0] / (1.0 + math.exp(-(u - 0.12) / 0.004)) / (1.0 + math.exp((u - 0.18) / 0.004))
 
 
-KINDS: dict[str, type[Effect]] = {kind.name: kind for kind in (Gust, CoilRipple, SideWind, Snag, StageDrive)}
+KINDS: dict[str, type[Effect]] = {kind.name: kind for kind in (Gust, CoilDents, SideWind, Snag, StageDrive)}

@@ -29,7 +29,7 @@ SAID = (
     *("hub-inertia", "viscous-friction", "power-law-friction", "stribeck-friction", "rate-dependent-asymptotes", "curved-asymptotes"),
     *("transition-zone", "force-relaxation", "leg-disparity", "leg-mass", "end-stop-dissipation", "gravity-imbalance"),
     *("counterweight-inertia", "pulley-inertia", "pulley-friction", "cable-pendulum", "air-drag", "handrail-contact", "base-excitation"),
-    *("centre-of-mass-offset", "release-pose", "eddy-damping"),
+    *("centre-of-mass-offset", "release-pose", "eddy-damping", "ripple"),
 )
 """Effects that this right-hand side knows."""
 

@@ -11,7 +11,7 @@ from simulate.loop import loop_force
 from simulate.model.effect import Effect
 from simulate.model.model import Actuator, Model
 
-from .camera import values_of
+from .camera import averaged, values_of
 from .campaigns import CYCLES, LASER_SIGMA_M, Shaking
 
 Array = np.ndarray
@@ -60,11 +60,12 @@ def kernel_force(model: Model, stroke: Stroke, start_force_N: float) -> Array:
 
 
 def cell_shows(force_N: Array, stroke: Stroke, run: Shaking, effects: tuple[Effect, ...]) -> Array:
-    """What the load cell shows at the samples: late, with a zero of its own."""
+    """What the load cell shows at the samples: late and smoothed, with a zero of its own."""
     acting = values_of(effects)
     delay = float(acting.get("sensor-lag", (0.0,))[0])
     tare, drift = acting.get("force-offset", (0.0, 0.0))
-    late = np.interp(run.time_s - delay, stroke.time_s, force_N)
+    slow_s = float(acting.get("sensor-filter", (0.0, 0.0))[0])
+    late = averaged(lambda late_s: np.interp(run.time_s - delay - late_s, stroke.time_s, force_N), slow_s)
     return late + run.tare_N + tare + (run.drift_N_per_s + drift) * run.time_s
 
 

@@ -22,20 +22,24 @@ Chance = np.random.Generator
 ONE_SIGN = (
     *("hub-inertia", "viscous-friction", "power-law-friction", "stribeck-friction", "force-relaxation", "backlash", "leg-mass"),
     *("joint-friction", "counterweight-inertia", "pulley-inertia", "pulley-friction", "cable-pendulum", "air-drag", "handrail-contact"),
-    *("snag", "base-excitation", "series-play", "eddy-damping"),
+    *("snag", "base-excitation", "series-play", "eddy-damping", "sensor-filter"),
 )
 # Shape parameters: drawn and not scaled. All others are amounts.
 SHAPE = {
     "power-law-friction": ("exponent",),
     "stribeck-friction": ("speed_m_per_s",),
     "eddy-damping": ("speed_m_per_s",),
+    "ripple": ("period_m", "phase_rad"),
     "transition-zone": ("length_m",),
     "force-relaxation": ("time_s",),
     "handrail-contact": ("clearance_m",),
     "base-excitation": ("frequency_Hz", "phase_rad", "axis[0]", "axis[1]", "axis[2]"),
 }
-# An amplitude times an axis, and where no force is left a phase, are not numbers of their own.
-NOT_A_SIZE = {"base-excitation": ("acceleration_m_per_s2", "phase_rad", "axis[0]", "axis[1]", "axis[2]")}
+# An amplitude times an axis or a sign, and where no force is left a phase, are not numbers of their own.
+NOT_A_SIZE = {
+    "ripple": ("force_N", "phase_rad"),
+    "base-excitation": ("acceleration_m_per_s2", "phase_rad", "axis[0]", "axis[1]", "axis[2]"),
+}
 
 
 @dataclass(frozen=True)
@@ -103,6 +107,7 @@ def _own_ways(name: str, model: Model, off: Array, direction: Array, reach_m: fl
         "power-law-friction": lambda: [chance.choice([chance.uniform(0.35, 0.75), chance.uniform(1.5, 2.8)])],
         "stribeck-friction": lambda: [float(np.exp(chance.uniform(np.log(0.03), np.log(0.3))))],
         "eddy-damping": lambda: [float(np.exp(chance.uniform(np.log(0.03), np.log(0.3))))],
+        "ripple": lambda: [float(np.exp(chance.uniform(np.log(0.01), np.log(0.1)))), chance.uniform(-3.0, 3.0)],
         "transition-zone": lambda: [chance.uniform(0.04, 0.15)],
         "force-relaxation": lambda: [float(np.exp(chance.uniform(np.log(0.1), np.log(1.0))))],
         "handrail-contact": lambda: [chance.uniform(0.3, 0.7) * reach_m],
@@ -149,12 +154,15 @@ def _grid(name: str, reach_m: float) -> list[tuple[list[float], ...]]:
     rows: dict[str, list[float]] = {
         "power-law-friction": [0.3, 0.5, 0.8, 1.3, 1.6, 2.0, 2.5, 3.0],
         "stribeck-friction": [0.02, 0.05, 0.1, 0.2, 0.4, 0.8],
+        "eddy-damping": [0.02, 0.05, 0.1, 0.2, 0.4, 0.8],
         "transition-zone": [0.02, 0.04, 0.07, 0.1, 0.15, 0.25, 0.5],
         "force-relaxation": [0.05, 0.1, 0.2, 0.4, 0.8, 2.0, 10.0],
         "handrail-contact": [part * reach_m for part in (0.2, 0.35, 0.5, 0.65, 0.8)],
     }
     if name in rows:
         return [([value],) for value in rows[name]]
+    if name == "ripple":
+        return [([1.0 / k, 0.0], [1.0 / k, np.pi / 2]) for k in (*range(4, 61, 8), *range(72, 300, 28))]
     if name == "base-excitation":
         axes = ([1.0, 0.0, 0.0], [0.0, 0.0, 1.0])
         return [([f, 0.0, *axis], [f, np.pi / 2, *axis]) for f in (1.0, 2.0, *np.arange(3.5, 24.0, 1.5)) for axis in axes]

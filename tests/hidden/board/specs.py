@@ -19,11 +19,12 @@ MASTER_SEED = 2009
 GENERATION = 7  # counts up when cases are made in another way, so that old ones are not taken for new
 SIZES = (1.0, 3.0, 10.0)
 RUN_SETS = ("standard", "two-heights", "single", "loops")
-OUTSIDE = ("gust", "coil-ripple", "side-wind", "snag", "stage-drive")
-MEASUREMENT = ("scale-error", "camera-roll", "time-offset", "sensor-lag", "force-offset")
+OUTSIDE = ("gust", "coil-dents", "side-wind", "snag", "stage-drive")
+MEASUREMENT = ("scale-error", "camera-roll", "time-offset", "sensor-lag", "force-offset", "sensor-filter")
 IN_LOOPS = (
     *("hub-inertia", "viscous-friction", "power-law-friction", "stribeck-friction", "rate-dependent-asymptotes", "curved-asymptotes"),
-    *("transition-zone", "force-relaxation", "backlash", "sensor-lag", "force-offset", "series-play", "eddy-damping"),
+    *("transition-zone", "force-relaxation", "backlash", "sensor-lag", "force-offset"),
+    *("series-play", "eddy-damping", "ripple", "sensor-filter"),
 )
 PAIRS = (
     ("hub-inertia", "gravity-imbalance"),

@@ -15,7 +15,7 @@ LOOPS = ((0.2, 0.01), (1.0, 0.04), (3.0, 0.02))
 
 
 def recovered(folder: Path, shape):
-    """The effect fitted from a shape that is switched off, its parameters in their units, and their standard errors."""
+    """The effect fitted from a shape, or where it is not linear from a size, its parameters in their units, and their standard errors."""
     problem = problem_of(read_model(folder / "model.toml"), read_campaign([folder / "campaign.toml"]))
     base = solve(problem)
     fit = to_the_end(solve(problem.with_another(shape), np.append(base.q, np.zeros(len(shape.flat())))))
@@ -30,6 +30,7 @@ def recovered(folder: Path, shape):
     [
         (known.SeriesPlay(1.1e-3), known.SeriesPlay()),
         (known.EddyDamping(0.4, 0.12), known.EddyDamping(0.0, 0.1)),
+        (known.Ripple(0.01, 0.0235, 0.9), known.Ripple(0.0, 1 / 44)),
     ],
     ids=lambda effect: effect.name,
 )
@@ -44,6 +45,8 @@ def test_an_effect_in_loops_is_recovered(campaign, truth, shape):
     [
         (known.SeriesPlay(1.1e-3), known.SeriesPlay()),
         (known.EddyDamping(0.4, 0.12), known.EddyDamping(0.0, 0.1)),
+        (known.Ripple(0.01, 0.0235, 0.9), known.Ripple(0.0, 1 / 44)),
+        (known.SensorFilter((2e-3, 3e-3)), known.SensorFilter((0.005, 0.005))),
     ],
     ids=lambda effect: effect.name,
 )

@@ -75,3 +75,45 @@ def test_an_eddy_brake_lets_a_fast_platform_coast_and_stops_a_slow_one(free):
     assert speed[-1] < 0.2
     assert fallen - fallen[0] == pytest.approx(-6 * 1.5 / MASS * run.time_s, abs=1e-7)
     assert np.all(np.diff(run.work_J["by_effects"]) < 0)
+
+
+def test_a_ripple_gives_back_over_a_cycle_what_it_takes():
+    without = loop_force(FLAT, TIME, U, V, A, 2.85)
+    wave = loop_force(FLAT, TIME, U, V, A, 2.85, (known.Ripple(0.02, 0.03, 0.7),)) - without
+    assert wave == pytest.approx(0.02 * np.sin(2 * np.pi * U / 0.03 + 0.7), abs=1e-12)
+    assert np.trapezoid(wave, U) == pytest.approx(0.0, abs=1e-9)
+
+
+def test_a_platform_runs_over_a_ripple_as_over_hills_of_energy(free):
+    # m V^2 / 2 - 6 integral F du is kept
+    ring: Any = tuple((float(np.cos(a)), float(np.sin(a)), 0.0) for a in np.arange(6) * np.pi / 3)
+    lift = replace(free, geometry=Geometry(ring, ring), release=Release(velocity_m_per_s=(0.0, 0.0, 0.3)))
+    run = deploy(lift.with_effect(known.Ripple(0.2, 0.02, 0.7)))
+    u = run.channels["z_m"] - 0.252
+    hill = 6 * 0.2 * 0.02 / (2 * np.pi) * (np.cos(2 * np.pi * u / 0.02 + 0.7) - np.cos(0.7))
+    energy = 0.5 * MASS * (run.samples[:, 9] ** 2 - 0.3**2)
+    assert np.ptp(hill) > 5e-3
+    assert energy == pytest.approx(-hill, abs=1e-7)
+
+
+def test_a_slow_load_cell_shows_a_sine_smaller_and_later_as_a_low_pass_does():
+    tau = 0.03
+    shown = known.SensorFilter((tau, 0.0)).observe_force(TIME, U, np.sin(OMEGA * TIME))
+    transient = OMEGA * tau * np.exp(-TIME / tau)
+    expected = (np.sin(OMEGA * TIME) - OMEGA * tau * np.cos(OMEGA * TIME) + transient) / (1 + (OMEGA * tau) ** 2)
+    assert shown == pytest.approx(expected, abs=1e-9)
+
+
+def test_a_slow_camera_lags_behind_a_coasting_platform_by_speed_times_time_constant_whatever_its_frame_rate(free):
+    tau, speed = 0.02, 0.3
+    run = deploy(replace(free, release=Release(velocity_m_per_s=(0.0, speed, 0.0))))
+    for every in (1, 2, 7):
+        time, y = run.time_s[::every], run.channels["y_m"][::every]
+        shown = known.SensorFilter((0.0, tau)).observe(time, {"y_m": y})["y_m"]
+        assert shown == pytest.approx(speed * (time - tau * (1 - np.exp(-time / tau))), abs=1e-12)
+
+
+def test_what_a_slow_camera_shows_of_a_run_that_diverged_ends_where_the_run_does():
+    time, x = np.arange(8) * 0.01, np.array([0.0, 1.0, 2.0, 3.0, 4.0, np.nan, np.nan, np.nan])
+    shown = known.SensorFilter((0.0, 1e-3)).observe(time, {"x_m": x})["x_m"]
+    np.testing.assert_array_equal(np.isfinite(shown), np.isfinite(x))

@@ -232,6 +232,13 @@ def test_a_drifting_load_cell_keeps_the_loop_open_by_its_drift():
 def test_effects_that_measure_do_not_touch_the_motion(lopsided):
     brief = replace(lopsided, simulation=Simulation(0.2, 100.0))
     measured = brief
-    for effect in (known.CameraRoll(0.1), known.SensorLag(0.01), known.ForceOffset(1.0), known.ScaleError(0.1), known.TimeOffset(0.1)):
+    for effect in (
+        known.CameraRoll(0.1),
+        known.SensorLag(0.01),
+        known.ForceOffset(1.0),
+        known.ScaleError(0.1),
+        known.TimeOffset(0.1),
+        known.SensorFilter((0.01, 0.01)),
+    ):
         measured = measured.with_effect(effect)
     np.testing.assert_array_equal(deploy(measured).samples, deploy(brief).samples)

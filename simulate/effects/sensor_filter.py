@@ -1,0 +1,66 @@
+"""An amplifier or a display smooths what it shows: it follows the truth with a time constant."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from simulate.model.effect import Array, MeasurementEffect, parameter
+
+
+@dataclass(frozen=True)
+class SensorFilter(MeasurementEffect):
+    """A low pass of first order in the channel of the load cell, and one in the channels of the camera.
+
+        y' = (x - y) / tau,   y = x before the first sample
+
+    Two time constants: the load cell's and the camera's. What is shown is late by tau, which a shifted clock does as well, and what
+    changes within tau is flattened, which it does not; that part grows with tau squared. Between samples x is a cubic spline, for
+    which y is exact.
+
+    In a loop: the loop opens with the frequency, and the corners behind the reversals are rounded. In a deployment: every channel
+    is late, and the impact at the stops is blunted.
+    """
+
+    name = "sensor-filter"
+    time_s: tuple[float, ...] = parameter(
+        (0.0, 0.0),
+        low=0.0,
+        high=1.0,
+        typical=0.002,
+        starts=((0.002, 0.0), (0.01, 0.0), (0.005, 0.005), (0.0, 0.003), (0.0, 0.01), (0.0, 0.03)),
+        linear=False,
+        doc="time constant tau of the load cell, and of the camera",
+    )
+
+    def observe_force(self, time_s: Array, elongation_m: Array, force_N: Array) -> Array:
+        """The force as the slow load cell shows it."""
+        del elongation_m
+        return low_pass(time_s, force_N, self.time_s[0])
+
+    def observe(self, time_s: Array, channels: Mapping[str, Array]) -> Mapping[str, Array]:
+        """Every channel as the slow camera shows it."""
+        return {name: low_pass(time_s, values, self.time_s[1]) for name, values in channels.items()}
+
+
+def low_pass(time_s: Array, values: Array, tau_s: float) -> Array:
+    """Values (n,) behind a low pass of first order, at rest before the first; from one on that is not finite none is.
+
+    On a spline P = x - tau x' + tau^2 x'' - tau^3 x''' solves the equation, and what y is away from P fades as exp(-t / tau).
+    """
+    from scipy.interpolate import CubicSpline
+
+    finite = np.isfinite(values)
+    n = len(values) if finite.all() else int(np.argmin(finite))
+    if tau_s == 0.0 or n < 2:
+        return values
+    spline, h = CubicSpline(time_s[:n], values[:n]), np.diff(time_s[:n])
+    third, second, first, start = spline.c
+    ends = (start, values[1:n]), (first, first + h * (2.0 * second + 3.0 * h * third)), (second, second + 3.0 * h * third)
+    before, behind = (x - tau_s * (v - tau_s * (2.0 * a - tau_s * 6.0 * third)) for x, v, a in zip(*ends, strict=True))
+    shown = [float(values[0])]
+    for left, right, faded in zip(before.tolist(), behind.tolist(), np.exp(-h / tau_s).tolist(), strict=True):
+        shown.append(right + (shown[-1] - left) * faded)
+    return np.concatenate([shown, np.full(len(values) - n, np.nan)])
