@@ -1,6 +1,6 @@
 """What camera and clock make of a motion, written apart from the project's own way of saying it.
 
-true time = (shown - t_0) / (1 + r) - instant of the release;  then the roll of the picture, its scale, and a low pass
+true time = (shown - t_0) / (1 + r) - instant of the release;  then the roll of the picture, its scale, the lens, and a low pass
 """
 
 from __future__ import annotations
@@ -66,6 +66,9 @@ def _at_once(motion: Motion, at: Array, run: Deployment, acting: Mapping[str, Ar
     roll = float(acting.get("camera-roll", (0.0,))[0])
     place[:, 0], place[:, 2] = np.cos(roll) * x + np.sin(roll) * z, np.cos(roll) * z - np.sin(roll) * x
     place *= 1.0 + float(acting.get("scale-error", (0.0,))[0])
+    stretch, height = acting.get("lens-distortion", (0.0, 0.0))
+    across = place[:, [0, 2]] - [0.0, height]
+    place[:, [0, 2]] += stretch * np.sum(across**2, axis=1)[:, None] * across
     return np.stack([*place.T, *angles_of(turn)])
 
 

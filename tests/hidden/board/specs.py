@@ -20,7 +20,7 @@ GENERATION = 7  # counts up when cases are made in another way, so that old ones
 SIZES = (1.0, 3.0, 10.0)
 RUN_SETS = ("standard", "two-heights", "single", "loops")
 OUTSIDE = ("gust", "coil-dents", "side-wind", "snag", "stage-drive")
-MEASUREMENT = ("scale-error", "camera-roll", "time-offset", "sensor-lag", "force-offset", "sensor-filter")
+MEASUREMENT = ("scale-error", "camera-roll", "time-offset", "sensor-lag", "force-offset", "sensor-filter", "lens-distortion")
 IN_LOOPS = (
     *("hub-inertia", "viscous-friction", "power-law-friction", "stribeck-friction", "rate-dependent-asymptotes", "curved-asymptotes"),
     *("transition-zone", "force-relaxation", "backlash", "sensor-lag", "force-offset"),

@@ -47,6 +47,7 @@ def test_an_effect_in_loops_is_recovered(campaign, truth, shape):
         (known.EddyDamping(0.4, 0.12), known.EddyDamping(0.0, 0.1)),
         (known.Ripple(0.01, 0.0235, 0.9), known.Ripple(0.0, 1 / 44)),
         (known.SensorFilter((2e-3, 3e-3)), known.SensorFilter((0.005, 0.005))),
+        (known.LensDistortion(-0.05, 0.42), known.LensDistortion(0.0, 0.35)),
     ],
     ids=lambda effect: effect.name,
 )

@@ -3,6 +3,7 @@
 from dataclasses import replace
 from typing import Any
 
+import cv2
 import numpy as np
 import pytest
 
@@ -117,3 +118,20 @@ def test_what_a_slow_camera_shows_of_a_run_that_diverged_ends_where_the_run_does
     time, x = np.arange(8) * 0.01, np.array([0.0, 1.0, 2.0, 3.0, 4.0, np.nan, np.nan, np.nan])
     shown = known.SensorFilter((0.0, 1e-3)).observe(time, {"x_m": x})["x_m"]
     np.testing.assert_array_equal(np.isfinite(shown), np.isfinite(x))
+
+
+def test_a_lens_distorts_as_browns_first_coefficient_does_in_another_camera_model():
+    distance, k1, height = 2.5, -0.3, 0.45
+    x, z = np.array([-0.15, 0.0, 0.02, 0.2]), np.array([0.25, 0.45, 0.3, 0.7])
+    points = np.stack([x, z - height, np.full(4, distance)], axis=1)
+    camera = np.diag([distance, distance, 1.0])
+    theirs = cv2.projectPoints(points, np.zeros(3), np.zeros(3), camera, np.array([k1, 0.0, 0.0, 0.0]))[0].reshape(-1, 2)
+    seen = known.LensDistortion(k1 / distance**2, height).observe(np.arange(4.0), {"x_m": x, "z_m": z})
+    assert np.stack([seen["x_m"], seen["z_m"] - height], axis=1) == pytest.approx(theirs, abs=1e-12)
+
+
+def test_a_lens_leaves_rotations_and_its_axis_alone_and_takes_the_elevation_as_it_is_where_nothing_else_is_seen():
+    z = np.array([0.25, 0.45, 0.65])
+    seen = known.LensDistortion(0.5, 0.45).observe(np.arange(3.0), {"z_m": z, "theta_z_rad": z})
+    assert seen["theta_z_rad"] is z
+    assert seen["z_m"] - z == pytest.approx([-0.5 * 0.2**3, 0.0, 0.5 * 0.2**3])
