@@ -2,40 +2,50 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
+from identify.campaign.campaign_file import ListedRun, read_list
 from identify.campaign.run import Run
 from identify.loops.sign import oriented
-from measure.common.errors import InputError, nearest
+from measure.common.errors import InputError
+from measure.common.every_error import for_each
 from measure.common.output import sha256
 from measure.readers.column_mapping import ColumnMapping, read_mapping
 from measure.readers.measurement import read_measurement
 from measure.tables.loop import Loop
-from simulate.files.model_file import read_document
 
-_RUN_KEYS = ("file", "model", "hold_out", "mapping")
+Measured = Callable[[ListedRun, Path], Path]
 
 
-def read_campaign(paths: Iterable[Path], mapping: ColumnMapping | None = None) -> tuple[Run, ...]:
+def read_campaign(paths: Iterable[Path], mapping: ColumnMapping | None = None, measured: Measured | None = None) -> tuple[Run, ...]:
     """Read measurements: tables, or lists of runs (TOML).
 
     Parameters
     ----------
     mapping : how loops are to be read that are not in the project's own columns, where a run names no mapping file of its own.
+    measured : where the trajectory of a listed film is, from the run and the folder of the list; without it films are refused.
 
     Raises
     ------
     InputError
-        A file cannot be read, a key is unknown, every run is held out, or two runs are the same file.
+        A file cannot be read, a key is unknown, every run is held out, or two runs are the same file; all of them at once.
     """
-    runs = tuple(run for path in paths for run in _runs_of(Path(path), mapping))
+    lists = for_each(lambda path: _runs_of(Path(path), mapping, measured or _unmeasured), paths)
+    runs = tuple(run for listed in lists for run in listed)
     if all(run.hold_out for run in runs):
         raise InputError("every run is held out; at least one must be there to fit.")
     _require_distinct(runs)
     return _oriented(runs)
+
+
+def _unmeasured(row: ListedRun, folder: Path) -> Path:
+    project = f" --project {folder / row.project}" if row.project else ""
+    raise InputError(
+        f"{folder / row.file}: is a film, and must be measured first. Type unspool run and the list, or track-video "
+        f"{folder / row.file}{project} -o {Path(row.file).stem}.csv and list that table."
+    )
 
 
 def _oriented(runs: Sequence[Run]) -> tuple[Run, ...]:
@@ -53,41 +63,25 @@ def remarks(runs: Iterable[Run]) -> list[str]:
     return [f"{run.name}: {said}" for run in runs if isinstance(run.table, Loop) for said in run.table.remarks]
 
 
-def _runs_of(path: Path, mapping: ColumnMapping | None) -> list[Run]:
+def _runs_of(path: Path, mapping: ColumnMapping | None, measured: Measured) -> list[Run]:
     if path.suffix.lower() == ".toml":
-        return _listed_runs(path, mapping)
+        return for_each(lambda row: _listed_run(path.parent, row, mapping, measured), _rows_of(path))
     return [Run(read_measurement(path, mapping), name=path.name, path=path)]
 
 
-def _listed_runs(path: Path, mapping: ColumnMapping | None) -> list[Run]:
-    document = read_document(path)
-    for key in document:
-        if key != "run":
-            raise InputError(f'{path}: unknown key "{key}"; a list of runs has [[run]] tables only.')
-    rows = document.get("run", [])
-    if not isinstance(rows, list) or not rows:
+def _rows_of(path: Path) -> list[ListedRun]:
+    rows = read_list(path).run
+    if not rows:
         raise InputError(f'{path}: no [[run]] table; give one for each measurement, with file = "...".')
-    return [_listed_run(path, row, mapping) for row in rows]
+    return rows
 
 
-def _listed_run(path: Path, row: Mapping[str, Any], mapping: ColumnMapping | None) -> Run:
-    for key in row:
-        if key not in _RUN_KEYS:
-            raise InputError(f'{path}, [[run]]: unknown key "{key}"; {nearest(key, _RUN_KEYS)}')
-    name, hold_out, changes = row.get("file"), row.get("hold_out", False), row.get("model", {})
-    if not isinstance(name, str):
-        raise InputError(f'{path}, [[run]]: file is {name!r}; give the name of a table, such as file = "test1.csv".')
-    if not isinstance(hold_out, bool) or not isinstance(changes, Mapping):
-        raise InputError(f"{path}, [[run]] {name}: hold_out is true or false, and model is a table of values to change.")
-    if "mapping" in row:
-        mapping = _named_mapping(path, name, row["mapping"])
-    return Run(read_measurement(path.parent / name, mapping), changes, hold_out, name=name, path=path.parent / name)
-
-
-def _named_mapping(path: Path, run: str, name: object) -> ColumnMapping:
-    if not isinstance(name, str):
-        raise InputError(f'{path}, [[run]] {run}: mapping is {name!r}; give the name of a mapping file, such as mapping = "rig.toml".')
-    return read_mapping(path.parent / name)
+def _listed_run(folder: Path, row: ListedRun, mapping: ColumnMapping | None, measured: Measured) -> Run:
+    if row.is_film(folder):
+        table = measured(row, folder)
+        return Run(read_measurement(table), row.model, row.hold_out, name=table.name, path=table)
+    mapping = read_mapping(folder / row.mapping) if row.mapping else mapping
+    return Run(read_measurement(folder / row.file, mapping), row.model, row.hold_out, name=row.file, path=folder / row.file)
 
 
 def _require_distinct(runs: Sequence[Run]) -> None:

@@ -22,8 +22,8 @@ _COMMANDS = """commands beside this one:
   explain-gap            which effect the model lacks
 
 examples:
-  unspool demo
-  unspool effects hub-inertia
+  unspool init rig --like demo
+  unspool check rig/*.toml
 
 Tasks that write take -o/--output, --json and --quiet; all take --help. Exit status: 0 done; 1 done with a bad verdict; 2 unusable input,
 nothing written; 70 a fault of the program."""

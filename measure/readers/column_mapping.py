@@ -111,16 +111,31 @@ def read_mapping(path: Path) -> ColumnMapping:
 class _MappingFile(BaseModel):
     """The keys of a mapping file and the types of their values; what they may be is checked as for the options."""
 
-    model_config = ConfigDict(extra="forbid", strict=True)
+    model_config = ConfigDict(extra="forbid", strict=True, use_attribute_docstrings=True)
 
     columns: Annotated[dict[str, str | int], AfterValidator(_checked(_wrong_columns))] = {}
+    """column of time, elongation and force: its name, or its number counted from 1"""
     units: Annotated[dict[str, str], AfterValidator(_checked(_wrong_units))] = {}
+    """unit of time, elongation and force; what is left out must stand in the header"""
     delimiter: str = ""
+    """tab, semicolon, comma, bar or space"""
     decimal: str = ""
+    """point or comma"""
     encoding: str = ""
+    """of the text, as Python names it: "utf-8", "cp1252", "utf-16" and others"""
     header: bool = True
+    """false: the first row is data"""
     sample_period_s: Annotated[float, AfterValidator(_checked(_wrong_period))] = 1.0
+    """where the files hold no time"""
     name_pattern: str = ""
+    """conditions in the names of the files, such as "KDN_{pressure_bar}bar"; they become columns"""
+
+
+def json_schema() -> dict[str, Any]:
+    """The JSON Schema of a mapping file; what has a default here is found from the loop file where it is not given."""
+    schema = _MappingFile.model_json_schema()
+    found = {key: {name: value for name, value in node.items() if name != "default"} for key, node in schema["properties"].items()}
+    return {**schema, "title": "Columns of a bench", "properties": {key: {**node, "default": None} for key, node in found.items()}}
 
 
 def _sentence(error: dict[str, Any]) -> str:

@@ -6,6 +6,7 @@ import tomllib
 from collections.abc import Mapping
 from dataclasses import asdict, fields, is_dataclass
 from functools import reduce
+from itertools import takewhile
 from pathlib import Path
 from types import UnionType
 from typing import Any, Union, get_args, get_origin, get_type_hints
@@ -51,52 +52,95 @@ def read_document(path: Path) -> dict[str, Any]:
 
 
 def model_from(document: Mapping[str, Any], where: str, catalogue: Catalogue = CATALOGUE) -> Model:
-    """A checked model from the tables of a model file; `where` names the file in messages."""
-    if document.get("schema") != SCHEMA:
-        raise InputError(f"{where}: schema is {document.get('schema', 'absent')}; this program reads schema = {SCHEMA}.")
+    """A checked model from the tables of a model file; `where` names the file in messages.
+
+    Raises
+    ------
+    InputError
+        Everything that is wrong, a line each.
+    """
     base = {key: value for key, value in document.items() if key not in _BESIDE_THE_MODEL}
-    _require_known_keys(base, Model, where, "")
-    if "actuator" not in base:
-        raise InputError(f"{where}: no [actuator] table; fit-actuator writes one from loops.")
-    effects = _effects(document.get("effect", []), where, catalogue)
+    known, unknown = _with_known_keys(base, Model, "")
+    effects, of_effects = _effects(document.get("effect", []), catalogue)
+    model, of_values = _checked_model({**known, "effects": effects}, unknown)
+    wrong = [*_wrong_schema(document), *unknown, *of_values, *of_effects]
+    if model is None or wrong:
+        raise InputError(f"{where}: " + "\n".join(wrong))
+    return model
+
+
+def _wrong_schema(document: Mapping[str, Any]) -> list[str]:
+    if document.get("schema") == SCHEMA:
+        return []
+    return [f"schema is {document.get('schema', 'absent')}; this program reads schema = {SCHEMA}."]
+
+
+_NO_ACTUATOR = """\
+no [actuator] table; fit-actuator LOOPS --model THIS -o NEW puts one in, or add
+[actuator]
+a_l_N_per_m = 0.0        # h_l = a_l u + b_l, which the force approaches while the strip uncoils
+b_l_N = 2.8
+a_u_N_per_m = 0.0        # h_u = a_u u + b_u, while it is coiled
+b_u_N = 2.9
+beta_per_m = 400.0       # how fast
+initial_force_N = 2.8    # at the release"""
+
+
+def _checked_model(tables: Mapping[str, Any], unknown: list[str]) -> tuple[Model | None, list[str]]:
+    """The model and what is wrong with values; a table that is not there is not asked for its keys."""
+    if "actuator" not in tables:
+        return None, [] if any("actuator" in text for text in unknown) else [_NO_ACTUATOR]
     try:
-        return Model(**{**base, "effects": effects})
+        return Model(**tables), []
     except ValidationError as error:
-        raise InputError(f"{where}: {_sentence(error)}") from error
+        return None, [text for key, text in _sentences(error).items() if not _only_misspelt(key, text, unknown)]
 
 
-def _effects(rows: Any, where: str, catalogue: Catalogue) -> tuple[Effect, ...]:
+def _only_misspelt(key: str, text: str, unknown: list[str]) -> bool:
+    """Whether a key is missing only because it stands there misspelt."""
+    return text.startswith("no ") and any(f'did you mean "{key.rpartition(".")[2]}"' in said for said in unknown)
+
+
+def _effects(rows: Any, catalogue: Catalogue) -> tuple[tuple[Effect, ...], list[str]]:
+    """The effects that can be made, and what is wrong with the others."""
     if not isinstance(rows, list):
-        raise InputError(f"{where}: effects are given as [[effect]], with double brackets.")
-    made = []
+        return (), ["effects are given as [[effect]], with double brackets."]
+    made: list[Effect] = []
+    wrong: list[str] = []
     for row in rows:
         parameters = dict(row)
         name = parameters.pop("name", None)
         if name is None:
-            raise InputError(f'{where}, [[effect]]: no name; give one such as name = "hub-inertia".')
+            wrong.append('[[effect]]: no name; give one such as name = "hub-inertia".')
+            continue
         try:
             made.append(effect_from(catalogue, name, parameters))
         except (InputError, TypeError) as error:
-            raise InputError(f"{where}: {error}") from error
+            wrong.append(str(error))
     names = [effect.name for effect in made]
-    if len(set(names)) < len(names):
-        double = next(name for name in names if names.count(name) > 1)
-        raise InputError(f'{where}: effect "{double}" stands there twice; keep one.')
-    return tuple(made)
+    wrong += [f'effect "{name}" stands there twice; keep one.' for name in dict.fromkeys(names) if names.count(name) > 1]
+    return tuple(made), wrong
 
 
-def _require_known_keys(table: Mapping[str, Any], kind: type, where: str, place: str) -> None:
+def _with_known_keys(table: Mapping[str, Any], kind: type, place: str) -> tuple[dict[str, Any], list[str]]:
+    """The table without keys that its class does not know, and a sentence for each of those."""
     hints = get_type_hints(kind)
     known = [item.name for item in fields(kind) if item.name != "effects"]
+    known_here = [*known, *_BESIDE_THE_MODEL] if kind is Model else known
+    kept: dict[str, Any] = {}
+    wrong: list[str] = []
     for key, value in table.items():
+        inner = _table_kind(hints[key]) if key in known else None
         if key not in known:
-            known_here = [*known, *_BESIDE_THE_MODEL] if kind is Model else known
-            raise InputError(f'{where}: unknown key "{place}{key}"; {nearest(key, known_here)}')
-        inner = _table_kind(hints[key])
-        if inner is not None and not isinstance(value, Mapping):
-            raise InputError(f"{where}: {place}{key} is a value; it must be a table, [{place}{key}].")
-        if inner is not None:
-            _require_known_keys(value, inner, where, f"{place}{key}.")
+            wrong.append(f'unknown key "{place}{key}"; {nearest(key, known_here)}')
+        elif inner is None:
+            kept[key] = value
+        elif isinstance(value, Mapping):
+            kept[key], below = _with_known_keys(value, inner, f"{place}{key}.")
+            wrong += below
+        else:
+            wrong.append(f"{place}{key} is a value; it must be a table, [{place}{key}].")
+    return kept, wrong
 
 
 def _table_kind(hint: Any) -> type | None:
@@ -104,16 +148,22 @@ def _table_kind(hint: Any) -> type | None:
     return next((option for option in options if isinstance(option, type) and is_dataclass(option)), None)
 
 
-def _sentence(error: ValidationError) -> str:
-    """The first complaint as a sentence: key, what is wrong, what was found."""
-    first = error.errors()[0]
-    place = ".".join(str(part) for part in first["loc"] if not _is_type_tag(part)) or "the model"
-    found = repr(first["input"])
+def _sentences(error: ValidationError) -> dict[str, str]:
+    """A sentence for each key that is wrong: key, what is wrong, what was found. Of several types that it might have, the first."""
+    by_key: dict[str, str] = {}
+    for one in error.errors():
+        place = ".".join(str(part) for part in takewhile(lambda part: not _is_type_tag(part), one["loc"])) or "the model"
+        by_key.setdefault(place, _sentence(place, dict(one)))
+    return by_key
+
+
+def _sentence(place: str, one: Mapping[str, Any]) -> str:
+    found = repr(one["input"])
     found = found if len(found) < 80 else found[:77] + "..."
-    message = first["msg"].removeprefix("Value error, ")
-    if first["type"] == "missing":
+    message = one["msg"].removeprefix("Value error, ")
+    if one["type"] == "missing":
         return f"no {place}; it has no default, so give it."
-    if first["type"] == "value_error":
+    if one["type"] == "value_error":
         return f"{place}: {message}."
     return f"{place}: {message[0].lower()}{message[1:]}; found {found}."
 

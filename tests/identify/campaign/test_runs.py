@@ -47,7 +47,7 @@ def test_a_run_carries_what_it_changes_about_the_model(table):
         ('[[run]]\nfile = "one.csv"\nhold_out = true\n', "every run is held out"),
         ('[[run]]\nfile = "one.csv"\n[[run]]\nfile = "one.csv"\n', "the same measurement"),
         ('[[run]]\nfile = "two.csv"\n', "two.csv: no such file"),
-        ("[[run]]\nhold_out = false\n", "give the name of a table"),
+        ("[[run]]\nhold_out = false\n", "give the name of a film or a table"),
         ('runs = "one.csv"\n', 'unknown key "runs"'),
         ("[[run]\n", "is not TOML"),
         ('[[run]]\nfile = "one.csv"\nmapping = 3\n', "name of a mapping file"),
@@ -57,6 +57,24 @@ def test_a_run_carries_what_it_changes_about_the_model(table):
 def test_a_list_that_cannot_be_used_is_refused_in_a_sentence(table, text, found):
     with pytest.raises(InputError, match=found.replace("(", r"\(")):
         read_campaign([listed(table, text)])
+
+
+def test_all_that_is_wrong_in_a_list_and_in_its_files_is_reported_at_once(table):
+    (table.parent / "odd.csv").write_text("time_s,z_m\n0.0,much\n0.1,0.3\n")
+    rows = '[[run]]\nfile = "one.csv"\nhold_uot = true\n[[run]]\nfile = 3\n'
+    with pytest.raises(InputError) as caught:
+        read_campaign([listed(table, rows), table.parent / "gone.csv"])
+    said = str(caught.value)
+    assert all(word in said for word in ("[[run]] one.csv: unknown key", "[[run]] number 2: file is 3", "gone.csv: no such file"))
+    with pytest.raises(InputError) as caught:
+        read_campaign([listed(table, '[[run]]\nfile = "odd.csv"\n[[run]]\nfile = "gone.csv"\n')])
+    assert "odd.csv, line 2" in str(caught.value)
+    assert "gone.csv: no such file" in str(caught.value)
+
+
+def test_a_film_in_a_list_is_refused_with_the_command_that_measures_it(table):
+    with pytest.raises(InputError, match=r"film\.avi: is a film.*unspool run.*track-video .*film\.avi --project .*film\.toml -o film\.csv"):
+        read_campaign([listed(table, '[[run]]\nfile = "film.avi"\nproject = "film.toml"\n')])
 
 
 @pytest.mark.parametrize("command", [compare_model, explain_gap])

@@ -119,7 +119,6 @@ def test_an_unknown_key_is_refused_with_the_nearest_one(text, named):
     [
         (TEXT.replace("schema = 1", "schema = 7"), "schema is 7"),
         (TEXT.replace("schema = 1", ""), "schema is absent"),
-        ("schema = 1\n", "no [actuator]"),
         (TEXT.replace("beta_per_m = 400.0", "beta_per_m = 0.0"), "beta_per_m"),
         (TEXT.replace("b_u_N = 2.89", ""), "b_u_N"),
         (TEXT.replace("b_u_N = 2.89", 'b_u_N = "much"'), "b_u_N"),
@@ -137,6 +136,29 @@ def test_an_unknown_key_is_refused_with_the_nearest_one(text, named):
 )
 def test_a_value_that_cannot_be_is_refused_by_its_key(text, named):
     assert named in refused(text)
+
+
+def test_a_missing_force_law_is_answered_with_the_lines_to_add():
+    with pytest.raises(InputError) as caught:
+        model_from({"schema": 1}, "bad.toml")
+    head, _, lines = str(caught.value).partition("or add\n")
+    assert "no [actuator] table" in head
+    assert model_from({"schema": 1, **tomllib.loads(lines)}, "mended.toml").actuator.b_u_N == 2.9
+
+
+def test_all_that_is_wrong_is_reported_at_once_and_each_only_once():
+    text = (
+        TEXT.replace("schema = 1", "schema = 2").replace("beta_per_m = 400.0", "beta_per_m = -1.0").replace("b_u_N = 2.89", "b_u_N = [1.0]")
+    )
+    text += "[platfrom]\nmass_kg = 1.0\n[platform]\nmass_kg = -1.0\n[end_stop]\nstifness_N_per_m = 1.0\n"
+    text += '[[effect]]\nname = "hub-inertai"\n[[effect]]\nname = "air-drag"\ncoefficient = 1.0\n'
+    text += '[[effect]]\nname = "leg-mass"\nmass_kg = -1.0\n'
+    with pytest.raises(InputError) as caught:
+        model_from(tomllib.loads(text), "bad.toml")
+    said = str(caught.value).splitlines()
+    named = ["schema is 2", '"platfrom"', "beta_per_m", "b_u_N", "platform.mass_kg", "stifness", "hub-inertai", '"coefficient"', "leg-mass"]
+    assert all(sum(word in line for line in said) == 1 for word in named), said
+    assert len(said) == len(named)
 
 
 def test_a_file_that_is_not_toml_is_refused(tmp_path):

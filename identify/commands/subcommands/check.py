@@ -1,0 +1,87 @@
+"""`unspool check`: everything that is wrong in files of any kind, at once, and what was understood of those that can be used."""
+
+from __future__ import annotations
+
+from argparse import Namespace
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from measure.common.command_line import DONE, UNUSABLE, examples, parser, run
+
+NAME = "unspool check"
+DOES = "Read model, campaign, film project, bench columns, loops and trajectories; report all that is wrong, and what was understood."
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """The task."""
+    return run(NAME, _work, arguments)
+
+
+def _parser() -> Any:
+    from measure.readers.options import add_reading_options
+    from simulate.files.options import add_effects_option
+
+    made = parser(NAME, DOES, output="write the text to this file")
+    made.add_argument("files", nargs="+", type=Path, metavar="FILE", help="files of any kind, each recognised by what stands in it")
+    add_effects_option(made)
+    add_reading_options(made)
+    return examples(made, "unspool check model.toml campaign.toml", "unspool check loops/*.txt --mapping bench.toml")
+
+
+def _work(arguments: Sequence[str]) -> int:
+    given = _parser().parse_args(arguments)
+    found = [_looked_at(path, given) for path in given.files]
+    wrong = [row for row in found if row["wrong"]]
+    _write(given, found)
+    if not given.quiet:
+        print("\n".join(line for row in found for line in _said(row)))
+        print(f"{len(found) - len(wrong)} of {len(found)} files can be used" + ("" if wrong else f"\nnext     {_next(found)}"))
+    return UNUSABLE if wrong else DONE
+
+
+def _looked_at(path: Path, given: Namespace) -> dict[str, Any]:
+    """One file: its kind, what was understood, or what is wrong."""
+    from identify.commands.subcommands.understood import understood
+    from measure.common.errors import InputError
+    from measure.readers.options import mapping_from
+    from simulate.files.own_effects import catalogue_with
+
+    try:
+        kind, lines = understood(path, mapping_from(given), catalogue_with(given.effects))
+    except InputError as error:
+        return {"file": str(path), "kind": "", "understood": [], "wrong": str(error).splitlines()}
+    return {"file": str(path), "kind": kind, "understood": lines, "wrong": []}
+
+
+def _said(row: dict[str, Any]) -> list[str]:
+    if row["wrong"]:
+        lines = [line.removeprefix(f"{row['file']}: ") for line in row["wrong"]]
+        return [f"wrong    {row['file']}", *(f"           {line}" for line in lines)]
+    return [f"ok       {row['file']}: {row['kind']}", *(f"           {line}" for line in row["understood"])]
+
+
+def _next(found: Sequence[dict[str, Any]]) -> str:
+    """What one would type next with files of these kinds."""
+    of_kind = {row["kind"].split(",")[0]: row["file"] for row in reversed(found)}
+    if "list of runs" in of_kind:
+        return f"unspool run {of_kind['list of runs']}"
+    model = of_kind.get("model", "MODEL")
+    if "loop" in of_kind:
+        return f"fit-actuator {of_kind['loop']} ... --model {model} -o fitted.toml"
+    if "trajectory" in of_kind:
+        return f"explain-gap {model} {of_kind['trajectory']}"
+    if "film" in of_kind:
+        return f"track-video {of_kind['film']} --project film.toml -o film.csv"
+    if "film project" in of_kind:
+        return f"track-video FILM --project {of_kind['film project']} -o film.csv"
+    return f"simulate-deployment {model}" if "model" in of_kind else "fit-actuator LOOPS --mapping " + of_kind["columns of a bench"]
+
+
+def _write(given: Namespace, found: Sequence[dict[str, Any]]) -> None:
+    from measure.common.output import write_json, write_text
+
+    if given.output is not None:
+        write_text(given.output, "\n".join(line for row in found for line in _said(row)) + "\n")
+    if given.json is not None:
+        write_json(given.json, {"usable": not any(row["wrong"] for row in found), "files": found})

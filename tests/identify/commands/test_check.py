@@ -1,0 +1,63 @@
+"""`unspool check` reports all that is wrong in files of every kind, and what it understood of the others."""
+
+from __future__ import annotations
+
+import json
+
+import pytest
+
+from identify.commands.subcommands.shipped import shipped
+from identify.commands.unspool import main
+
+DEMO = shipped("demo")
+
+
+def checked(capsys, *files, options=()):
+    status = main(["check", *map(str, files), *options])
+    return status, capsys.readouterr().out
+
+
+def test_files_of_every_kind_are_recognised(capsys, tmp_path):
+    assert main(["init", str(tmp_path / "rig"), "--quiet"]) == 0
+    loop, film = DEMO / "loops" / "loop-1Hz-20mm.csv", DEMO / "film.avi"
+    files = [DEMO / "rig.toml", DEMO / "film.toml", tmp_path / "rig" / "bench.toml", loop, DEMO / "deployment-2.csv", film]
+    status, said = checked(capsys, *files, options=["--json", str(tmp_path / "found.json")])
+    assert status == 0
+    found = json.loads((tmp_path / "found.json").read_text())
+    assert [row["kind"] for row in found["files"]] == ["model", "film project", "columns of a bench", "loop", "trajectory", "film"]
+    assert "1 Hz, amplitude 10 mm" in said
+    assert "stroke of the legs 265.6" in said
+    assert "150 frames, 304 x 1024 px" in said
+
+
+def test_all_that_is_wrong_in_all_files_is_reported_at_once(capsys, tmp_path):
+    model = (DEMO / "rig.toml").read_text().replace("mass_kg = 0.8", "mass_kg = -0.8").replace("b_u_N", "b_v_N")
+    (tmp_path / "model.toml").write_text(model)
+    (tmp_path / "film.toml").write_text("[film]\nfsp = 250.0\n[scale]\nmm_per_px = 0.0\n")
+    (tmp_path / "loop.csv").write_text("time_s,elongation_m,force_N\n0.0,0.1,much\n")
+    (tmp_path / "runs.toml").write_text('[[run]]\nfile = "gone.csv"\n[[run]]\nfile = "loop.csv"\nmapping = "away.toml"\n')
+    status, said = checked(capsys, *(tmp_path / name for name in ("model.toml", "film.toml", "loop.csv", "runs.toml")))
+    assert status == 2
+    for word in ("platform.mass_kg", '"b_u_N"?', '"fps"?', "scale.mm_per_px", "much", "gone.csv: no such", "away.toml: no such"):
+        assert word in said
+    assert "0 of 4 files can be used" in said
+
+
+def test_what_a_run_changes_is_checked_against_the_model_of_the_list(capsys, tmp_path):
+    (tmp_path / "model.toml").write_text((DEMO / "rig.toml").read_text())
+    (tmp_path / "one.csv").write_text((DEMO / "deployment-2.csv").read_text())
+    text = 'model = "model.toml"\n[[run]]\nfile = "one.csv"\nmodel.geometry.stowed_hight_m = 0.3\n'
+    (tmp_path / "runs.toml").write_text(text)
+    status, said = checked(capsys, tmp_path / "runs.toml")
+    assert status == 2
+    assert 'did you mean "stowed_height_m"?' in said
+
+
+NEXT = {"rig.toml": "simulate-deployment", "film.toml": "track-video", "film.avi": "track-video"}
+
+
+@pytest.mark.parametrize(("name", "command"), NEXT.items())
+def test_it_ends_with_the_next_command(capsys, name, command):
+    status, said = checked(capsys, DEMO / name)
+    assert status == 0
+    assert said.splitlines()[-1].startswith(f"next     {command} ")
