@@ -12,7 +12,8 @@ from simulate.dispatch.formulas import LANE_SIGNATURES, SIGNATURES, FormulaTable
 from simulate.model.effect import Effect
 from simulate.model.rig import Rig
 
-WITH_POWER = ("leg_force", "joint_resistance", "platform_wrench")  # the formulas that do work, in the order of the kernel's energy balance
+# The formulas that do work, in the order of the kernel's energy balance.
+WITH_POWER = ("leg_force", "joint_resistance", "platform_wrench", "base_force")
 
 
 def formula_table(effects: Sequence[Effect], first_parameter: int) -> FormulaTable:

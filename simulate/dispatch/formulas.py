@@ -33,6 +33,8 @@ SIGNATURES = {
     "joint_resistance": _NUMBER(_NUMBER, _NUMBERS),
     "platform_wrench": types.void(_NUMBER, _NUMBERS, _NUMBERS, _NUMBERS, _NUMBERS),
     "platform_mass": types.void(_NUMBERS, _NUMBERS, _NUMBERS),
+    "base_mass": _NUMBER(_NUMBERS),
+    "base_force": _NUMBER(_NUMBER, _NUMBER, _NUMBERS),
 }
 
 # The two formulas that every leg needs at every stage have a second form, for runs side by side: one call for a block, not one for
@@ -57,6 +59,8 @@ class FormulaTable(NamedTuple):
     joint_resistance: NDArray[np.int64]
     platform_wrench: NDArray[np.int64]
     platform_mass: NDArray[np.int64]
+    base_mass: NDArray[np.int64]
+    base_force: NDArray[np.int64]
 
 
 class FormulaPointers(NamedTuple):
@@ -74,6 +78,8 @@ class FormulaPointers(NamedTuple):
     joint_resistance: tuple[int, int]
     platform_wrench: tuple[int, int]
     platform_mass: tuple[int, int]
+    base_mass: tuple[int, int]
+    base_force: tuple[int, int]
 
 
 @njit(cache=True)
@@ -97,13 +103,15 @@ def pointers_at(address: int) -> FormulaPointers:
         (whole_at(address, 10), whole_at(address, 11)),
         (whole_at(address, 12), whole_at(address, 13)),
         (whole_at(address, 14), whole_at(address, 15)),
+        (whole_at(address, 16), whole_at(address, 17)),
+        (whole_at(address, 18), whole_at(address, 19)),
     )
 
 
 @njit(cache=True)
 def count_with_power(table: FormulaTable) -> int:
-    """Number of formulas that do work: forces along legs, moments in joints, wrenches, in this order."""
-    return table.leg_force.shape[0] + table.joint_resistance.shape[0] + table.platform_wrench.shape[0]
+    """Number of formulas that do work: forces along legs, moments in joints, wrenches, forces on the base, in this order."""
+    return table.leg_force.shape[0] + table.joint_resistance.shape[0] + table.platform_wrench.shape[0] + table.base_force.shape[0]
 
 
 @njit(cache=True, forceinline=True)
@@ -178,4 +186,6 @@ call_leg_transverse = caller(SIGNATURES["leg_transverse"])
 call_joint_resistance = caller(SIGNATURES["joint_resistance"])
 call_platform_wrench = caller(SIGNATURES["platform_wrench"])
 call_platform_mass = caller(SIGNATURES["platform_mass"])
+call_base_mass = caller(SIGNATURES["base_mass"])
+call_base_force = caller(SIGNATURES["base_force"])
 call_stage = caller(STAGE)

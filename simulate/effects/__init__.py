@@ -38,6 +38,7 @@ from simulate.effects.eddy_damping import EddyDamping as EddyDamping
 from simulate.effects.ripple import Ripple as Ripple
 from simulate.effects.sensor_filter import SensorFilter as SensorFilter
 from simulate.effects.lens_distortion import LensDistortion as LensDistortion
+from simulate.effects.flexible_base import FlexibleBase as FlexibleBase
 from simulate.model.effect import Catalogue, effects_among
 
 CATALOGUE: Catalogue = {kind.name: kind for kind in effects_among(globals())}

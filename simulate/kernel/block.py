@@ -21,6 +21,7 @@ from simulate.kernel.layout import (
     NEVER,
     PARAMETERS,
     POSITION,
+    RIGID,
     ROTATION,
     ROWS,
     SCRATCH,
@@ -75,7 +76,7 @@ def lane_rows(by_run: Array, n: int) -> Array:
 def memory_at_release(by_lane: Array, n: int, with_power: int) -> Array:
     """Memory of a block at the release, with room for the work of so many formulas."""
     w = np.zeros(ROWS * n + SCRATCH + 3 * with_power * n)
-    for k in range(STATES * n):
+    for k in range(RIGID * n):
         w[STATE * n + k] = w[TRIAL * n + k] = by_lane[POSITION * n + k]
     rotate(w, n)
     for i in range(n):

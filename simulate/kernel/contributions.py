@@ -7,6 +7,8 @@ from numba import njit
 from measure.common.arrays import Array
 from simulate.dispatch.formulas import (
     FormulaPointers,
+    call_base_force,
+    call_base_mass,
     call_joint_resistance,
     call_leg_asymptotes,
     call_leg_force,
@@ -53,14 +55,14 @@ from simulate.kernel.layout import (
 
 @njit(cache=True, error_model="numpy", forceinline=True)
 def power_row(row: int, n: int) -> int:
-    """Where the power of a formula stands; forces along legs come first, then joints, then wrenches."""
+    """Where the power of a formula stands; forces along legs come first, then joints, wrenches, and the base."""
     return ROWS * n + SCRATCH + row * n
 
 
 @njit(cache=True, error_model="numpy", forceinline=True)
 def count_working(formulas: FormulaPointers) -> int:
     """How many formulas do work."""
-    return formulas.leg_force[1] + formulas.joint_resistance[1] + formulas.platform_wrench[1]
+    return formulas.leg_force[1] + formulas.joint_resistance[1] + formulas.platform_wrench[1] + formulas.base_force[1]
 
 
 @njit(cache=True, error_model="numpy", forceinline=True)
@@ -189,3 +191,28 @@ def add_platform_wrenches(w: Array, by_run: Array, formulas: FormulaPointers, t:
             if with_work:
                 for k in range(6):
                     w[power + i] += w[scratch + SCRATCH_WRENCH + k] * w[scratch + SCRATCH_TWIST + k]
+
+
+@njit(cache=True, error_model="numpy", forceinline=True)
+def base_mass(by_run: Array, formulas: FormulaPointers, lane: int, n: int) -> float:
+    """Mass of the base ring, kg; zero where it is rigid."""
+    total = 0.0
+    for row in range(formulas.base_mass[1]):
+        p = pointer(by_run, lane * (len(by_run) // n) + parameter_place(formulas.base_mass, row))
+        total += call_base_mass(formula_at(formulas.base_mass, row), (p,))
+    return total
+
+
+@njit(cache=True, error_model="numpy", forceinline=True)
+def sum_base_forces(
+    w: Array, by_run: Array, formulas: FormulaPointers, lane: int, n: int, place: float, speed: float, with_work: bool
+) -> float:
+    """Sum of the forces that hold the base ring, N, and the power of each."""
+    total, first = 0.0, formulas.leg_force[1] + formulas.joint_resistance[1] + formulas.platform_wrench[1]
+    for row in range(formulas.base_force[1]):
+        p = pointer(by_run, lane * (len(by_run) // n) + parameter_place(formulas.base_force, row))
+        force = call_base_force(formula_at(formulas.base_force, row), (place, speed, p))
+        total += force
+        if with_work:
+            w[power_row(first + row, n) + lane] += force * speed
+    return total

@@ -20,7 +20,9 @@ JOINT, STOWED, FULL, LOWEST, LINE, START_FORCE = 3, 6, 7, 8, 9, 14
 PARAMETERS = LEG + LEGS * LEG_SIZE
 
 # The memory of a block.
-STATES = 13  # position of the centre of mass (3), unit quaternion (4), velocity (3), angular velocity (3), world axes
+RIGID = 13  # position of the centre of mass (3), unit quaternion (4), velocity (3), angular velocity (3), world axes
+BASE = RIGID  # height of the base ring over where it was at the release, and its rate
+STATES = RIGID + 2
 POWERS = 3  # work done so far, or its rate, by legs, stops, weight; that of effects stands behind everything else
 
 STATE = 0
@@ -38,8 +40,11 @@ ROTATION = STRIP + LEGS
 SYSTEM = ROTATION + 9  # lower half, row by row
 RIGHT = SYSTEM + 21
 KINETIC = RIGHT + 6
+# A base ring that moves: its row of the system without and with itself, and the force on it.
+BASE_ROW = KINETIC + 1
+BASE_SYSTEM, BASE_FORCE = BASE_ROW + 6, BASE_ROW + 7
 # The leg at hand: its parameters, where it stood at the last step, and what it does now.
-LEG_VALUE = KINETIC + 1
+LEG_VALUE = BASE_FORCE + 1
 LEG_BEFORE = LEG_VALUE + LEG_SIZE  # elongation, hysteretic force, elongation at the last reversal, elongation of the strip
 LENGTH = LEG_BEFORE + 4
 U, V, BIAS, ARM, AXIS, LEVER = LENGTH + 1, LENGTH + 2, LENGTH + 3, LENGTH + 4, LENGTH + 7, LENGTH + 10

@@ -28,16 +28,17 @@ _NEVER = -1e9
 
 @dataclass(frozen=True)
 class State:
-    """Centre of mass, unit quaternion (scalar first), velocity and angular velocity, in world axes, SI."""
+    """Centre of mass, unit quaternion (scalar first), velocity, angular velocity, height and rate of the base ring; world axes, SI."""
 
     place: Array
     quaternion: Array
     velocity: Array
     spin: Array
+    base: Array
 
     def moved(self, rate: State, by: float) -> State:
         """The state along a rate of change."""
-        return State(*(getattr(self, name) + by * getattr(rate, name) for name in ("place", "quaternion", "velocity", "spin")))
+        return State(*(getattr(self, name) + by * getattr(rate, name) for name in ("place", "quaternion", "velocity", "spin", "base")))
 
 
 @dataclass(frozen=True)
@@ -71,8 +72,8 @@ class Reference:
         return np.linalg.norm(self.joints + self.centre + [0.0, 0.0, height] - self.base, axis=1)
 
     def lengths_of(self, state: State) -> Array:
-        """(6,) lengths of the legs."""
-        return np.linalg.norm(state.place + self.joints @ rotation(state.quaternion).T - self.base, axis=1)
+        """(6,) lengths of the legs, which stand on the base ring."""
+        return np.linalg.norm(state.place - [0.0, 0.0, state.base[0]] + self.joints @ rotation(state.quaternion).T - self.base, axis=1)
 
     def release(self) -> State:
         """The state at the release: the stowed pose, moved, turned and set going as the model says."""
@@ -81,7 +82,7 @@ class Reference:
         q = np.array([math.cos(angle / 2), *(turn * (0.5 if angle == 0.0 else math.sin(angle / 2) / angle))])
         arm, spin = rotation(q) @ self.centre, np.array(given.angular_velocity_rad_per_s)
         place = np.array([0.0, 0.0, geometry_of(self.at).stowed_height_m]) + given.position_m + arm
-        return State(place, q, given.velocity_m_per_s + np.cross(spin, arm), spin)
+        return State(place, q, given.velocity_m_per_s + np.cross(spin, arm), spin, np.zeros(2))
 
     def legs_at_release(self) -> Legs:
         """The legs at the release, none of which has turned back yet."""
@@ -120,9 +121,13 @@ class Reference:
         return (stop.stiffness_N_per_m * (under - over) - stop.damping_N_s_per_m * v) * eased
 
     def accelerations(self, state: State, t: float, before: Legs, t0: float) -> tuple[Array, Array, Array]:
-        """Linear and angular acceleration (6,), elongation (6,) and hysteretic force (6,) of the legs."""
+        """Linear and angular acceleration and that of the base (7,), elongation (6,) and hysteretic force (6,) of the legs.
+
+        Seven equations: with the base, whose height is a coordinate like the others, the legs have G = [1, -[r]x, -z].
+        """
         turn, spin = rotation(state.quaternion), state.spin
         matrix = np.zeros((6, 6))
+        base_mass, on_base = self._base(state)
         matrix[:3, :3], matrix[3:, 3:] = self.mass * np.eye(3), turn @ self.inertia @ turn.T
         pose, twist = np.concatenate([state.place, state.quaternion]), np.concatenate([state.velocity, spin])
         right = np.concatenate([self.weight, np.zeros(3)])
@@ -134,10 +139,13 @@ class Reference:
             if effect.platform_wrench:
                 effect.platform_wrench(t, pose, twist, p, right)
         right[3:] -= np.cross(spin, matrix[3:, 3:] @ spin)
+        matrix, right = np.pad(matrix, (0, 1)), np.append(right, on_base)
+        matrix[6, 6] = base_mass
+        up = np.array([0.0, 0.0, 1.0])
         arms = self.joints @ turn.T
-        ways = state.place + arms - self.base
+        ways = state.place - state.base[0] * up + arms - self.base
         length = np.linalg.norm(ways, axis=1)
-        n, moving = ways / length[:, None], state.velocity + np.cross(spin, arms)
+        n, moving = ways / length[:, None], state.velocity - state.base[1] * up + np.cross(spin, arms)
         u, v = length - self.stowed, np.sum(ways / length[:, None] * moving, axis=1)
         stored = self.hysteretic(u, v, t, before, t0)
         push = stored + self.stops(u, v)
@@ -151,10 +159,21 @@ class Reference:
             bias = own @ np.cross(spin, np.cross(spin, arms[i])) + across[1] * v[i] * lateral
             bias += n[i] * (lateral @ lateral) * ((mass - across[0]) / length[i] - across[1] / 2)
             moment, lever = self._joints(n[i], np.cross(n[i], lateral) / length[i], spin, length[i])
-            g = np.hstack([np.eye(3), -skew(arms[i])])
+            g = np.hstack([np.eye(3), -skew(arms[i]), -up[:, None]])
             matrix = matrix + g.T @ own @ g
-            right += g.T @ (push[i] * n[i] - bias + lever) + np.concatenate([np.zeros(3), moment])
-        return np.linalg.solve(matrix, right), u, stored
+            right += g.T @ (push[i] * n[i] - bias + lever) + np.concatenate([np.zeros(3), moment, [0.0]])
+        free = 7 if base_mass > 0.0 else 6
+        return np.append(np.linalg.solve(matrix[:free, :free], right[:free]), np.zeros(7 - free)), u, stored
+
+    def _base(self, state: State) -> tuple[float, float]:
+        """Mass of the base ring, kg, and the force of what holds it, N: its springs have carried the platform since before the release."""
+        mass, force = 0.0, -self.weight[2]
+        for effect, p in self.acting:
+            if effect.base_mass:
+                mass += effect.base_mass(p)
+            if effect.base_force:
+                force += effect.base_force(state.base[0], state.base[1], p)
+        return mass, force
 
     def _inertia(self, u: float, length: float, full: float) -> tuple[float, Array]:
         """Inertia along a leg, kg; across it, kg, and its slope over the length, kg/m."""
@@ -179,7 +198,7 @@ class Reference:
         a, u, force = self.accelerations(state, t, before, t0)
         w, q = state.spin, state.quaternion
         turning = 0.5 * np.array([-w @ q[1:], *(w * q[0] + np.cross(w, q[1:]))])
-        return State(state.velocity, turning, a[:3], a[3:]), u, force
+        return State(state.velocity, turning, a[:3], a[3:6], np.array([state.base[1], a[6]])), u, force
 
     def later(self, state: State, first: State, t: float, step: float, legs: Legs) -> State:
         """The state at the end of a step, from its first rate: the other three stages of classical Runge-Kutta."""

@@ -43,6 +43,7 @@ from simulate.kernel.mechanics import (
     load_leg,
     store_leg,
 )
+from simulate.kernel.moving_base import base_energy, base_rates, eliminate_base, look_from_base, stand_on_base
 from simulate.kernel.rigid_body import kinetic_energy, rotate, solve, state_rates
 from simulate.kernel.transverse import add_transverse
 
@@ -84,6 +85,8 @@ def derivative(w: Array, by_lane: Array, by_run: Array, formulas: FormulaPointer
     assemble_platform(w, by_lane, by_run, formulas, n)
     if with_work:
         w[power_row(0, n) : power_row(count_working(formulas), n)] = 0.0
+    if formulas.base_mass[1] > 0:
+        look_from_base(w, n)
     for leg in range(LEGS):
         load_leg(w, by_lane, leg, n)
         leg_kinematics(w, n)
@@ -92,10 +95,19 @@ def derivative(w: Array, by_lane: Array, by_run: Array, formulas: FormulaPointer
         if formulas.leg_transverse[1] + formulas.joint_resistance[1] > 0:
             add_transverse(w, by_run, formulas, n, with_work)
         store_leg(w, leg, n)
+    if formulas.base_mass[1] > 0:
+        stand_on_base(w, by_lane, by_run, formulas, n, with_work)
     add_platform_wrenches(w, by_run, formulas, t, n, with_work)
     if with_work:
         kinetic_energy(w, n)
-    solve(w, n)
+        if formulas.base_mass[1] > 0:
+            base_energy(w, n)
+    if formulas.base_mass[1] > 0:
+        eliminate_base(w, n)
+        solve(w, n)
+        base_rates(w, n)
+    else:
+        solve(w, n)
     state_rates(w, n)
 
 

@@ -3,9 +3,9 @@
 An effect is a frozen dataclass in a file of its own. It carries no state, and its defaults switch it off. It acts through one
 or more of the methods listed at `Effect`; those that it does not define cost nothing.
 
-Formulas that run inside the compiled kernels (`leg_...`, `joint_...`, `platform_...`) are plain static functions of numbers. They
-are compiled from this very source, for the loop fit and for the six-leg model alike, so there is one formula. They may
-use `math`, and `p[i]`, the effect's parameters in the order of their declaration, vectors laid flat.
+Formulas that run inside the compiled kernels (`leg_...`, `strip_...`, `joint_...`, `platform_...`, `base_...`) are plain static
+functions of numbers. They are compiled from this very source, for the loop fit and for the six-leg model alike, so there is one
+formula. They may use `math`, and `p[i]`, the effect's parameters in the order of their declaration, vectors laid flat.
 """
 
 from __future__ import annotations
@@ -64,6 +64,8 @@ class Formulas:
     joint_resistance: Any = None
     platform_wrench: Any = None
     platform_mass: Any = None
+    base_mass: Any = None
+    base_force: Any = None
 
 
 @dataclass(frozen=True)
@@ -83,6 +85,8 @@ class Effect(Formulas):
         joint_resistance(rate, p) -> N m s           moment over angular speed, against the rotation of each joint
         platform_wrench(t, pose, twist, p, wrench)   adds force (3) and moment (3) at the centre of mass to wrench
         platform_mass(pose, p, mass)                 changes the bare platform's 6 x 6 mass matrix, row by row, symmetric
+        base_mass(p) -> kg                           mass of the base ring, which moves along the vertical; zero holds it
+        base_force(place, speed, p) -> N             what holds it, from its height over where it was and the rate of that
 
     pose is position of the centre of mass (3) and unit quaternion (4, scalar first), twist is velocity (3) and angular
     velocity (3), everything in world axes. Behind its own parameters an effect finds in p what its `constants_of` gave.

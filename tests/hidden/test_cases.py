@@ -16,7 +16,7 @@ from board.making import made, sealed_file
 from board.rigs import drawn_rig
 from board.shaker import stroke_of
 from board.shapes import drawn, rivals
-from board.specs import OUTSIDE, Spec, board, chosen
+from board.specs import HIDDEN, OUTSIDE, Spec, board, chosen
 from board.truths import amount_for
 from board.yardstick import Yardstick
 from scipy.stats import chi2
@@ -168,8 +168,8 @@ def test_the_board_hides_every_effect_of_the_catalogue_at_three_sizes_and_nothin
     specs = board("standard")
     assert len({spec.token for spec in specs}) == len(specs)
     alone = {(spec.hidden[0], spec.size) for spec in specs if len(spec.hidden) == 1 and spec.run_set == "standard"}
-    assert {(name, size) for name in CATALOGUE for size in (1.0, 3.0, 10.0)} <= alone
-    assert {name for name, _ in alone} == {*CATALOGUE, *OUTSIDE}
+    assert {(name, size) for name in HIDDEN for size in (1.0, 3.0, 10.0)} <= alone
+    assert {name for name, _ in alone} == {*HIDDEN, *OUTSIDE}
     assert sum(not spec.hidden for spec in specs) >= 15
     assert board("standard")[:20] == specs[:20]
 
@@ -180,7 +180,7 @@ def _bytes(folder: Path) -> dict[str, str]:
 
 def test_words_that_all_have_to_fit_choose_one_case_of_each_effect():
     once = chosen(board("full"), ["standard", "3x", "seed-2"], None)
-    assert sorted(name for spec in once for name in spec.hidden) == sorted([*CATALOGUE, *OUTSIDE])
+    assert sorted(name for spec in once for name in spec.hidden) == sorted([*HIDDEN, *OUTSIDE])
     assert {(spec.size, spec.run_set, spec.seed) for spec in once} == {(3.0, "standard", 2)}
     assert chosen(board("full"), ["standard", "3x", "seed-2"], 4, skip=3) == once[3:7]
     assert chosen(board("full"), ["2x"], None) == []

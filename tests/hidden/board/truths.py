@@ -13,7 +13,7 @@ from simulate.model.model import Model
 
 from .detectable import Variant, class_of, left_by_any_pair, needed
 from .shapes import NOT_A_SIZE, Hidden, drawn, rivals
-from .specs import OUTSIDE, Spec
+from .specs import HIDDEN, OUTSIDE, Spec
 from .yardstick import Yardstick
 
 UNSEEN_AMOUNT = 3.0  # typical sizes of an effect that these runs cannot show
@@ -56,7 +56,7 @@ def truths_of(spec: Spec, runs: Yardstick, chance: np.random.Generator) -> list[
     if not spec.hidden:
         return []
     true, reach_m = runs.bench.rig.true, runs.bench.reach_m
-    variants = runs.variants([lines for kind in CATALOGUE.values() for lines in rivals(kind, true, reach_m)])
+    variants = runs.variants([lines for kind in map(CATALOGUE.__getitem__, HIDDEN) for lines in rivals(kind, true, reach_m)])
     return [_truth(spec, drawn(name, true, reach_m, chance), runs, variants) for name in spec.hidden]
 
 

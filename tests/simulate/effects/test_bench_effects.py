@@ -11,7 +11,7 @@ from simulate import effects as known
 from simulate.deployment.deploy import deploy
 from simulate.law import steady_loop_area
 from simulate.loop import loop_force
-from simulate.model.model import Geometry, Release
+from simulate.model.model import Geometry, Gravity, Release, Simulation
 
 FLAT = np.array([0.0, 2.79, 0.0, 2.89, 400.0])
 MASS = 1.6
@@ -135,3 +135,48 @@ def test_a_lens_leaves_rotations_and_its_axis_alone_and_takes_the_elevation_as_i
     seen = known.LensDistortion(0.5, 0.45).observe(np.arange(3.0), {"z_m": z, "theta_z_rad": z})
     assert seen["theta_z_rad"] is z
     assert seen["z_m"] - z == pytest.approx([-0.5 * 0.2**3, 0.0, 0.5 * 0.2**3])
+
+
+def on_vertical_legs(free, force_N):
+    """A platform that six vertical legs of constant force lift from the base, without weight."""
+    ring: Any = tuple((float(np.cos(a)), float(np.sin(a)), 0.0) for a in np.arange(6) * np.pi / 3)
+    law = replace(free.actuator, b_l_N=force_N, b_u_N=force_N, initial_force_N=force_N)
+    return replace(free, geometry=Geometry(ring, ring), actuator=law)
+
+
+def test_a_base_on_springs_swings_at_its_own_frequency_under_the_step_of_the_legs_force(free):
+    # hubs of h in each leg: M z'' = 6 F - 6 h (z'' - s''), so the base swings with m + 6 h M / (M + 6 h) under 6 F M / (M + 6 h)
+    force, hub, mass, frequency, zeta = 0.5, 0.1, 3.0, 7.0, 0.06
+    lift = on_vertical_legs(free, force).with_effect(known.HubInertia(hub))
+    run = deploy(lift.with_effect(known.FlexibleBase(mass, frequency, zeta)))
+    share = MASS / (MASS + 6 * hub)
+    swinging, omega = mass + 6 * hub * share, 2 * np.pi * frequency
+    stiffness, damping = mass * omega**2, 2 * zeta * omega * mass
+    decay, still = damping / (2 * swinging), -6 * force * share / stiffness
+    turning = np.sqrt(stiffness / swinging - decay**2)
+    t = run.time_s
+    base = still * (1 - np.exp(-decay * t) * (np.cos(turning * t) + decay / turning * np.sin(turning * t)))
+    # (M + 6 h) z'' = 6 F + 6 h s''
+    z = 0.252 + (0.5 * 6 * force * t**2 + 6 * hub * base) / (MASS + 6 * hub)
+    assert np.ptp(base) > 2e-4
+    assert run.channels["z_m"] == pytest.approx(z, abs=1e-9)
+    assert run.elongation_m[:, 0] == pytest.approx(z - base - 0.252, abs=1e-9)
+    assert run.energy_closure < 1e-8
+    assert run.effects_J["flexible-base"][-1] < 0.0
+
+
+def test_a_platform_that_rests_on_its_legs_leaves_the_base_where_it_is(free):
+    # the springs carry the weight beforehand: 6 F = M g moves nothing, and a lighter base moves no more than a heavy one
+    resting = replace(on_vertical_legs(free, 0.8 * 9.81 / 6), gravity=Gravity(9.81, 1.0))
+    run = deploy(resting.with_effect(known.FlexibleBase(0.5, 5.0, 0.0)))
+    assert np.max(np.abs(run.channels["z_m"] - 0.252)) < 1e-12
+
+
+def test_a_base_that_is_heavy_or_stiff_is_rigid(lopsided):
+    brief = replace(lopsided, simulation=Simulation(0.3, 200.0, 2e-5))
+    rigid = deploy(brief).channels["z_m"]
+    apart = [
+        np.ptp(deploy(brief.with_effect(known.FlexibleBase(m, f, 0.1))).channels["z_m"] - rigid) for m, f in ((2e3, 5.0), (50.0, 100.0))
+    ]
+    near = np.ptp(deploy(brief.with_effect(known.FlexibleBase(2.0, 5.0, 0.1))).channels["z_m"] - rigid)
+    assert max(apart) < 1e-2 * near
