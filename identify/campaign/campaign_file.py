@@ -8,7 +8,7 @@ from typing import Any
 
 from pydantic import BaseModel, ConfigDict, ValidationError
 
-from measure.common.errors import InputError, nearest
+from measure.common.errors import InputError, found, nearest
 from simulate.files.model_file import read_document
 
 _CONTAINERS = ".avi .mp4 .mov .mkv .wmv .mpg .ts .gif .y4m .h264 .hevc"
@@ -100,4 +100,4 @@ def _sentence(error: Mapping[str, Any], rows: list[Any]) -> str:
     if error["type"] == "missing":
         return f"{where}no {key}; {_WANTED[key]}"
     wanted = next((_WANTED[part] for part in reversed(place) if part in _WANTED), "mend it.")
-    return f"{where}{key} is {error['input']!r}; {wanted}"
+    return f"{where}{key} is {found(error['input'])}; {wanted}"

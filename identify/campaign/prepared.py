@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from identify.campaign.noise import channel_noise, lacking_in_force
+from identify.campaign.plausible import require_plausible, seen_channels
 from identify.campaign.run import Run
 from identify.criteria import CAMERA_DISTANCE_M, FARTHEST_OFF_ZERO
 from identify.estimation.parameters import POSE, Parameter
@@ -77,7 +78,8 @@ def film_of(run: Run, model: Model) -> Film:
     """A deployment's table made ready; `model` is the model as it was in this run."""
     table = run.table
     assert isinstance(table, Trajectory)
-    channels = tuple(name for name, values in table.channels.items() if np.isfinite(values).sum() > 3)
+    require_plausible(run.name, table, model)
+    channels = seen_channels(table)
     values = np.stack([table.channels[name] for name in channels])
     sigma = np.stack([channel_noise(table, name) for name in channels])
     stowed = 0.0 if model.geometry is None else model.geometry.stowed_height_m

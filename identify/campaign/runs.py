@@ -48,6 +48,23 @@ def _unmeasured(row: ListedRun, folder: Path) -> Path:
     )
 
 
+def files_of(paths: Iterable[Path]) -> list[Path]:
+    """These files, and those that lists of runs (TOML) among them name, whether or not they exist.
+
+    Raises
+    ------
+    InputError
+        A list of runs cannot be read.
+    """
+    return [file for path in map(Path, paths) for file in (path, *(_named_in(path) if path.suffix.lower() == ".toml" else ()))]
+
+
+def _named_in(path: Path) -> list[Path]:
+    listed = read_list(path)
+    rows = [name for row in listed.run for name in (row.file, row.mapping, row.project)]
+    return [path.parent / name for name in (listed.model, *rows) if name is not None]
+
+
 def _oriented(runs: Sequence[Run]) -> tuple[Run, ...]:
     """The runs with the signs of their loops as in the force law, and a remark where that took a turn."""
     loops = [run.table for run in runs if isinstance(run.table, Loop)]

@@ -7,8 +7,11 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from identify.commands.files_read import files_read
 from identify.commands.parameter_options import add_parameter_options, changes_from
-from measure.common.command_line import DONE, parser, run
+from measure.common.command_line import DONE, parser, run, say
+from measure.common.errors import InputError
+from measure.common.output_gate import Outputs
 from measure.readers.options import add_reading_options, mapping_from
 from simulate.files.options import add_effects_option
 
@@ -37,22 +40,34 @@ def _parser() -> Any:
 
 def _work(arguments: Sequence[str]) -> int:
     given = _parser().parse_args(arguments)
+    if given.output is not None and given.output.suffix not in (".png", ".pdf", ".svg"):
+        raise InputError(f"{given.output}: a figure ends in .png, .pdf or .svg.")
+    with _gate(given).held():
+        lines = _compared(given)
+    if not given.quiet:
+        say(*lines)
+    return DONE
+
+
+def _gate(given: Namespace) -> Outputs:
+    """All that the command writes and reads."""
+    return Outputs({"--output": given.output, "--json": given.json}, {}, files_read(given))
+
+
+def _compared(given: Namespace) -> list[str]:
+    """Compare, and write all that was asked for; the lines for people."""
     from identify.campaign.runs import read_campaign, remarks
     from identify.estimation.problem import problem_of
     from identify.gap.compare import compare
-    from measure.common.errors import InputError
     from simulate.files.model_file import read_model
     from simulate.files.own_effects import catalogue_with
 
-    if given.output is not None and given.output.suffix not in (".png", ".pdf", ".svg"):
-        raise InputError(f"{given.output}: a figure ends in .png, .pdf or .svg.")
     model = read_model(given.model, catalogue_with(given.effects))
     runs = read_campaign(given.measured, mapping_from(given))
     found = compare(model, runs, fit_release=not given.as_given, changes=changes_from(given, lambda: problem_of(model, runs)))
-    _write(given, found, [given.model, *(r.path for r in runs if r.path), *given.effects])
-    if not given.quiet:
-        print("\n".join([*(f"record   {said}" for said in remarks(runs)), *summary(found)]))
-    return DONE
+    with _gate(given).together():
+        _write(given, found, [given.model, *(r.path for r in runs if r.path), *given.effects])
+    return [*(f"record   {said}" for said in remarks(runs)), *summary(found)]
 
 
 def result_of(found: Comparison) -> dict[str, Any]:
@@ -83,6 +98,7 @@ def summary(found: Comparison) -> list[str]:
 
 
 def _write(given: Namespace, found: Comparison, inputs: list[Path]) -> None:
+    from measure.common.figure_plots import save_figure
     from measure.common.output import provenance, replacing, write_json
 
     note = provenance(inputs)
@@ -90,6 +106,6 @@ def _write(given: Namespace, found: Comparison, inputs: list[Path]) -> None:
         from identify.report.gap_plots import comparison_figure
 
         with replacing(given.output) as temporary:
-            comparison_figure(found.curves).savefig(temporary, dpi=110)
+            save_figure(comparison_figure(found.curves), temporary, given.output.suffix[1:])
     if given.json is not None:
         write_json(given.json, {**result_of(found), "provenance": note})

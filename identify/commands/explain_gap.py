@@ -7,8 +7,10 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from identify.commands.files_read import files_read
 from identify.commands.parameter_options import add_parameter_options, changes_from
-from measure.common.command_line import DONE, VERDICT_BAD, parser, run
+from measure.common.command_line import DONE, VERDICT_BAD, complain, parser, run, say
+from measure.common.output_gate import Outputs
 from measure.readers.options import add_reading_options, mapping_from
 from simulate.files.options import add_effects_option
 
@@ -16,6 +18,7 @@ if TYPE_CHECKING:
     from identify.selection.explain import Explanation
 
 NAME = "explain-gap"
+WRITTEN = ("report.html", "result.json", "extended.toml", "missing_force.csv")
 DOES = "Locate the gap between model and measurements, name the missing effect, add it and show the gap shrink."
 
 
@@ -48,6 +51,20 @@ def _parser() -> Any:
 
 def _work(arguments: Sequence[str]) -> int:
     given = _parser().parse_args(arguments)
+    with _gate(given).held():
+        status, lines = _explained(given)
+    if not given.quiet:
+        say(*lines, f"report   {given.output / 'report.html'}")
+    return status
+
+
+def _gate(given: Namespace) -> Outputs:
+    """All that the command writes and reads."""
+    return Outputs({"--json": given.json}, {"--output": (given.output, WRITTEN)}, files_read(given))
+
+
+def _explained(given: Namespace) -> tuple[int, list[str]]:
+    """Explain, and write all that was asked for; status, and the lines for people."""
     from identify.campaign.runs import read_campaign, remarks
     from identify.estimation.problem import problem_of
     from identify.selection.comparison import BUDGETS
@@ -62,21 +79,18 @@ def _work(arguments: Sequence[str]) -> int:
     own_zeros = given.tare != "common"
     changes = changes_from(given, lambda: problem_of(model, runs, given.covariate, own_zeros=own_zeros), catalogue.values())
     found = explain(model, runs, catalogue, covariate=given.covariate, tare=given.tare, changes=changes, budget=budget, say=_say(given))
-    _write(given, found, [given.model, *(r.path for r in runs if r.path), *given.effects])
-    if not given.quiet:
-        print("\n".join([*(f"record   {said}" for said in remarks(runs)), *summary(found)]))
-        print(f"report   {given.output / 'report.html'}")
-    return VERDICT_BAD if found.verdict == "unknown" else DONE
+    with _gate(given).together():
+        _write(given, found, [given.model, *(r.path for r in runs if r.path), *given.effects])
+    lines = [*(f"record   {said}" for said in remarks(runs)), *summary(found)]
+    return (VERDICT_BAD if found.verdict == "unknown" else DONE), lines
 
 
 def _say(given: Namespace) -> Any:
-    import sys
-
-    def say(text: str) -> None:
+    def under_way(text: str) -> None:
         if not given.quiet:
-            print(f"{NAME}: {text} ...", file=sys.stderr)
+            complain(f"{NAME}: {text} ...")
 
-    return say
+    return under_way
 
 
 def summary(found: Explanation) -> list[str]:
@@ -118,7 +132,6 @@ def _write(given: Namespace, found: Explanation, inputs: list[Path]) -> None:
     result = {**result_of(found, str(table) if table else None), "provenance": note}
     title = f"The gap between {found.before.problem.model.name} and its measurements"
     page = report_html(found, title, {"What made this": json.dumps(note, indent=1)}, str(table) if table else None)
-    given.output.mkdir(parents=True, exist_ok=True)
     if table is not None and missing is not None:
         write_columns(missing, table)
     write_model(extended(found.before.problem.model, found), given.output / "extended.toml", note)

@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-import sys
 from argparse import Namespace
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from identify.commands.parameter_options import add_parameter_options, changes_from
-from measure.common.command_line import DONE, VERDICT_BAD, parser, run
+from measure.common.command_line import DONE, VERDICT_BAD, parser, run, say, watched
+from measure.common.numbers import whole
+from measure.common.output_gate import Outputs
 from measure.readers.options import add_reading_options, mapping_from
 from simulate.files.options import add_effects_option
 
@@ -47,8 +48,10 @@ def _parser() -> Any:
     fit.add_argument("--covariate", default="", metavar="COLUMN", help="a further column to which part of the force is proportional")
     fit.add_argument("--robust", action="store_true", help="samples far off the model count less")
     fit.add_argument("--profile", action="store_true", help="fit all the rest for betas around the best one")
-    fit.add_argument("--bootstrap", type=int, default=0, metavar="N", help="intervals from N fits to cycles drawn with replacement")
-    fit.add_argument("--seed", type=int, default=0, help="of the bootstrap")
+    fit.add_argument(
+        "--bootstrap", type=whole(0, 100_000), default=0, metavar="N", help="intervals from N fits to cycles drawn with replacement"
+    )
+    fit.add_argument("--seed", type=whole(0, 2**63 - 1), default=0, help="of the bootstrap")
     add_parameter_options(made)
     add_effects_option(made)
     made.add_argument("--model", type=Path, metavar="MODEL", help="put the actuator into this model instead of a bare one")
@@ -59,22 +62,37 @@ def _parser() -> Any:
 def _work(arguments: Sequence[str]) -> int:
     given = _parser().parse_args(arguments)
     _check_before(given)
+    with _gate(given).held():
+        status, lines = _done(given)
+    if not given.quiet and lines:
+        say("", *lines)
+    return status
+
+
+def _gate(given: Namespace) -> Outputs:
+    """All that the command writes and reads."""
+    files = {"--output": given.output, "--json": given.json, "--figure": given.figure, "--save-mapping": given.save_mapping}
+    read = [*given.loops, *given.effects, *filter(None, (given.model, given.mapping))]
+    return Outputs({} if given.preview else files, {}, read)
+
+
+def _done(given: Namespace) -> tuple[int, list[str]]:
+    """Fit, and write all that was asked for; status, and the lines for people."""
+    from identify.report.loop_result import summary
+
     mapping = mapping_from(given)
     loops, understood, notes = _read(given, mapping)
     if not given.quiet:
-        print("\n".join(_shown(understood, given.preview)))
+        say(*_shown(understood, given.preview))
     if given.preview:
-        return DONE
+        return DONE, []
     data, turned = _oriented(given, loops)
     fit, result = _fitted(given, data, [*notes, *([f"{turned.sentence} (--as-given forbids it)"] if turned.quantity else [])])
     result["notes"] += _contradictions(understood, data)
     profile = _resampled(given, fit, data, result)
-    _write(given, _saved(given, mapping, turned, understood), fit, data, result, profile)
-    if not given.quiet:
-        from identify.report.loop_result import summary
-
-        print("\n".join(["", *summary(result)]))
-    return DONE if result["verdict"] == "ok" else VERDICT_BAD
+    with _gate(given).together():
+        _write(given, _saved(given, mapping, turned, understood), fit, data, result, profile)
+    return (DONE if result["verdict"] == "ok" else VERDICT_BAD), summary(result)
 
 
 def _check_before(given: Namespace) -> None:
@@ -83,13 +101,10 @@ def _check_before(given: Namespace) -> None:
 
     if given.figure and given.figure.suffix not in FIGURES:
         raise InputError(f"{given.figure}: figures are {', '.join(FIGURES)}. Change the ending of the name.")
-    if given.bootstrap < 0 or given.bootstrap == 1:
-        raise InputError(f"--bootstrap {given.bootstrap}: give at least two repeats; 200 make an interval.")
+    if given.bootstrap == 1:
+        raise InputError("--bootstrap 1: give at least two repeats; 200 make an interval.")
     if given.model and not given.output:
         raise InputError(f"--model {given.model}: the actuator is put into a copy of it; name the copy with --output.")
-    for path in (given.output, given.json, given.figure, given.save_mapping):
-        if path and not path.parent.is_dir():
-            raise InputError(f"{path}: the folder {path.parent} does not exist. Make it or name another.")
 
 
 def _read(given: Namespace, mapping: ColumnMapping) -> tuple[list[Loop], list[Understood], list[str]]:
@@ -205,7 +220,7 @@ def _order(
 
     wanted = None if given.rate_order == "auto" else int(given.rate_order)
     require_rates(data, abscissa, wanted or 0)
-    with tqdm(desc="frequencies left out", disable=given.quiet or not sys.stderr.isatty(), leave=False) as bar:
+    with tqdm(desc="frequencies left out", disable=given.quiet or not watched(), leave=False) as bar:
         chosen = choose_order(data, kinds, abscissa, changes, lambda made: bar.update(1))
     return (chosen.chosen if wanted is None else wanted), chosen
 
@@ -233,7 +248,7 @@ def _spread(values: Sequence[float]) -> float:
 
 
 def _write(given: Namespace, mapping: ColumnMapping, fit: Any, data: Any, result: dict[str, Any], profile: Any) -> None:
-    """Every file that was asked for; what can fail is made before the first is written."""
+    """Every file that was asked for."""
     from measure.common.output import provenance, write_json
     from measure.readers.column_mapping import write_mapping
 

@@ -6,6 +6,8 @@ from argparse import ArgumentParser, Namespace
 from collections.abc import Callable, Iterable, Mapping
 from typing import TYPE_CHECKING
 
+from measure.common.numbers import number_in
+
 if TYPE_CHECKING:
     from identify.estimation.parameters import Change, Parameter
     from identify.estimation.problem import Problem
@@ -77,9 +79,9 @@ def _named(text: str, known: Mapping[str, Parameter]) -> tuple[str, str]:
 
 def _number(text: str, what: str) -> float:
     try:
-        return float(text)
-    except ValueError:
-        raise ValueError(f'{what} is "{text}"; give a number.') from None
+        return number_in(text)
+    except ValueError as error:
+        raise ValueError(f"{what}: {error}; give a number.") from None
 
 
 def _held(text: str, known: Mapping[str, Parameter]) -> Change:

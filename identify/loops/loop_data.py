@@ -22,9 +22,13 @@ from identify.loops.integration_path import Path, path_of, turns_of, with_motion
 from identify.loops.segments import Part, parts, usage
 from measure.common.arrays import Array
 from measure.common.errors import InputError
-from measure.tables.loop import Loop
+from measure.tables.checks import require_physical
+from measure.tables.loop import LOOP_COLUMNS, Loop
 from simulate.loop import loop_force
 from simulate.model.effect import Effect
+
+_NOTHING = 1e-12  # m or N: no such motion or force is measured
+_ANOTHER = 10.0  # records long, a gap between two recordings
 
 
 @dataclass(frozen=True)
@@ -137,9 +141,23 @@ def prepare(loop: Loop) -> LoopData:
 def _require_motion(loop: Loop) -> None:
     if len(loop.time_s) < 20:
         raise InputError(f"{loop.name}: {len(loop.time_s)} samples; a loop needs at least 20.")
+    _require_one_recording(loop)
+    for column in LOOP_COLUMNS:
+        require_physical(getattr(loop, column), column, loop.name)
     for column in ("elongation_m", "force_N"):
-        if np.ptp(getattr(loop, column)) == 0.0:
+        if np.ptp(getattr(loop, column)) < _NOTHING:
             raise InputError(f"{loop.name}: {column} is {getattr(loop, column)[0]:g} in every row. Check which column was taken for it.")
+
+
+def _require_one_recording(loop: Loop) -> None:
+    steps = np.diff(loop.time_s)
+    gap = int(np.argmax(steps))
+    sampled = float(np.sum(steps)) - float(steps[gap])
+    if steps[gap] > _ANOTHER * max(sampled, len(steps) * float(np.median(steps))):
+        raise InputError(
+            f"{loop.name}: no samples for {steps[gap]:.4g} s after {loop.time_s[gap]:.6g} s, and {sampled:.3g} s of samples in all; "
+            "these are two recordings, or the clock was set anew. Cut the file there."
+        )
 
 
 def with_turns_moved(data: LoopData, outward_m: float) -> LoopData:

@@ -22,7 +22,7 @@ _BINS = 24
 RESIDUAL_AXES = {
     "elongation": (1e3, "elongation (mm)", "elongation_m"),
     "speed": (1e3, "speed (mm/s)", "speed_m_per_s"),
-    "acceleration": (1.0, "acceleration (m/s$^2$)", "acceleration_m_per_s2"),
+    "acceleration": (1.0, "acceleration (m/s²)", "acceleration_m_per_s2"),
     "time": (1.0, "time (s)", "time_s"),
 }
 
@@ -131,7 +131,8 @@ def page(fit: ActuatorFit, loops: Sequence[LoopData], title: str, profile: Profi
 
 def save(figure: Any, path: Path) -> None:
     """Write a figure, whole or not at all; the ending of the name says what kind."""
+    from measure.common.figure_plots import save_figure
     from measure.common.output import replacing
 
     with replacing(path) as temporary:
-        figure.savefig(temporary, dpi=110, metadata={"Software": None} if path.suffix == ".png" else None)
+        save_figure(figure, temporary, path.suffix[1:])

@@ -50,8 +50,10 @@ def _figures(found: Explanation) -> dict[str, str | None]:
 
 def embedded(figure: Any) -> str:
     """A figure as an address that holds the picture itself."""
+    from measure.common.figure_plots import save_figure
+
     buffer = io.BytesIO()
-    figure.savefig(buffer, format="png", dpi=110, metadata={"Software": None})
+    save_figure(figure, buffer, "png")
     return "data:image/png;base64," + base64.b64encode(buffer.getvalue()).decode()
 
 

@@ -10,8 +10,10 @@ from typing import TYPE_CHECKING, Any
 from measure.commands.track_video_options import options, project_from
 from measure.common import command_line as command
 from measure.common.errors import InputError
+from measure.common.inputs import existing_file
 
 if TYPE_CHECKING:
+    from measure.commands.track_video_output import Output
     from measure.film.dispersion import Dispersion
     from measure.film.tracked import Tracked
     from measure.footage.footage import Footage
@@ -39,8 +41,22 @@ def _work(arguments: Sequence[str]) -> int:
     given = options().parse_args(arguments)
     project = project_from(given)
     film, mask = _film_path(given, project), _mask_path(given, project)
-    _require_usable(given, film, mask)
-    from measure.commands.track_video_output import Output, written, written_for_the_eye
+    _require_usable(given)
+    from measure.commands.track_video_output import Output, gate
+
+    output = Output(_trajectory_path(given, project), given.marks, given.json, given.pictures, given.overlay, given.project)
+    with gate(output, _inputs(given, film, mask), bool(given.compare)).held():
+        status, lines = _tracked(given, arguments, project, output, film, mask)
+    if not given.quiet:
+        command.say(*lines)
+    return status
+
+
+def _tracked(
+    given: argparse.Namespace, arguments: Sequence[str], project: Project, output: Output, film: Path, mask: Path | None
+) -> tuple[int, list[str]]:
+    """Follow the marks and write what came out; status, and the lines for people."""
+    from measure.commands.track_video_output import gate, written, written_for_the_eye
     from measure.common.output import provenance
     from measure.film.summary import dispersion_lines, lines_for_people
     from measure.film.track import track
@@ -55,11 +71,10 @@ def _work(arguments: Sequence[str]) -> int:
 
     tracked = track(footage, project, watch, _read_mask(mask, footage))
     compared = _compared(given, tracked)
-    output = Output(_trajectory_path(given, project), given.marks, given.json, given.pictures, given.overlay, given.project)
-    files = written(output, tracked, compared, note, film, mask) + written_for_the_eye(output, footage, tracked, compared)
-    if not given.quiet:
-        print("\n".join([*lines_for_people(tracked.summary), *dispersion_lines(compared), *(f"written   {path}" for path in files)]))
-    return command.DONE if tracked.summary["verdict"] == "ok" else command.VERDICT_BAD
+    with gate(output, (), bool(compared)).together():
+        files = written(output, tracked, compared, note, film, mask) + written_for_the_eye(output, footage, tracked, compared)
+    lines = [*lines_for_people(tracked.summary), *dispersion_lines(compared), *(f"written   {path}" for path in files)]
+    return (command.DONE if tracked.summary["verdict"] == "ok" else command.VERDICT_BAD), lines
 
 
 def _film_path(given: argparse.Namespace, project: Project) -> Path:
@@ -82,23 +97,15 @@ def _trajectory_path(given: argparse.Namespace, project: Project) -> Path | None
 
 
 def _inputs(given: argparse.Namespace, film: Path, mask: Path | None) -> list[Path]:
-    return [path for path in (film, given.project, mask, *(given.compare or ())) if path is not None]
+    return [path for path in (film, given.project, mask, given.checkerboard, *(given.compare or ())) if path is not None]
 
 
-def _require_usable(given: argparse.Namespace, film: Path, mask: Path | None) -> None:
+def _require_usable(given: argparse.Namespace) -> None:
     """What is read or written at the end must be usable before the long work begins."""
-    outputs = [given.output, given.marks, given.json, given.pictures, given.overlay]
-    for file in outputs:
-        if file is not None and not file.parent.is_dir():
-            raise InputError(f"{file}: the folder {file.parent} does not exist. Make it, or name another.")
     for file in given.compare or ():
-        command.existing_file(file, what="a trajectory (CSV)")
+        existing_file(file, what="a trajectory (CSV)")
     if given.overlay is not None and given.overlay.suffix.lower() != ".avi":
         raise InputError(f"--overlay {given.overlay}: the film is written as .avi; name it so.")
-    inputs = {path.resolve() for path in _inputs(given, film, mask) if path.exists()}
-    for file in outputs:
-        if file is not None and (file.resolve() in inputs or (file.exists() and file.parent.resolve() in inputs)):
-            raise InputError(f"{file}: is an input, and inputs are never written. Name another file.")
 
 
 def _require_complete(given: argparse.Namespace, project: Project, footage: Footage) -> None:

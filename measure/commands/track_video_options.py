@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from measure.common import command_line as command
 from measure.common.errors import InputError
+from measure.common.numbers import number, number_in, whole
 
 if TYPE_CHECKING:
     from measure.geometry.film_project import Project
@@ -19,23 +20,23 @@ def options() -> command.Parser:
     """The options of the command."""
     made = command.parser("track-video", _DOES, output="trajectory (CSV); its figure and project file stand beside it")
     made.add_argument("footage", nargs="?", type=Path, metavar="FOOTAGE", help="film file, or folder of numbered pictures")
-    made.add_argument("--fps", type=float, metavar="F", help="capture rate; needed unless the file carries the camera's own")
+    made.add_argument("--fps", type=number(), metavar="F", help="capture rate; needed unless the file carries the camera's own")
     made.add_argument(
         "--mark", type=_numbers(2), action="append", metavar="X,Y", help="a mark in the first frame, px; repeat it. Else marks are found"
     )
-    made.add_argument("--subset", type=int, metavar="N", help="side of the compared square, odd, px (31)")
+    made.add_argument("--subset", type=whole(-(10**9), 10**9), metavar="N", help="side of the compared square, odd, px (31)")
     made.add_argument("--warp", metavar="KIND", help="richest warp of a subset: translation, euclidean (and rotation) or affine (affine)")
     made.add_argument(
         "--mask", type=Path, metavar="FILE", help="a picture as large as the film's, white where marks are in the first frame"
     )
-    made.add_argument("--mm-per-px", type=float, metavar="S", help="scale at the platform's depth")
+    made.add_argument("--mm-per-px", type=number(), metavar="S", help="scale at the platform's depth")
     made.add_argument("--scale-from", type=_numbers(5), metavar="X1,Y1,X2,Y2,LENGTH_MM", help="scale from two points and their distance")
     made.add_argument("--rule", type=_numbers(5), metavar="X1,Y1,X2,Y2,PITCH_MM", help="scale from a rule: a line across its graduation")
     made.add_argument("--plumb", type=_numbers(4), metavar="X1,Y1,X2,Y2", help="direction of up, from two points near a plumb line")
     made.add_argument("--checkerboard", type=Path, metavar="FOLDER", help="calibrate the lens with numbered pictures of a checkerboard")
     made.add_argument("--board", type=_numbers(3), metavar="COLUMNS,ROWS,MM", help="its inner corners and the side of a square")
-    made.add_argument("--up", type=float, metavar="DEG", help="direction of up in the picture, clockwise from the picture's own (0)")
-    made.add_argument("--start-height-m", type=float, metavar="H", help="height of the platform's origin in the first frame (0)")
+    made.add_argument("--up", type=number(), metavar="DEG", help="direction of up in the picture, clockwise from the picture's own (0)")
+    made.add_argument("--start-height-m", type=number(), metavar="H", help="height of the platform's origin in the first frame (0)")
     made.add_argument(
         "--project", type=Path, metavar="FILE", help="all of that, camera and mark geometry in TOML; it is read and never written"
     )
@@ -51,7 +52,7 @@ def options() -> command.Parser:
 def _numbers(count: int):
     def parse(text: str) -> tuple[float, ...]:
         try:
-            values = tuple(float(part) for part in text.split(","))
+            values = tuple(number_in(part) for part in text.split(","))
         except ValueError:
             values = ()
         if len(values) != count or not all(abs(v) < 1e9 for v in values):

@@ -8,10 +8,11 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from measure.common.output import write_json, write_provenance
+from measure.common.output import provenance_beside, write_json, write_provenance
+from measure.common.output_gate import Outputs, beside
 from measure.film.dispersion import Dispersion
 from measure.film.overlay import overlaid
-from measure.film.saved_plots import write_dispersion_figure, write_pictures, write_trajectory_figure
+from measure.film.saved_plots import PICTURES, write_dispersion_figure, write_pictures, write_trajectory_figure
 from measure.film.tracked import Tracked
 from measure.footage.footage import Footage
 from measure.footage.writers import write_film
@@ -30,6 +31,36 @@ class Output:
     pictures: Path | None
     overlay: Path | None
     project: Path | None
+
+
+def gate(output: Output, inputs: Sequence[Path], compared: bool) -> Outputs:
+    """All that the command writes, under the names that its sentences use, and what it reads besides.
+
+    Parameters
+    ----------
+    output : Output
+    inputs : sequence of Path
+    compared : bool
+        Whether other films are compared.
+    """
+    files: dict[str, Path | None] = {"--marks": output.marks, "--json": output.json, "--overlay": output.overlay}
+    if output.trajectory is not None:
+        files["the trajectory"] = output.trajectory
+        files["its provenance"] = provenance_beside(output.trajectory)
+        files["its figure"] = beside(output.trajectory, ".png")
+        files["the figure of the dispersion"] = beside(output.trajectory, ".dispersion.png") if compared else None
+    first = output.trajectory or output.marks
+    files["the project file"] = None if first is None else _project_place(first, output.project)
+    films = [film for path in inputs if path.suffix.lower() in (".mraw", ".cih", ".cihx") for film in path.parent.glob(f"{path.stem}.*")]
+    return Outputs(files, {"--pictures": (output.pictures, PICTURES)}, [*inputs, *films])
+
+
+def _project_place(first: Path, read: Path | None) -> Path:
+    """Where the project file goes that repeats the run: never onto the one that was read."""
+    place = beside(first, ".project.toml")
+    if read is not None and place.exists() and place.samefile(read):
+        return beside(first, ".repeat.project.toml")
+    return place
 
 
 def written(
@@ -56,7 +87,7 @@ def written(
     if output.trajectory is not None and tracked.trajectory is not None:
         write_trajectory(tracked.trajectory, output.trajectory)
         write_provenance(output.trajectory, note)
-        files += [output.trajectory, write_trajectory_figure(tracked, output.trajectory.with_suffix(".png"))]
+        files += [output.trajectory, write_trajectory_figure(tracked, beside(output.trajectory, ".png"))]
     if output.marks is not None:
         write_columns(tracked.marks.columns(), output.marks)
         files.append(output.marks)
@@ -68,14 +99,11 @@ def written(
     return files
 
 
-def _written_project(beside: Path, read: Path | None, project: Project, film: Path, mask: Path | None) -> list[Path]:
+def _written_project(first: Path, read: Path | None, project: Project, film: Path, mask: Path | None) -> list[Path]:
     """The project file that repeats the run, beside an output; not needed where the file that was read does that."""
-    place = beside.with_suffix(".project.toml")
-    if read is not None:
-        if read_project(read) == _with_files(project, film, mask, read):
-            return []
-        if place.exists() and place.samefile(read):
-            place = beside.with_suffix(".repeat.project.toml")
+    if read is not None and read_project(read) == _with_files(project, film, mask, read):
+        return []
+    place = _project_place(first, read)
     write_project(_with_files(project, film, mask, place), place)
     return [place]
 
@@ -100,5 +128,5 @@ def written_for_the_eye(output: Output, footage: Footage, tracked: Tracked, comp
         write_film(output.overlay, overlaid(footage, tracked), "MJPG")
         files.append(output.overlay)
     if compared and output.trajectory is not None and tracked.trajectory is not None:
-        files.append(write_dispersion_figure(tracked.trajectory, compared, output.trajectory.with_suffix(".dispersion.png")))
+        files.append(write_dispersion_figure(tracked.trajectory, compared, beside(output.trajectory, ".dispersion.png")))
     return files

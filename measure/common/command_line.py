@@ -4,12 +4,15 @@ from __future__ import annotations
 
 import argparse
 import os
+import signal
 import sys
+import threading
 from collections.abc import Callable, Iterable, Iterator, Sequence
+from contextlib import suppress
 from pathlib import Path
-from typing import NoReturn, TypeVar
+from typing import Any, NoReturn, TypeVar
 
-from measure.common.errors import InputError, nearest
+from measure.common.errors import InputError, nearest, visible
 from measure.common.version import ShowVersion
 
 DONE, VERDICT_BAD, UNUSABLE = 0, 1, 2
@@ -73,38 +76,100 @@ def examples(made: Parser, *lines: str, guide: str = "") -> Parser:
 
 def run(name: str, work: Callable[[Sequence[str]], int], arguments: Sequence[str] | None = None) -> int:
     """Call a command's work; unusable input becomes one message on standard error and status 2, a fault of the program a file and 70."""
+    _occupy_standard_streams()
+    os.environ["MPLBACKEND"] = "Agg"  # figures go to files; a backend that is not there would end the run
+    before = _on_termination(_terminated)
     try:
         return _flushed(work(sys.argv[1:] if arguments is None else arguments))
     except InputError as error:
-        print(f"{name}: error: {error}", file=sys.stderr)
+        complain(f"{name}: error: {error}")
         return UNUSABLE
+    except Terminated:
+        complain(f"{name}: ended from outside; nothing was written")
+        return 143
     except KeyboardInterrupt:
-        print(f"{name}: stopped; nothing was written", file=sys.stderr)
+        complain(f"{name}: stopped; nothing was written")
         return 130
+    except MemoryError:
+        complain(f"{name}: error: there is not enough memory for this. Cut the input, or ask for less.")
+        return UNUSABLE
     except BrokenPipeError:
         return _unheard(DONE)
     except OSError as error:
-        print(f"{name}: error: {_refusal(error)}", file=sys.stderr)
+        complain(f"{name}: error: {_refusal(error)}")
         return UNUSABLE
     except Exception as error:
         from measure.common.fault import FAULT, sentence_of
 
-        print(sentence_of(name, sys.argv[1:] if arguments is None else arguments, error), file=sys.stderr)
+        complain(sentence_of(name, sys.argv[1:] if arguments is None else arguments, error))
         return FAULT
+    finally:
+        _on_termination(before)
+
+
+def _occupy_standard_streams() -> None:
+    """Where a standard stream is closed, the next file that is opened would take its place and get what is printed."""
+    while (handle := os.open(os.devnull, os.O_RDWR)) < 3:
+        pass
+    os.close(handle)
+
+
+class Terminated(KeyboardInterrupt):
+    """The system asked the process to end; it tidies up as for Ctrl-C."""
+
+
+def _terminated(number: int, frame: object) -> NoReturn:
+    del number, frame
+    raise Terminated
+
+
+def _on_termination(handler: Any) -> Any:
+    """Set what SIGTERM does, where that can be set; returns what it did before."""
+    if threading.current_thread() is not threading.main_thread() or handler is None:
+        return None
+    return signal.signal(signal.SIGTERM, handler)
+
+
+def say(*lines: str) -> None:
+    """Print for people; what a name carries for the terminal is shown escaped. Nobody need listen: results do not depend on it."""
+    if sys.stdout is None:
+        return
+    encoding = getattr(sys.stdout, "encoding", None) or "utf-8"
+    text = visible("\n".join(lines)).encode(encoding, "backslashreplace").decode(encoding)
+    try:
+        print(text, flush=True)
+    except OSError as error:
+        _lost(error)
+
+
+def complain(text: str) -> None:
+    """Print on standard error, where there is one."""
+    if sys.stderr is not None:
+        with suppress(OSError):
+            print(visible(text), file=sys.stderr, flush=True)
 
 
 def _flushed(status: int) -> int:
     """The status, once everything said has gone out; a reader who has left, as `head` does, changes nothing of it."""
     try:
-        sys.stdout.flush()
-    except BrokenPipeError:
-        return _unheard(status)
+        if sys.stdout is not None:
+            sys.stdout.flush()
+    except OSError as error:
+        _lost(error)
     return status
+
+
+def _lost(error: OSError) -> None:
+    """Say that standard output takes nothing more, unless its reader has left as `head` does."""
+    if not isinstance(error, BrokenPipeError):
+        complain(f"standard output takes nothing ({error.strerror}); the results are not touched by that")
+    _unheard(DONE)
 
 
 def _unheard(status: int) -> int:
     """The status; what would still be printed goes nowhere, so that Python does not complain of the closed pipe at its end."""
-    os.dup2(os.open(os.devnull, os.O_WRONLY), sys.__stdout__.fileno())  # type: ignore[union-attr]
+    with suppress(OSError, ValueError, AttributeError):  # standard output may be no file
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.__stdout__.fileno())  # type: ignore[union-attr]
     return status
 
 
@@ -115,6 +180,11 @@ def _refusal(error: OSError) -> str:
     return f"{error.filename}: {error.strerror}. Check that it is there and that you may use it."
 
 
+def watched() -> bool:
+    """Whether somebody looks at standard error."""
+    return sys.stderr is not None and sys.stderr.isatty()
+
+
 def progress(items: Iterable[T], *, what: str, total: int | None = None, quiet: bool = False) -> Iterator[T]:
     """The same items, with a bar on standard error while they are worked through.
 
@@ -122,21 +192,4 @@ def progress(items: Iterable[T], *, what: str, total: int | None = None, quiet: 
     """
     from tqdm import tqdm
 
-    return iter(tqdm(items, desc=what, total=total, disable=quiet or not sys.stderr.isatty(), leave=False))
-
-
-def existing_file(path: Path, *, what: str) -> Path:
-    """`path` itself, if it is a file; else the sentence that says what was looked for.
-
-    Raises
-    ------
-    InputError
-    """
-    if path.is_dir():
-        raise InputError(f"{path}: is a folder, and {what} was expected. Name the file in it.")
-    if not path.is_file():
-        siblings = sorted(p.name for p in path.parent.iterdir()) if path.parent.is_dir() else []
-        hint = nearest(path.name, siblings) if siblings else "Check the name."
-        hint = hint if hint.startswith("did you mean") else "Check the name."
-        raise InputError(f"{path}: no such file; {what} was expected. {hint[0].upper()}{hint[1:]}")
-    return path
+    return iter(tqdm(items, desc=what, total=total, disable=quiet or not watched(), leave=False))

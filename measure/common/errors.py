@@ -1,9 +1,14 @@
-"""The one way to say that an input cannot be used."""
+"""The one way to say that an input cannot be used, and to show what was found in it."""
 
 from __future__ import annotations
 
 import difflib
+import re
 from collections.abc import Iterable
+
+# Control characters but the line end, what turns the direction of writing or has no width, and bytes of names that are not UTF-8.
+_UNSEEN = re.compile("[\x00-\x09\x0b-\x1f\x7f-\x9f\u200b-\u200f\u2028-\u202e\u2060-\u2069\ufeff\ud800-\udfff]")
+_LONGEST_SHOWN = 60
 
 
 class InputError(ValueError):
@@ -16,5 +21,34 @@ class InputError(ValueError):
 def nearest(word: str, known: Iterable[str]) -> str:
     """The hint that goes behind an unknown word: the known one it looks most like, or all of them."""
     names = list(known)
-    close = difflib.get_close_matches(word, names, n=1, cutoff=0.5)
-    return f'did you mean "{close[0]}"?' if close else "known: " + ", ".join(names) + "."
+    close = difflib.get_close_matches(word, names, n=1, cutoff=0.5) if len(word) <= _LONGEST_SHOWN else []
+    return f'did you mean "{close[0]}"?' if close else "known: " + ", ".join(map(clipped, names)) + "."
+
+
+def visible(text: str) -> str:
+    """The same text with every character escaped that would command a terminal or cannot be written in UTF-8."""
+    return _UNSEEN.sub(_escaped, text)
+
+
+def _escaped(found: re.Match[str]) -> str:
+    code = ord(found[0])
+    if 0xDC80 <= code <= 0xDCFF:
+        return f"\\x{code - 0xDC00:02x}"  # a byte of a name that is not UTF-8
+    return f"\\x{code:02x}" if code < 0x100 else f"\\u{code:04x}"
+
+
+def clipped(text: str, most: int = _LONGEST_SHOWN) -> str:
+    """The text, or its beginning and its length where it is long."""
+    return text if len(text) <= most else f"{text[:most]}... ({len(text)} characters)"
+
+
+def found(value: object) -> str:
+    """A value as it was found, for a sentence; a long one by its beginning."""
+    if isinstance(value, int) and not isinstance(value, bool) and value.bit_length() > 200:
+        return f"a whole number of some {int(value.bit_length() * 0.30103)} digits"
+    if isinstance(value, list | tuple | dict):
+        return f"{_KINDS[type(value)]} of {len(value)}"
+    return clipped(repr(value))
+
+
+_KINDS = {list: "a list", tuple: "a list", dict: "a table"}

@@ -7,6 +7,8 @@ import json
 import math
 import os
 import platform
+import shutil
+import signal
 import sys
 import tempfile
 from collections.abc import Iterable, Iterator, Mapping
@@ -17,6 +19,10 @@ from typing import Any
 
 from measure.common.errors import InputError
 
+_KEY = ".unspool-"
+_LONGEST_SUFFIX = 12
+_together: list[list[tuple[Path, Path]]] = []  # by block of `all_or_none`: temporary files that wait for their names
+
 _REPORTED_PACKAGES = ("unspool", "numpy", "scipy", "numba", "lmfit", "opencv-python-headless", "av")
 
 
@@ -25,39 +31,128 @@ def replacing(path: Path) -> Iterator[Path]:
     """Give a temporary file beside `path`; it takes the name of `path` once the block has ended well.
 
     Whatever happens in the block, `path` holds its old content or the whole new one, never half. A link stays a link,
-    and the file behind it is replaced.
+    and the file behind it is replaced. Within `all_or_none` it takes its name together with the others.
 
     Raises
     ------
     InputError
         The folder does not exist or cannot be written, or `path` is a folder, a device or a pipe.
     """
-    path = _regular(Path(path))
-    try:
-        handle, name = tempfile.mkstemp(prefix=f".{path.stem}-", suffix=path.suffix, dir=path.parent)
-    except OSError as error:
-        raise InputError(f"{path}: cannot be written ({error.strerror}). Name a folder that exists and is yours.") from error
-    os.close(handle)
-    temporary = Path(name)
+    path = regular(Path(path))
+    temporary = _temporary_beside(path)
     try:
         yield temporary
         with open(temporary, "rb") as written:
             os.fsync(written.fileno())
         os.chmod(temporary, 0o666 & ~_umask())
-        os.replace(temporary, path)
-    finally:
+        if _together:
+            _together[-1].append((temporary, path))
+        else:
+            os.replace(temporary, path)
+    except BaseException as error:
         temporary.unlink(missing_ok=True)
+        if isinstance(error, OSError) and error.filename in (None, str(temporary)):
+            raise InputError(f"{path}: cannot be written ({error.strerror or error}).") from error
+        raise
 
 
-def _regular(path: Path) -> Path:
-    """Where `path` leads, if a file can be put there; renaming onto a device would remove the device."""
-    real = path.resolve()
-    if real.is_dir():
+def _temporary_beside(path: Path) -> Path:
+    try:
+        handle, name = tempfile.mkstemp(prefix=temporary_prefix(path), suffix=path.suffix[:_LONGEST_SUFFIX], dir=path.parent)
+    except OSError as error:
+        raise InputError(f"{path}: cannot be written ({error.strerror}). Name a folder that exists and is yours.") from error
+    os.close(handle)
+    return Path(name)
+
+
+def temporary_prefix(path: Path) -> str:
+    """How the names of the temporary files begin that stand beside `path` while it is written: our key, and nobody else's files."""
+    return f"{_KEY}{hashlib.sha256(os.fsencode(path.name)).hexdigest()[:16]}-"
+
+
+@contextmanager
+def all_or_none() -> Iterator[None]:
+    """Whatever is written through `replacing` in the block appears when the block has ended well, all of it, or none of it."""
+    _together.append([])
+    try:
+        yield
+    except BaseException:
+        for temporary, _ in _together.pop():
+            temporary.unlink(missing_ok=True)
+        raise
+    _move_all(_together.pop())
+
+
+def _move_all(staged: list[tuple[Path, Path]]) -> None:
+    """Give all files their names; where one cannot have it, those before it get their old content back."""
+    moved: list[tuple[Path, Path | None]] = []
+    olds: list[Path] = []
+    try:
+        with _undisturbed():
+            for temporary, path in staged:
+                old = _second_name(path) if path.exists() else None
+                olds += [] if old is None else [old]
+                os.replace(temporary, path)
+                moved.append((path, old))
+    except OSError as error:
+        for path, old in reversed(moved):
+            _put_back(path, old)
+        raise InputError(f"{error.filename2 or error.filename}: cannot be written ({error.strerror}); nothing was.") from error
+    finally:
+        for left in [*olds, *(temporary for temporary, _ in staged)]:
+            left.unlink(missing_ok=True)
+
+
+def _second_name(path: Path) -> Path:
+    """A second name for the old content; a copy where the disk knows no second names."""
+    second = path.with_name(f"{temporary_prefix(path)}old-{os.getpid()}")
+    second.unlink(missing_ok=True)
+    try:
+        os.link(path, second)
+    except OSError:
+        shutil.copy2(path, second)
+    return second
+
+
+def _put_back(path: Path, old: Path | None) -> None:
+    if old is None:
+        path.unlink(missing_ok=True)
+    else:
+        os.replace(old, path)
+
+
+@contextmanager
+def _undisturbed() -> Iterator[None]:
+    """Ctrl-C and the like wait until the block has ended; some milliseconds."""
+    if not hasattr(signal, "pthread_sigmask"):
+        yield
+        return
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT, signal.SIGTERM})
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
+
+
+def regular(path: Path) -> Path:
+    """Where `path` leads, if a file can be put there; renaming onto a device would remove the device.
+
+    Raises
+    ------
+    InputError
+        It is a folder, a device, a pipe, or a link that leads back to itself.
+    """
+    try:
+        real = path.resolve()
+        is_folder, is_other = real.is_dir(), real.exists() and not real.is_file()
+    except (OSError, RuntimeError) as error:
+        raise InputError(f"{path}: cannot be written ({getattr(error, 'strerror', None) or 'its links form a circle'}).") from None
+    if is_folder:
         raise InputError(f"{path}: is a folder, and a file is to be written. Name a file in it.")
     open_file_of_a_process = str(path.parent.resolve()).startswith("/proc/") or (
         path.is_symlink() and str(path.readlink()).startswith("/proc/")
     )
-    if open_file_of_a_process or (real.exists() and not real.is_file()):
+    if open_file_of_a_process or is_other:
         raise InputError(f"{path}: is a device or a pipe, and cannot be replaced as a whole. Name a file.")
     return real
 
@@ -84,15 +179,15 @@ def json_text(result: Mapping[str, Any]) -> str:
 
 def _plain(value: Any) -> Any:
     if isinstance(value, Mapping):
-        return {str(key): _plain(item) for key, item in value.items()}
+        return {_plain(str(key)): _plain(item) for key, item in value.items()}
     if isinstance(value, list | tuple):
         return [_plain(item) for item in value]
     if hasattr(value, "tolist"):
         return _plain(value.tolist())
     if isinstance(value, float) and not math.isfinite(value):
         return None
-    if isinstance(value, Path):
-        return str(value)
+    if isinstance(value, Path | str):
+        return str(value).encode("utf-8", "backslashreplace").decode("utf-8")  # a name need not be UTF-8
     return value
 
 
@@ -125,9 +220,14 @@ def provenance(inputs: Iterable[Path] = (), seed: int | None = None, command: It
 
 def write_provenance(path: Path, note: Mapping[str, Any]) -> Path:
     """Write the note beside a table that has no room for it: `drift.csv` gets `drift.csv.provenance.json`."""
-    beside = Path(f"{path}.provenance.json")
+    beside = provenance_beside(path)
     write_json(beside, note)
     return beside
+
+
+def provenance_beside(path: Path) -> Path:
+    """Where the note on a table stands."""
+    return Path(f"{path}.provenance.json")
 
 
 def _versions() -> dict[str, str]:

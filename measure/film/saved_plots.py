@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from measure.common.figure_plots import save_figure
 from measure.common.output import replacing
 from measure.film import mark_plots, motion_plots
 from measure.film.status_colours import ENLARGED
@@ -21,6 +22,9 @@ if TYPE_CHECKING:
     from measure.tables.trajectory import Trajectory
 
 _PANELS = 10
+
+
+PICTURES = ("first_frame.png", "contact_sheet.png", "quality.png")
 
 
 def write_pictures(footage: Footage, tracked: Tracked, folder: Path) -> list[Path]:
@@ -43,12 +47,8 @@ def write_pictures(footage: Footage, tracked: Tracked, folder: Path) -> list[Pat
     folder.mkdir(parents=True, exist_ok=True)
     shown = frames_to_show(tracked)
     kept = {number: picture for number, picture in footage.pictures() if number in shown}
-    figures = {
-        "first_frame.png": _first(kept[min(kept)], tracked),
-        "contact_sheet.png": _sheet(kept, tracked),
-        "quality.png": _quality(tracked),
-    }
-    return [_write(figure, folder / name) for name, figure in figures.items()]
+    figures = (_first(kept[min(kept)], tracked), _sheet(kept, tracked), _quality(tracked))
+    return [_write(figure, folder / name) for name, figure in zip(PICTURES, figures, strict=True)]
 
 
 def frames_to_show(tracked: Tracked) -> set[int]:
@@ -123,6 +123,6 @@ def _quality(tracked: Tracked) -> Figure:
 
 def _write(figure: Figure, path: Path) -> Path:
     with replacing(path) as temporary:
-        figure.savefig(temporary, dpi=110)
+        save_figure(figure, temporary, "png")
     _pyplot().close(figure)
     return path

@@ -9,8 +9,8 @@ import stat
 from collections.abc import Callable
 from pathlib import Path
 
-from measure.common.command_line import existing_file
 from measure.common.errors import InputError
+from measure.common.inputs import existing_file
 from measure.footage import container, phantom, photron, picture_file, tiff_directory, tiff_stack, video
 from measure.footage.footage import Footage
 from measure.footage.image_folder import open_folder

@@ -5,13 +5,13 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
-from fractions import Fraction
 from pathlib import Path
 from xml.etree import ElementTree
 
 import numpy as np
 
-from measure.common.errors import InputError
+from measure.common.errors import InputError, clipped
+from measure.common.numbers import number_in
 from measure.footage.footage import Footage, Picture, check_size
 from measure.footage.packed_pixels import unpack
 
@@ -85,7 +85,7 @@ def open_photron(path: Path) -> Footage:
     check_size(notes_path, width, height)
     if stored not in (8, 12, 16) or frames < 1 or fps < 1:
         raise InputError(f"{notes_path}: {frames} frames of {stored} bit at {fps} frames/s; grey films of 8, 12 or 16 bit are read.")
-    bits = min(int(notes.get("bits", stored)), stored)
+    bits = min(_whole({"bits": str(stored), **notes}, "bits", notes_path), stored)
     shift = stored - bits if notes.get("side", "Lower").lower() == "higher" and stored == 16 else 0
     return PhotronFilm(
         str(film), width, height, bits, frames, float(fps), _exposure(notes),
@@ -133,17 +133,18 @@ def _whole(notes: Mapping[str, str], key: str, path: Path) -> int:
     if text is None:
         raise InputError(f"{path}: has no value for {_KEYS[key][0]}. Copy it again from the camera.")
     try:
-        return int(float(text))
-    except (ValueError, OverflowError):
-        raise InputError(f'{path}: {_KEYS[key][0]} is "{text}", which is not a number. Copy it again from the camera.') from None
+        return int(number_in(text))
+    except ValueError:
+        raise InputError(f'{path}: {_KEYS[key][0]} is "{clipped(text)}", which is not a number. Copy it again from the camera.') from None
 
 
 def _exposure(notes: Mapping[str, str]) -> float | None:
     """Seconds: given in nanoseconds, as a fraction (1/50000), or as the fraction's denominator."""
     try:
         if "shutter_ns" in notes:
-            return float(notes["shutter_ns"]) * 1e-9
-        value = float(Fraction(notes["shutter"]))
+            return number_in(notes["shutter_ns"]) * 1e-9
+        above, _, below = notes["shutter"].partition("/")
+        value = number_in(above) / number_in(below or "1")
         return 1.0 / value if value > 1.0 else value or None
     except (KeyError, ValueError, ZeroDivisionError):
         return None

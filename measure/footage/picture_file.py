@@ -9,8 +9,8 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from measure.common.command_line import existing_file
 from measure.common.errors import InputError
+from measure.common.inputs import existing_file
 from measure.common.limits import limited
 from measure.footage.footage import Picture, check_size
 from measure.footage.tiff_directory import is_tiff, page_sizes

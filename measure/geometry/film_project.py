@@ -5,14 +5,13 @@ The classes below are the schema of the file: sections, keys, units and ranges. 
 
 from __future__ import annotations
 
-import tomllib
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
-from measure.common.command_line import existing_file
-from measure.common.errors import InputError, nearest
+from measure.common.errors import InputError, clipped, nearest
+from measure.common.inputs import read_toml
 from measure.common.output import write_text
 
 Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
@@ -135,13 +134,8 @@ def read_project(path: Path | str) -> Project:
     InputError
         No such file, not TOML; unknown keys and unusable values, all of them at once.
     """
-    path = Path(path)
-    existing_file(path, what="a project file (TOML)")
-    try:
-        table = tomllib.loads(path.read_text(encoding="utf-8-sig"))
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise InputError(f"{path}: is not TOML ({error}). Mend the line, or remove the file and give the options again.") from error
-    return make_project(table, str(path))
+    advice = "Mend the line, or remove the file and give the options again."
+    return make_project(read_toml(Path(path), what="a project file (TOML)", advice=advice), str(path))
 
 
 def make_project(table: dict[str, Any], name: str = "project") -> Project:
@@ -177,7 +171,7 @@ def _sentence(error: dict[str, Any]) -> str:
         known = [field.alias or name for name, field in _section(path[:-1]).model_fields.items()]
         return f'unknown key "{".".join(path)}"; {nearest(path[-1], known)}'
     found = error["input"]
-    shown = "a section" if isinstance(found, dict) else repr(list(found) if isinstance(found, tuple) else found)
+    shown = "a section" if isinstance(found, dict) else clipped(repr(list(found) if isinstance(found, tuple) else found))
     return f"{_place(path)} {_requirement(error)}, found {shown}. Mend the value."
 
 

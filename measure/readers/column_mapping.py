@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import tomllib
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
@@ -11,8 +10,8 @@ from typing import Annotated, Any
 
 from pydantic import AfterValidator, BaseModel, ConfigDict, ValidationError
 
-from measure.common.command_line import existing_file
-from measure.common.errors import InputError, nearest
+from measure.common.errors import InputError, found, nearest
+from measure.common.inputs import read_toml
 from measure.common.output import write_text
 from measure.tables.units import turned, unit_of
 
@@ -95,11 +94,7 @@ def read_mapping(path: Path) -> ColumnMapping:
     InputError
         No such file, not TOML; unknown keys and values that cannot be, all of them at once.
     """
-    existing_file(Path(path), what="a mapping file (TOML)")
-    try:
-        document = tomllib.loads(Path(path).read_text(encoding="utf-8-sig"))
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise InputError(f"{path}: is not TOML: {error}. Write a new one with --save-mapping.") from error
+    document = read_toml(path, what="a mapping file (TOML)", advice="Write a new one with --save-mapping.")
     try:
         _MappingFile.model_validate(document)
     except ValidationError as error:
@@ -150,7 +145,7 @@ def _sentence(error: dict[str, Any]) -> str:
     if isinstance(error["input"], dict):
         return f"{key} must be a single value."
     wanted = error["msg"].removeprefix("Input should be ")
-    return f"{key} should be {wanted}, found {error['input']!r}. Mend the value."
+    return f"{key} should be {wanted}, found {found(error['input'])}. Mend the value."
 
 
 def write_mapping(mapping: ColumnMapping, path: Path) -> None:

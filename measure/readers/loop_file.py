@@ -13,14 +13,15 @@ from pathlib import Path
 import numpy as np
 
 from measure.common.arrays import Array
-from measure.common.command_line import existing_file
-from measure.common.errors import InputError, nearest
+from measure.common.errors import InputError, clipped, nearest
+from measure.common.inputs import LARGEST_TABLE, existing_file
 from measure.readers.column_mapping import QUANTITIES, ColumnMapping
 from measure.readers.guarded import read_hdf5, read_matlab
 from measure.readers.labview import read_lvm, read_tdms
 from measure.readers.stated_conditions import Claim, claims, conditions
 from measure.readers.text_table import read_text_table
 from measure.readers.time_axis import in_order, remarks
+from measure.tables.checks import listed
 from measure.tables.loop import Loop
 from measure.tables.raw_table import RawTable
 from measure.tables.units import (
@@ -75,7 +76,7 @@ def read_loop_file(path: Path, mapping: ColumnMapping | None = None) -> tuple[Lo
         Not text, more than one possible reading, no column or no unit for a quantity, a cell that is no number.
     """
     path, wanted = Path(path), mapping or ColumnMapping()
-    existing_file(path, what="a table of force and elongation")
+    existing_file(path, what="a table of force and elongation", most=LARGEST_TABLE)
     table = _table(path, wanted)
     columns = {q: place for q in QUANTITIES if (place := _place(path, table, wanted, q)) is not None}
     units = {q: _unit(path, table, place, wanted, q) for q, place in columns.items()}
@@ -138,18 +139,18 @@ def _missing(path: Path, table: RawTable, quantity: str, found: int) -> str:
     own = f"{quantity}_{SI[quantity]}"
     period = " or --sample-period SECONDS" if quantity == "time" else ""
     if not table.header:
+        first = ", ".join(clipped(cell, 40) for cell in table.first_row[:20])
         return (
-            f"{path}: no header, so no column for the {quantity}; its first row reads {', '.join(table.first_row)}.\n"
+            f"{path}: no header, so no column for the {quantity}; its first row reads {first}.\n"
             f"Add --column {quantity}=NUMBER (counted from 1) --unit {quantity}=UNIT{period}."
         )
-    listed = ", ".join(f'"{name}"' for name in table.header)
     what = f"no column for the {quantity}" if not found else f"{found} columns for the {quantity}"
     likely = [name for place, name in enumerate(table.header) if quantity_of(_written_unit(table, place)) == quantity]
     name, unit = (likely[0], _written_unit(table, table.header.index(likely[0]))) if likely else ("NAME", "UNIT")
     advice = f'Add --column {quantity}="{name}" --unit {quantity}={unit}{period}, or rename it to {own}.'
     place = f", line {table.header_line}" if table.lines else ""
-    notes = f"\nIt also holds {', '.join(table.notes[:12])}." if place == "" and table.notes else ""
-    return f"{path}{place}: {what}; found {listed}.\n{advice}{notes}"
+    notes = f"\nIt also holds {', '.join(clipped(note, 80) for note in table.notes[:12])}." if place == "" and table.notes else ""
+    return f"{path}{place}: {what}; found {listed(table.header)}.\n{advice}{notes}"
 
 
 def _written_unit(table: RawTable, place: int) -> str:
@@ -173,7 +174,7 @@ def _unit(path: Path, table: RawTable, place: int, wanted: ColumnMapping, quanti
 def _numbers(table: RawTable, place: int, quantity: str) -> Array:
     odd = table.first_odd(place)
     if odd:
-        found = f'"{odd.text}"' if odd.text else "empty"
+        found = f'"{clipped(odd.text)}"' if odd.text else "empty"
         raise InputError(f"{table.where(odd.row)}: the {quantity} is {found}, no number. Mend the cell or remove the row.")
     return table.columns[place]
 

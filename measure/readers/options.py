@@ -6,6 +6,8 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from measure.common.numbers import number
+
 if TYPE_CHECKING:
     from measure.readers.column_mapping import ColumnMapping
 
@@ -21,7 +23,7 @@ def add_reading_options(parser: argparse.ArgumentParser) -> argparse._ArgumentGr
     read.add_argument("--decimal", help="point or comma; found if not given")
     read.add_argument("--encoding", help="found if not given")
     read.add_argument("--no-header", action="store_true", help="the first row is data")
-    read.add_argument("--sample-period", type=float, metavar="SECONDS", help="where the file holds no time")
+    read.add_argument("--sample-period", type=number(), metavar="SECONDS", help="where the file holds no time")
     read.add_argument("--name-pattern", metavar="PATTERN", help='conditions in the file names, such as "KDN_{pressure_bar}bar"')
     read.add_argument("--mapping", type=Path, metavar="FILE", help="all of the above from a file; options given beside it win")
     return read

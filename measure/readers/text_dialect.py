@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from measure.common.errors import InputError, nearest
+from measure.common.errors import InputError, clipped, nearest
 from measure.tables.number_columns import Dialect
 
 _DELIMITERS = {"tab": "\t", "semicolon": ";", "comma": ",", "bar": "|", "space": " "}
@@ -59,16 +59,21 @@ def reading_of(path: Path, body: Sequence[str], delimiter: str | None, decimal: 
     best = max(scores.values())
     if best <= 0.0:
         raise InputError(
-            f'{path}: no table of numbers found; the last line is "{body[-1][:60]}". '
+            f'{path}: no table of numbers found; the last line begins with "{_first_cell(body[-1])}". '
             "Give --delimiter and --decimal, or export it as comma-separated text."
         )
     readings = _without_equals(body, [reading for reading, score in scores.items() if score == best])
     if len(readings) > 1:
         listed = " or ".join(f"--delimiter {reading.delimiter} --decimal {reading.decimal}" for reading in readings)
-        raise InputError(f'{path}: can be read in {len(readings)} ways, "{body[-1][:60]}". Give {listed}.')
+        raise InputError(f'{path}: can be read in {len(readings)} ways, "{clipped(body[-1])}". Give {listed}.')
     if readings[0].decimal == "comma" and decimal is None:
         _require_no_thousands(path, body, readings[0])
     return readings[0]
+
+
+def _first_cell(line: str) -> str:
+    """What stands before the first sign between cells: of a file that is no table, no more is shown."""
+    return clipped(re.split(r"[\t;,|: ]", line, maxsplit=1)[0], 20)
 
 
 def _known(word: str, table: dict[str, str], option: str) -> str:

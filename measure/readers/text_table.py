@@ -10,6 +10,7 @@ from pathlib import Path
 from measure.common.errors import InputError
 from measure.readers.text_dialect import MOST_SNIFFED, Reading, reading_of
 from measure.readers.text_encoding import decoded
+from measure.tables.csv_cells import TOO_LONG
 from measure.tables.number_columns import NumberColumns, RaggedRow
 from measure.tables.raw_table import RawTable
 from measure.tables.text_lines import TextLines
@@ -40,8 +41,8 @@ def read_text_table(
     try:
         reading = reading_of(path, body, delimiter, decimal)
         return _table(path, lines, reading, used_encoding, header)
-    except csv.Error as error:
-        raise InputError(f"{path}: is no table of numbers ({error}). Export it as comma-separated text.") from error
+    except csv.Error:
+        raise InputError(f"{path}: {TOO_LONG}. Export it as comma-separated text.") from None
 
 
 @dataclass(frozen=True)

@@ -7,7 +7,10 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from measure.common.arrays import Array
-from measure.common.errors import InputError
+from measure.common.errors import InputError, clipped
+
+_LISTED = 20
+_MOST = {"_s": 1e12, "_m": 1e4, "_N": 1e9, "_rad": 1e6}  # by ending of the column's name
 
 
 def require_finite(values: Array, column: str, name: str) -> None:
@@ -19,6 +22,14 @@ def require_finite(values: Array, column: str, name: str) -> None:
             f"{name}, line {row + 2}: {column} is {'empty or not a number' if np.isnan(values[row]) else values[row]} "
             f"({int(bad.sum())} of {len(values)} rows). Every row needs a finite {column}; remove these rows or mend them."
         )
+
+
+def require_physical(values: Array, column: str, name: str) -> None:
+    """Refuse a column with a number that its quantity never has: a time of a million years, a kilometre of elongation and the like."""
+    most = next(limit for ending, limit in _MOST.items() if column.endswith(ending))
+    if np.any(np.abs(values) > most):
+        row = int(np.argmax(np.abs(values) > most))
+        raise InputError(f"{name}, line {row + 2}: {column} is {values[row]:g}; it is never beyond {most:g}. Check its unit and the cell.")
 
 
 def require_no_infinity(values: Array, column: str, name: str) -> None:
@@ -48,7 +59,13 @@ def require_increasing(time_s: Array, name: str) -> None:
         )
 
 
+def listed(names: Sequence[str]) -> str:
+    """Names of columns for a sentence; of a file that is no table they may be anything, so that little of them is shown."""
+    shown = ", ".join(f'"{clipped(name, 40)}"' for name in names[:_LISTED])
+    return shown if len(names) <= _LISTED else f"{shown} and {len(names) - _LISTED} more"
+
+
 def no_time(place: str, header: Sequence[str]) -> str:
     """The sentence for a table without the column of the time."""
-    found = ", ".join(f'"{name}"' for name in header)
+    found = listed(header)
     return f"{place}: no column time_s; found {found}. Rename the column of the time, in seconds, to time_s."

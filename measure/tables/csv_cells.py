@@ -11,8 +11,8 @@ from pathlib import Path
 import numpy as np
 
 from measure.common.arrays import Array
-from measure.common.command_line import existing_file
-from measure.common.errors import InputError
+from measure.common.errors import InputError, clipped
+from measure.common.inputs import LARGEST_TABLE, existing_file, require_text
 from measure.common.output import replacing
 from measure.tables.number_columns import NumberColumns, RaggedRow
 from measure.tables.raw_table import RawTable
@@ -21,6 +21,7 @@ from measure.tables.text_lines import TextLines
 # A spreadsheet takes a cell that begins so for a formula, which may call programs.
 _FORMULA = ("=", "+", "-", "@")
 _ROWS_AT_ONCE = 10_000
+TOO_LONG = f"a cell has more than {csv.field_size_limit()} characters, and no number has"
 
 
 def read_columns(path: Path, words: Collection[str] = ()) -> RawTable:
@@ -35,11 +36,13 @@ def read_columns(path: Path, words: Collection[str] = ()) -> RawTable:
     InputError
         There is no such file, it is no text, it has no header, two columns share a name, or a row has too few or too many cells.
     """
-    existing_file(path, what="a table (CSV)")
+    require_text(existing_file(path, what="a table (CSV)", most=LARGEST_TABLE), "a CSV")
     try:
         lines = TextLines(path.read_bytes().decode("utf-8-sig"))
         return _quoted_table(path, lines, words) if '"' in lines.text else _plain_table(path, lines, words)
-    except (UnicodeDecodeError, csv.Error) as error:
+    except csv.Error:
+        raise InputError(f"{path}: {TOO_LONG}. Export it again as comma-separated text.") from None
+    except UnicodeDecodeError as error:
         raise InputError(f"{path}: is not a CSV in UTF-8 ({error}). Export it again as comma-separated text.") from error
 
 
@@ -86,7 +89,7 @@ def _header(path: Path, cells: list[str]) -> tuple[str, ...]:
         raise InputError(f"{path}, line 1: no header row; the first line must name the columns, such as time_s.")
     double = [name for name, often in Counter(header).items() if often > 1]
     if double:
-        raise InputError(f'{path}, line 1: two columns are named "{double[0]}"; rename one.')
+        raise InputError(f'{path}, line 1: two columns are named "{clipped(double[0])}"; rename one.')
     return header
 
 
@@ -112,7 +115,7 @@ def numbers(table: RawTable, name: str, *, empty: bool = False) -> Array:
     odd = table.first_odd(place, ("nan", "word") if empty else ("empty", "nan", "word"))
     if odd:
         advice = "Leave the cell empty where nothing was seen" if empty else "Mend the cell or remove the row"
-        found = f'"{odd.text}"' if odd.text else "empty"
+        found = f'"{clipped(odd.text)}"' if odd.text else "empty"
         raise InputError(f"{table.where(odd.row)}: {name} is {found}, which is not a number. {advice}.")
     return table.columns[place]
 

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from measure.common.arrays import Array
-from measure.common.errors import InputError, nearest
+from measure.common.errors import InputError, clipped, nearest
 from measure.tables.checks import no_time, require_equal_lengths, require_finite, require_increasing, require_no_infinity
 from measure.tables.csv_cells import numbers, read_columns, write_columns
 from measure.tables.frames import columns_of, frame_of
@@ -124,7 +124,7 @@ def _require_known(place: str, header: Sequence[str]) -> None:
     known = ("time_s", *CHANNELS, *_SIGMA, "status")
     for name in header:
         if name not in known:
-            raise InputError(f'{place}: unknown column "{name}"; {nearest(name, known)}')
+            raise InputError(f'{place}: unknown column "{clipped(name)}"; {nearest(name, known)}')
     if not any(name in CHANNELS for name in header):
         raise InputError(f"{place}: no channel beside time_s; give at least one of {', '.join(CHANNELS)}.")
 

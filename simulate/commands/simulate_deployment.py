@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from measure.common.command_line import DONE, VERDICT_BAD, parser, run
+from measure.common.command_line import DONE, VERDICT_BAD, parser, run, say
 from measure.common.errors import InputError
+from measure.common.output import provenance_beside
+from measure.common.output_gate import Outputs
 from simulate.files.options import add_model_options, model_from_options
 
 if TYPE_CHECKING:
@@ -17,6 +20,7 @@ if TYPE_CHECKING:
     from simulate.model.model import Model
 
 NAME = "simulate-deployment"
+STUDY = ("elevation.csv", "gravity.png")
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -41,8 +45,33 @@ def _parser() -> Any:
 
 def _work(arguments: Sequence[str]) -> int:
     options = _parser().parse_args(arguments)
-    _require_distinct(options)
+    _require_consistent(options)
+    with _gate(options).held():
+        result = _simulated(options, arguments)
+    if not options.quiet:
+        say(_sentences(result, options.output))
+        if options.gravity_study is not None:
+            say(_study_sentences(result["gravity_study"], options.gravity_study))
+    return VERDICT_BAD if result["diverged_at_s"] is not None else DONE
 
+
+def _gate(options: Any) -> Outputs:
+    """All that the command writes and reads."""
+    files = {f"--{name}": getattr(options, name) for name in ("output", "json", "legs", "energy", "mjcf", "page", "figure")}
+    files["the provenance of --output"] = provenance_beside(options.output)
+    read = [options.model, *options.effects, *([options.measured] if options.measured else [])]
+    return Outputs(files, {"--gravity-study": (options.gravity_study, STUDY)}, read)
+
+
+def _require_consistent(options: Any) -> None:
+    if options.measured is not None and options.page is None:
+        raise InputError("--measured: is laid over the modelled trajectory on a page; name one with --page FILE.")
+    if options.figure is not None and options.figure.suffix.lower() not in (".png", ".svg", ".pdf"):
+        raise InputError(f"{options.figure}: a figure ends in .png, .svg or .pdf.")
+
+
+def _simulated(options: Any, arguments: Sequence[str]) -> dict[str, Any]:
+    """Simulate, and write all that was asked for; the result as JSON has it."""
     from measure.common.output import provenance
     from measure.tables.trajectory import read_trajectory
     from simulate.deployment.deploy import deploy_checked
@@ -56,31 +85,13 @@ def _work(arguments: Sequence[str]) -> int:
     note = provenance([options.model, *options.effects], command=[NAME, *arguments])
     cases = _gravity_study(options, model)
     result = {**deployed.summary, **({"gravity_study": [case.report for case in cases]} if cases else {}), "provenance": note}
-    _write(options, deployed, result)
-    if options.page is not None:
-        _write_page(options.page, deployed, measured)
-    if cases:
-        _write_study(options.gravity_study, cases)
-    if not options.quiet:
-        print(_sentences(result, options.output))
+    with _gate(options).together():
+        _write(options, deployed, result)
+        if options.page is not None:
+            _write_page(options.page, deployed, measured)
         if cases:
-            print(_study_sentences(result["gravity_study"], options.gravity_study))
-    return VERDICT_BAD if result["diverged_at_s"] is not None else DONE
-
-
-def _require_distinct(options: Any) -> None:
-    named = (options.model, options.output, options.json, options.legs, options.energy, options.figure, options.mjcf)
-    named = (*named, options.page, options.measured, options.gravity_study, *options.effects)
-    paths = [path.resolve() for path in named if path is not None]
-    if len(set(paths)) < len(paths):
-        raise InputError("two files have the same name; give each output its own, and none that of an input.")
-    if options.measured is not None and options.page is None:
-        raise InputError("--measured: is laid over the modelled trajectory on a page; name one with --page FILE.")
-    study = options.gravity_study
-    if study is not None and ((study.exists() and not study.is_dir()) or not study.absolute().parent.is_dir()):
-        raise InputError(f"{study}: is a file, or stands in a folder that does not exist. Name another folder for --gravity-study.")
-    if options.figure is not None and options.figure.suffix.lower() not in (".png", ".svg", ".pdf"):
-        raise InputError(f"{options.figure}: a figure ends in .png, .svg or .pdf.")
+            _write_study(options.gravity_study, cases)
+    return result
 
 
 def _write(options: Any, deployed: Deployment, result: dict[str, Any]) -> None:
@@ -88,11 +99,6 @@ def _write(options: Any, deployed: Deployment, result: dict[str, Any]) -> None:
     from measure.tables.csv_cells import write_columns
     from measure.tables.trajectory import write_trajectory
 
-    drawn = b""
-    if options.figure is not None:
-        from simulate.report.plots import deployment_figure, figure_bytes
-
-        drawn = figure_bytes(deployment_figure(deployed), options.figure.suffix[1:].lower())
     write_trajectory(deployed.trajectory, options.output)
     write_provenance(options.output, result["provenance"])
     if options.legs is not None:
@@ -100,8 +106,10 @@ def _write(options: Any, deployed: Deployment, result: dict[str, Any]) -> None:
     if options.energy is not None:
         write_columns(deployed.energy_columns, options.energy)
     if options.figure is not None:
+        from simulate.report.plots import deployment_figure, figure_bytes
+
         with replacing(options.figure) as temporary:
-            temporary.write_bytes(drawn)
+            temporary.write_bytes(figure_bytes(deployment_figure(deployed), options.figure.suffix[1:].lower()))
     if options.mjcf is not None:
         from simulate.deployment.mujoco_export import mjcf_of
 
@@ -131,11 +139,10 @@ def _write_study(folder: Path, cases: list[Case]) -> None:
     from simulate.deployment.gravity_study import elevation_columns
     from simulate.report.plots import figure_bytes, gravity_figure
 
-    drawn = figure_bytes(gravity_figure(cases))
-    folder.mkdir(exist_ok=True)
-    write_columns(elevation_columns(cases), folder / "elevation.csv")
-    with replacing(folder / "gravity.png") as temporary:
-        temporary.write_bytes(drawn)
+    table, drawing = (folder / name for name in STUDY)
+    write_columns(elevation_columns(cases), table)
+    with replacing(drawing) as temporary:
+        temporary.write_bytes(figure_bytes(gravity_figure(cases)))
 
 
 def _study_sentences(cases: list[dict[str, Any]], folder: Path) -> str:
@@ -148,17 +155,20 @@ def _study_sentences(cases: list[dict[str, Any]], folder: Path) -> str:
 
 
 def _sentences(result: dict[str, Any], output: Path) -> str:
-    if result["diverged_at_s"] is not None:
+    diverged = result["diverged_at_s"] is not None
+    if diverged:
         verdict = f"diverged at {result['diverged_at_s']:.3f} s; cells behind are empty"
     else:
         verdict = f"energy closes to {result['energy_closure']:.1g}"
     reached = result["time_to_full_height_s"]
     height = "full height is not reached" if reached is None else f"full height after {reached:.3f} s"
+    turned = "none" if result["theta_z_deg"] is None else f"{result['theta_z_deg']:.3f} deg"
     return (
         f"simulate  six legs, {result['duration_s']:.2f} s, step {1e3 * result['step_s']:.3g} ms   {verdict}\n"
-        f"          {height}; theta_z at its largest {result['theta_z_deg']:.3f} deg\n"
-        f"          {_exact(result['step_error'])}\n"
-        f"          written to {output}"
+        f"          {height}; theta_z at its largest {turned}\n"
+        f"          {'nothing of it is exact' if diverged else _exact(result['step_error'])}\n"
+        + "".join(f"          warning: {sentence}\n" for sentence in result["warnings"])
+        + f"          written to {output}"
     )
 
 
@@ -166,6 +176,8 @@ def _exact(error: dict[str, Any] | None) -> str:
     if error is None:
         return "how exact was not computed: half the step takes too many steps"
     whole = error["whole_run"]
+    if not all(math.isfinite(value) for value in whole.values()):
+        return "how exact is not known: with half the step the run diverges"
     place = 1e3 * max(value for name, value in whole.items() if name.endswith("_m"))
     turn = 57.29577951308232 * max(value for name, value in whole.items() if name.endswith("_rad"))
     return f"exact to {place:.1g} mm, {turn:.1g} deg"

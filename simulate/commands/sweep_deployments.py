@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-import shutil
 from collections.abc import Sequence
 from concurrent.futures import Executor
 from contextlib import AbstractContextManager, nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from measure.common.command_line import DONE, VERDICT_BAD, parser, progress, run
+from measure.common.command_line import DONE, VERDICT_BAD, parser, progress, run, say
 from measure.common.errors import InputError
+from measure.common.numbers import number, whole
+from measure.common.output_gate import Outputs
 from simulate.files.options import add_model_options, model_from_options
 from simulate.sweeps.limits import DESIGNS, FAILURE_DEG
 
@@ -18,6 +19,7 @@ if TYPE_CHECKING:
     from simulate.sweeps.result import SweepResult
 
 NAME = "sweep-deployments"
+TABLES = ("sweep.png", "responses.csv", "responses.csv.provenance.json", "coefficients.csv")
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -42,14 +44,18 @@ def _parser() -> Any:
         metavar="KEY=+-10%",
         help="vary a value, +-10%%, +-0.02, 2.6..3.0, or with a normal spread, sigma:0.001 or sigma:1%%; repeatable",
     )
-    made.add_argument("--runs", type=int, metavar="N", help="number of runs of a sampled or fractional design")
+    made.add_argument("--runs", type=whole(1, 10_000_000), metavar="N", help="number of runs of a sampled or fractional design")
     made.add_argument("--response", default="theta_z_deg", metavar="NAME", help="what the regression explains (default: theta_z_deg)")
-    made.add_argument("--failure-deg", type=float, default=FAILURE_DEG, metavar="ANGLE", help="a run beyond this abs(theta_z) failed")
-    made.add_argument("--tolerance-deg", type=float, action="append", metavar="ANGLE", help="angle to keep under (default: 5 and 30)")
-    made.add_argument("--probability", type=float, default=0.95, metavar="P", help="of keeping under it (default: 0.95)")
-    made.add_argument("--seed", type=int, default=0, help="of sampled designs (default: 0)")
+    made.add_argument(
+        "--failure-deg", type=number(above=0.0), default=FAILURE_DEG, metavar="ANGLE", help="a run beyond this abs(theta_z) failed"
+    )
+    made.add_argument(
+        "--tolerance-deg", type=number(above=0.0), action="append", metavar="ANGLE", help="angle to keep under (default: 5 and 30)"
+    )
+    made.add_argument("--probability", type=number(0.001, 0.999), default=0.95, metavar="P", help="of keeping under it (default: 0.95)")
+    made.add_argument("--seed", type=whole(0, 2**63 - 1), default=0, help="of sampled designs (default: 0)")
     made.add_argument("--resume", action="store_true", help="go on with an interrupted sweep of the same model and design")
-    made.add_argument("--workers", type=int, metavar="N", help="cores (default: all); the answer does not depend on it")
+    made.add_argument("--workers", type=whole(1, 100_000), metavar="N", help="cores (default: all); the answer does not depend on it")
     made.add_argument("--dask", metavar="ADDRESS", help="compute on the cluster of this scheduler, as tcp://host:8786")
     return made
 
@@ -57,60 +63,67 @@ def _parser() -> Any:
 def _work(arguments: Sequence[str]) -> int:
     options = _parser().parse_args(arguments)
     _check(options)
+    with _gate(options).held():
+        report = _reported(options, arguments)
+    if not options.quiet:
+        say(_sentences(report, options))
+    return VERDICT_BAD if report["diverged"] else DONE
 
+
+def _gate(options: Any) -> Outputs:
+    """All that the command writes and reads; the pieces of the sweep stand in a folder beside that of the result."""
+    files = {"--json": options.json}
+    folders = {"--output": (options.output, TABLES), "the pieces": (_pieces(options), ())}
+    return Outputs(files, folders, [options.model, *options.effects])
+
+
+def _pieces(options: Any) -> Path:
+    return options.output.with_name(options.output.name + ".part") if options.output.name else options.output / ".part"
+
+
+def _reported(options: Any, arguments: Sequence[str]) -> dict[str, Any]:
+    """Sweep, and write all that was asked for; the result as JSON has it."""
     from measure.common.output import provenance
+    from simulate.sweeps.chunks import remove_pieces, require_of_a_sweep
     from simulate.sweeps.tolerance import tolerance_of
 
-    result, kept = _swept(options)
+    require_of_a_sweep(_pieces(options))
+    result = _swept(options)
     model = result.sweep.model
     tolerance = tolerance_of(model, options.tolerance_deg or (5.0, FAILURE_DEG), options.probability, options.seed)
     note = provenance([options.model, *options.effects], seed=options.seed, command=[NAME, *_without_how(arguments)])
     report = {**result.report, "step": result.step, "tolerance": tolerance, "wall_s": result.wall_s, "provenance": note}
-    _write(options, kept, result, report)
-    shutil.rmtree(kept)
-    if not options.quiet:
-        print(_sentences(report, options))
-    return VERDICT_BAD if report["diverged"] else DONE
+    with _gate(options).together():
+        _write(options, result, report)
+    remove_pieces(_pieces(options))
+    return report
 
 
 def _check(options: Any) -> None:
     from simulate.model.responses import response_named
 
     response_named(options.response)
-    if options.output.exists() and not options.output.is_dir():
-        raise InputError(f"{options.output}: is a file, and a folder is written. Name another --output.")
-    if not options.output.absolute().parent.is_dir():
-        raise InputError(f"{options.output}: its folder does not exist. Make it, or name another --output.")
-    if options.workers is not None and options.workers < 1:
-        raise InputError(f"--workers {options.workers}: at least one is needed.")
     if options.dask is not None and options.effects:
         raise InputError(f"{options.effects[0]}: the workers of a cluster do not have effects of your own; sweep without --dask.")
-    if not 0.0 < options.probability < 1.0:
-        raise InputError(f"--probability {options.probability:g}: give one between 0 and 1.")
-    for angle in (options.failure_deg, *(options.tolerance_deg or ())):
-        if not 0.0 < angle < float("inf"):
-            raise InputError(f"an angle of {angle:g} deg: give one above 0.")
 
 
-def _swept(options: Any) -> tuple[SweepResult, Path]:
-    """The sweep, and the folder that keeps its responses until the result stands; nothing is begun before a cluster answers."""
+def _swept(options: Any) -> SweepResult:
+    """The sweep, its responses on disk until the result stands; nothing is begun before a cluster answers."""
     from simulate.sweeps.factors import with_named_effects
     from simulate.sweeps.run_sweep import sweep
 
     model, catalogue = model_from_options(options)
     model = with_named_effects(model, options.factor, catalogue)
-    kept = options.output.with_name(options.output.name + ".part")
     design = (options.factor, options.design, options.runs, options.seed, options.workers, options.response, options.failure_deg)
     with _executor(options) as executor:
-        result = sweep(
+        return sweep(
             model,
             *design,
             executor=executor,
-            folder=kept,
+            folder=_pieces(options),
             resume=options.resume,
             progress=lambda pieces, total: progress(pieces, what="sweep", total=total, quiet=options.quiet),
         )
-    return result, kept
 
 
 def _executor(options: Any) -> AbstractContextManager[Executor | None]:
@@ -133,25 +146,17 @@ def _without_how(arguments: Sequence[str]) -> list[str]:
     return kept
 
 
-def _write(options: Any, folder: Path, result: SweepResult, report: dict[str, Any]) -> None:
-    """Write everything beside the pieces first, and move it to its place when it is whole."""
+def _write(options: Any, result: SweepResult, report: dict[str, Any]) -> None:
     from measure.common.output import replacing, write_json, write_provenance
     from measure.tables.csv_cells import write_columns
     from simulate.report.plots import figure_bytes, sweep_figure
 
-    whole = folder / "result"
-    shutil.rmtree(whole, ignore_errors=True)  # what a killed run left of it
-    whole.mkdir()
-    with replacing(whole / "sweep.png") as temporary:
+    figure, responses, _, coefficients = (options.output / name for name in TABLES)
+    with replacing(figure) as temporary:
         temporary.write_bytes(figure_bytes(sweep_figure(result, report["tolerance"])))
-    write_columns(result.run_columns(), whole / "responses.csv")
-    write_columns(result.coefficient_columns(), whole / "coefficients.csv")
-    write_provenance(whole / "responses.csv", report["provenance"])
-    if options.output.exists():
-        for path in sorted(whole.iterdir()):
-            path.replace(options.output / path.name)
-    else:
-        whole.replace(options.output)
+    write_columns(result.run_columns(), responses)
+    write_columns(result.coefficient_columns(), coefficients)
+    write_provenance(responses, report["provenance"])
     if options.json is not None:
         write_json(options.json, report)
 

@@ -126,12 +126,13 @@ def deploy_checked(model: Model) -> Deployment:
 
 
 def step_error(run: Deployment, finer: Deployment) -> StepError:
-    """Twice what half the step changes; NaN in both, a run that has diverged, is no difference, NaN in one is an infinite one."""
+    """Twice what half the step changes; of a run that has diverged the whole is off by infinity, NaN in one of the two likewise."""
     reached = (run.work_J["by_stops"] != 0.0) | np.any(run.elongation_m > stroke_of(run.model), axis=1)
     stop = int(np.argmax(reached)) if reached.any() else len(run.time_s)
     apart = {name: _apart(run.channels[name], finer.channels[name]) for name in CHANNELS}
+    least = 0.0 if run.diverged_at_s is None else np.inf
     return StepError(
-        {name: 2.0 * float(np.max(values)) for name, values in apart.items()},
+        {name: max(least, 2.0 * float(np.max(values))) for name, values in apart.items()},
         {name: 2.0 * float(np.max(values[:stop], initial=0.0)) for name, values in apart.items()},
     )
 

@@ -17,6 +17,7 @@ from simulate.deployment.energy import energy_balance
 from simulate.kernel.layout import LEGS, SAMPLE_ELONGATION, SAMPLE_ENERGY, SAMPLE_FORCE, SAMPLE_POSE, SAMPLE_SIZE
 from simulate.kernel.speed_polynomials import with_rate_as_effect
 from simulate.model.model import Model
+from simulate.model.possible import warnings_of
 from simulate.model.rig import geometry_of, leg_lengths
 
 if TYPE_CHECKING:
@@ -161,7 +162,14 @@ class Deployment:
             "energy_closure": self.energy_closure,
             "energy_J": {name: float(values[good][-1]) if np.any(good) else None for name, values in energies.items()},
             "step_error": None if self.step_error is None else self.step_error.report,
+            "warnings": self.warnings,
         }
+
+    @property
+    def warnings(self) -> list[str]:
+        """What is odd about the model, and that a run which diverged is not to be trusted."""
+        diverged = [] if self.diverged_at_s is None else [f"the run diverged at {self.diverged_at_s:g} s, so nothing of it is exact"]
+        return [*warnings_of(self.model), *diverged]
 
     @property
     def energy_closure(self) -> float:

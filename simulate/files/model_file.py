@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import tomllib
 from collections.abc import Mapping
 from dataclasses import asdict, fields, is_dataclass
 from functools import reduce
@@ -14,12 +13,13 @@ from typing import Any, Union, get_args, get_origin, get_type_hints
 import numpy as np
 from pydantic import ValidationError
 
-from measure.common.command_line import existing_file
-from measure.common.errors import InputError, nearest
+from measure.common.errors import InputError, found, nearest
+from measure.common.inputs import read_toml
 from measure.common.output import write_text
 from simulate.effects import CATALOGUE
 from simulate.model.effect import Catalogue, Effect, effect_from
 from simulate.model.model import Model
+from simulate.model.possible import impossible
 
 SCHEMA = 1
 _BESIDE_THE_MODEL = ("schema", "effect", "provenance")
@@ -44,11 +44,7 @@ def read_document(path: Path) -> dict[str, Any]:
     InputError
         No such file, or not TOML.
     """
-    existing_file(Path(path), what="a TOML file")
-    try:
-        return tomllib.loads(Path(path).read_text(encoding="utf-8-sig"))
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise InputError(f"{path}: is not TOML: {error}. Mend the line or start from the shipped model.") from error
+    return read_toml(path, what="a TOML file", advice="Mend the line or start from the shipped model.")
 
 
 def model_from(document: Mapping[str, Any], where: str, catalogue: Catalogue = CATALOGUE) -> Model:
@@ -64,15 +60,17 @@ def model_from(document: Mapping[str, Any], where: str, catalogue: Catalogue = C
     effects, of_effects = _effects(document.get("effect", []), catalogue)
     model, of_values = _checked_model({**known, "effects": effects}, unknown)
     wrong = [*_wrong_schema(document), *unknown, *of_values, *of_effects]
+    wrong = wrong or impossible(model)
     if model is None or wrong:
         raise InputError(f"{where}: " + "\n".join(wrong))
     return model
 
 
 def _wrong_schema(document: Mapping[str, Any]) -> list[str]:
-    if document.get("schema") == SCHEMA:
+    schema = document.get("schema")
+    if schema == SCHEMA and not isinstance(schema, bool):
         return []
-    return [f"schema is {document.get('schema', 'absent')}; this program reads schema = {SCHEMA}."]
+    return [f"schema is {'absent' if schema is None else found(schema)}; this program reads schema = {SCHEMA}."]
 
 
 _NO_ACTUATOR = """\
@@ -108,9 +106,9 @@ def _effects(rows: Any, catalogue: Catalogue) -> tuple[tuple[Effect, ...], list[
     made: list[Effect] = []
     wrong: list[str] = []
     for row in rows:
-        parameters = dict(row)
+        parameters = dict(row) if isinstance(row, Mapping) else {}
         name = parameters.pop("name", None)
-        if name is None:
+        if not isinstance(name, str):
             wrong.append('[[effect]]: no name; give one such as name = "hub-inertia".')
             continue
         try:
@@ -158,14 +156,12 @@ def _sentences(error: ValidationError) -> dict[str, str]:
 
 
 def _sentence(place: str, one: Mapping[str, Any]) -> str:
-    found = repr(one["input"])
-    found = found if len(found) < 80 else found[:77] + "..."
     message = one["msg"].removeprefix("Value error, ")
     if one["type"] == "missing":
         return f"no {place}; it has no default, so give it."
     if one["type"] == "value_error":
         return f"{place}: {message}."
-    return f"{place}: {message[0].lower()}{message[1:]}; found {found}."
+    return f"{place}: {message[0].lower()}{message[1:]}; found {found(one['input'])}."
 
 
 def _is_type_tag(part: int | str) -> bool:

@@ -8,8 +8,8 @@ from collections.abc import Iterable
 from functools import cache
 from pathlib import Path
 
-from measure.common.command_line import existing_file
 from measure.common.errors import InputError
+from measure.common.inputs import existing_file
 from simulate.effects import CATALOGUE
 from simulate.model.effect import Effect, effects_among
 

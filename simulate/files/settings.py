@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import tomllib
 from collections.abc import Iterable
 from typing import Any
 
 from measure.common.errors import InputError
+from measure.common.inputs import parsed_toml
 from simulate.effects import CATALOGUE
 from simulate.files.model_file import document_of, model_from
 from simulate.model.effect import Catalogue
@@ -38,8 +38,8 @@ def with_settings(model: Model, settings: Iterable[str], catalogue: Catalogue = 
 
 def _value(text: str, where: str) -> Any:
     try:
-        value = tomllib.loads(f"value = {text}")["value"]
-    except tomllib.TOMLDecodeError as error:
+        value = parsed_toml(f"value = {text}")["value"]
+    except (ValueError, KeyError) as error:
         raise InputError(f"{where}: give KEY=VALUE with a value as in the model file, such as platform.mass_kg=0.9.") from error
     return float(value) if isinstance(value, int) and not isinstance(value, bool) else value
 
@@ -70,7 +70,7 @@ def _effect_table(document: dict[str, Any], name: str) -> dict[str, Any]:
 def _with_entry(current: Any, index: str, value: Any, where: str) -> list[Any]:
     entries = [current] * LEGS if isinstance(current, float) else list(current or ())
     place = index.rstrip("]")
-    if not place.isdigit() or int(place) >= len(entries):
+    if not (place.isascii() and place.isdigit() and len(place) < 9) or int(place) >= len(entries):
         raise InputError(f"{where}: [{place}] is not one of its {len(entries)} entries; they count from 0.")
     entries[int(place)] = value
     return entries

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -14,7 +15,7 @@ from simulate.model.rig import LEGS, longest_arm
 
 LONGEST_STEP_S = 5.0e-4
 _STEPS_A_RADIAN = 5.0
-_MOST_STEPS = 50_000_000
+_MOST_STEPS = 5_000_000  # some 20 s on one core; the run is repeated with half the step
 _MOST_SAMPLES = 2_000_000  # some 600 MB
 _SLOW = 1e-5  # m/s and m: small against what eases friction in
 
@@ -72,6 +73,22 @@ def _size(force: Any) -> float:
     return float(np.linalg.norm(force))
 
 
+def _asks_for_so_many(model: Model, step: float, longest: float) -> str:
+    """The key that a run has so many steps by, and which way it is to be changed."""
+    if model.simulation.step_s is not None:
+        return f"simulation.step_s ({step:.3g} s): give a longer one, or leave it out"
+    if step > longest / 10.0:
+        return f"simulation.duration_s ({model.simulation.duration_s:g} s) or simulation.sample_rate_Hz: give less"
+    at = model.adjusted()
+    bare = replace(at, effects=())
+    stiff = max(at.effects, key=lambda effect: sum(_stiffness(effect, at)), default=None)
+    if stiff is not None and step_of(bare, longest) > 2.0 * step:
+        return f"the parameters of {stiff.name}: so stiff an effect needs so small a step"
+    soft = replace(bare, end_stop=replace(at.end_stop, stiffness_N_per_m=0.0))
+    name = "stiffness_N_per_m" if step_of(soft, longest) > 2.0 * step else "damping_N_s_per_m"
+    return f"end_stop.{name} ({getattr(at.end_stop, name):g}), or the platform's mass and inertia: so stiff a stop needs so small a step"
+
+
 def grid(model: Model, longest: float = LONGEST_STEP_S) -> tuple[float, int, int]:
     """Step in s, steps between two samples, number of samples.
 
@@ -88,7 +105,7 @@ def grid(model: Model, longest: float = LONGEST_STEP_S) -> tuple[float, int, int
     if not (steps <= _MOST_STEPS and wanted <= _MOST_STEPS):
         raise InputError(
             f'model "{model.name}": {max(steps, wanted):.3g} steps of {step:.3g} s; at most {_MOST_STEPS:.0e} are run. '
-            "Shorten duration_s, or soften the stops, or give a longer step_s."
+            f"Change {_asks_for_so_many(model, step, longest)}."
         )
     stride, count = max(1, math.ceil(between / step - 1e-9)), math.floor(wanted + 1e-9) + 1
     if count > _MOST_SAMPLES:

@@ -19,7 +19,7 @@ from typing import Any, ClassVar, Self, TypeVar
 import numpy as np
 
 from measure.common.arrays import Array
-from measure.common.errors import InputError, nearest
+from measure.common.errors import InputError, found, nearest
 from simulate.model.rig import Rig
 
 Bounds = dict[str, tuple[float, float]]
@@ -108,18 +108,19 @@ class Effect(Formulas):
     def __post_init__(self) -> None:
         for item in fields(self):
             value = getattr(self, item.name)
-            if isinstance(item.default, tuple):
-                value = tuple(float(v) for v in value)
-                object.__setattr__(self, item.name, value)
             self._check(item.name, value, item.default, item.metadata)
+            if isinstance(item.default, tuple):
+                object.__setattr__(self, item.name, tuple(float(v) for v in value))
 
     def _check(self, key: str, value: Any, default: Any, limits: Mapping[str, Any]) -> None:
+        if isinstance(default, tuple) and not isinstance(value, tuple | list | np.ndarray):
+            raise InputError(f'effect "{self.name}": {key} is {found(value)}; give a list of {len(default)} numbers.')
         entries = value if isinstance(default, tuple) else (value,)
         if isinstance(default, tuple) and len(entries) != len(default):
             raise InputError(f'effect "{self.name}": {key} has {len(entries)} values; give {len(default)}.')
         for entry in entries:
             if isinstance(entry, bool) or not isinstance(entry, int | float | np.floating) or not math.isfinite(entry):
-                raise InputError(f'effect "{self.name}": {key} is {entry!r}; give a finite number.')
+                raise InputError(f'effect "{self.name}": {key} is {found(entry)}; give a finite number.')
             if not limits["low"] <= entry <= limits["high"]:
                 raise InputError(f'effect "{self.name}": {key} is {entry:g}; it must lie within {limits["low"]:g} and {limits["high"]:g}.')
 

@@ -20,10 +20,12 @@ LEGS = 6
 
 CHECKED = ConfigDict(extra="forbid", arbitrary_types_allowed=True, allow_inf_nan=False)
 
-Positive = Annotated[float, Field(gt=0)]
-NotNegative = Annotated[float, Field(ge=0)]
-Vector = tuple[float, float, float]
-PerLeg = float | tuple[float, float, float, float, float, float]
+# Numbers are written as numbers: no true, no "1.0".
+Number = Annotated[float, Field(strict=True)]
+Positive = Annotated[float, Field(strict=True, gt=0)]
+NotNegative = Annotated[float, Field(strict=True, ge=0)]
+Vector = tuple[Number, Number, Number]
+PerLeg = Number | tuple[Number, Number, Number, Number, Number, Number]
 Joints = tuple[Vector, Vector, Vector, Vector, Vector, Vector]
 
 
@@ -42,8 +44,8 @@ class Geometry:
 
     base_joints_m: Joints
     platform_joints_m: Joints
-    stowed_height_m: float = 0.252
-    deployed_height_m: float = 0.652
+    stowed_height_m: Number = 0.252
+    deployed_height_m: Number = 0.652
 
     @model_validator(mode="after")
     def _stands_up(self) -> Geometry:
@@ -57,10 +59,10 @@ class Rate:
     """Asymptotes that follow the rate: polynomials, lowest power first, of a frequency or of a speed."""
 
     abscissa: Literal["frequency_Hz", "speed_m_per_s"]
-    a_l: tuple[float, ...] = ()
-    b_l: tuple[float, ...] = ()
-    a_u: tuple[float, ...] = ()
-    b_u: tuple[float, ...] = ()
+    a_l: tuple[Number, ...] = ()
+    b_l: tuple[Number, ...] = ()
+    a_u: tuple[Number, ...] = ()
+    b_u: tuple[Number, ...] = ()
 
 
 @dataclass(frozen=True, config=CHECKED)
@@ -68,7 +70,7 @@ class Covariance:
     """How well the fitted parameters are known: their names and the covariance matrix, in their units."""
 
     names: tuple[str, ...]
-    matrix: tuple[tuple[float, ...], ...]
+    matrix: tuple[tuple[Number, ...], ...]
 
     @model_validator(mode="after")
     def _is_a_covariance(self) -> Covariance:
@@ -118,7 +120,7 @@ class EndStop:
 class Gravity:
     """Gravity left over, and what the counterweight does to mass and inertia (the paper: times two)."""
 
-    acceleration_m_per_s2: float = 0.0
+    acceleration_m_per_s2: Number = 0.0
     mass_factor: Positive = 2.0
 
 

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from measure.common.arrays import Array
+from measure.common.figure_plots import save_figure
 from simulate.deployment.result import Deployment
 
 if TYPE_CHECKING:
@@ -156,7 +157,7 @@ def figure_bytes(figure: Any, kind: str = "png") -> bytes:
     import io
 
     buffer = io.BytesIO()
-    figure.savefig(buffer, format=kind, dpi=130, metadata={"Software": None} if kind == "png" else {"Date": None})
+    save_figure(figure, buffer, kind, dpi=130)
     return buffer.getvalue()
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 import inspect
 import json
-import shutil
+import re
 from collections.abc import Iterable, Iterator
 from dataclasses import asdict, dataclass
 from importlib import metadata
@@ -19,12 +19,52 @@ from measure.common.output import replacing, sha256, write_text
 from simulate.files.model_file import document_of
 from simulate.sweeps.sweep import Sweep
 
+_NOTE = "key"
+_HASH = re.compile("[0-9a-f]{64}")
+_OURS = re.compile(r"key|\d{9}\.npy|\.unspool-.*")
+
 
 def key_of(sweep: Sweep) -> str:
     """What a piece depends on: model, factors, design with its seed, the effects' formulas, and version, as one hash."""
     formulas = [sha256(Path(inspect.getfile(type(effect)))) for effect in sweep.model.effects]
     parts = [document_of(sweep.model), [asdict(factor) for factor in sweep.factors], asdict(sweep.design), formulas]
     return hashlib.sha256(json.dumps([*parts, metadata.version("unspool")]).encode()).hexdigest()
+
+
+def remove_pieces(folder: Path) -> None:
+    """Throw the pieces of a sweep away, once the result stands; nothing else is ever removed.
+
+    Raises
+    ------
+    InputError
+        The folder is not one of a sweep, or holds something else too.
+    """
+    if require_of_a_sweep(folder):
+        for file in sorted(folder.iterdir(), key=lambda file: file.name == _NOTE):  # its note last: until then it is one of a sweep
+            file.unlink()
+        folder.rmdir()
+
+
+def require_of_a_sweep(folder: Path) -> bool:
+    """Whether a folder carries the note of a sweep; one that is empty or not there has nothing to lose.
+
+    Raises
+    ------
+    InputError
+        It holds something else, or something else too.
+    """
+    inside = sorted(folder.iterdir()) if folder.exists() else []
+    if not inside:
+        return False
+    note = folder / _NOTE
+    marked = note.is_file() and _HASH.fullmatch(note.read_bytes()[:100].decode("latin-1")) is not None
+    foreign = [file.name for file in inside if not _OURS.fullmatch(file.name) or not file.is_file()]
+    if folder.is_symlink() or not marked or foreign:
+        shown = foreign[0] if foreign else inside[0].name
+        raise InputError(
+            f"{folder}: is not the work of a sweep alone (it holds {shown}), and is needed for one. Move it, or name another --output."
+        )
+    return True
 
 
 @dataclass(frozen=True)
@@ -42,11 +82,12 @@ class Chunks:
         InputError
             It is to be resumed, and the pieces belong to another model, design or version.
         """
-        note, key = self.folder / "key", key_of(self.sweep)
-        if resume and note.is_file() and note.read_text(encoding="utf-8") != key:
+        note, key = self.folder / _NOTE, key_of(self.sweep)
+        begun = require_of_a_sweep(self.folder)
+        if resume and begun and note.read_text(encoding="utf-8") != key:
             raise InputError(f"{self.folder}: holds pieces of another model, design or version; leave --resume out to begin anew.")
-        if self.folder.exists() and not (resume and note.is_file()):
-            shutil.rmtree(self.folder)
+        if begun and not resume:
+            remove_pieces(self.folder)
         self.folder.mkdir(exist_ok=True)
         write_text(note, key)
 
@@ -66,10 +107,6 @@ class Chunks:
         """Responses piece by piece, in order; all must be there."""
         for first, _ in self.sweep.pieces():
             yield np.load(self._path(first), allow_pickle=False)
-
-    def remove(self) -> None:
-        """Throw the pieces away, once the result stands."""
-        shutil.rmtree(self.folder)
 
     def _path(self, first: int) -> Path:
         return self.folder / f"{first:09d}.npy"

@@ -23,11 +23,13 @@ from simulate.kernel.runge_kutta import compiled_stage
 from simulate.kernel.step_size import grid
 from simulate.model import responses
 from simulate.model.model import Model
+from simulate.model.possible import impossible
 from simulate.model.rig import geometry_of
 from simulate.sweeps.designs import Design
 from simulate.sweeps.factors import Factor
 
 PIECE = 512
+_MOST_STEPS = 1e11  # of all runs; two days on one core
 _CORES = get_num_threads()
 _AHEAD = 64  # pieces handed to an executor before the first has come back
 
@@ -61,9 +63,16 @@ class Sweep:
             waits for.
         """
         for model in self._extremes:
+            if wrong := impossible(model):
+                raise InputError(f"a level of the sweep cannot be: {wrong[0]}")
             row_of(model)
         self.rows_at(self.design.piece(0, 1))
-        _ = self.grid
+        _, stride, samples = self.grid
+        if self.design.runs * stride * samples > _MOST_STEPS:
+            raise InputError(
+                f"{self.design.runs} runs of {stride * samples:.3g} steps take days. Give fewer --runs or factors, shorten "
+                "simulation.duration_s, or soften what needs so small a step."
+            )
 
     def pieces(self) -> list[tuple[int, int]]:
         """First and last run of each piece."""

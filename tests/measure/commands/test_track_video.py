@@ -171,7 +171,7 @@ def test_a_cut_film_ends_with_status_one_and_is_called_incomplete(film, tmp_path
         (["--mm-per-px", "0.5"], "carries no capture rate"),
         (["--fps", "250"], "no scale, so no metres"),
         (["--fps", "250", "--mm-per-px", "-1"], "scale.mm_per_px"),
-        (["--fps", "nan", "--mm-per-px", "1"], "film.fps"),
+        (["--fps", "nan", "--mm-per-px", "1"], "finite number"),
         (["--fps", "250", "--mm-per-px", "1", "--subset", "30"], "odd number"),
         (["--fps", "250", "--mm-per-px", "1", "--mark", "1"], "not 2 numbers"),
         (["--fps", "250", "--mm-per-px", "1", "--mark", "3,3"], "reaches over the border"),

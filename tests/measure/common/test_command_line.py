@@ -11,6 +11,7 @@ import pytest
 
 from measure.common import command_line as command
 from measure.common.errors import InputError
+from measure.common.inputs import existing_file
 
 
 @pytest.fixture
@@ -160,20 +161,20 @@ def test_progress_passes_every_item_and_writes_nothing_where_nobody_looks(capsys
 def test_a_missing_file_is_answered_with_its_neighbour_of_nearly_the_same_name(tmp_path):
     (tmp_path / "loop_1Hz.csv").write_text("")
     with pytest.raises(InputError, match=r'no such file; a loop was expected\. Did you mean "loop_1Hz\.csv"\?'):
-        command.existing_file(tmp_path / "loop_1hz.csv", what="a loop")
+        existing_file(tmp_path / "loop_1hz.csv", what="a loop")
 
 
 @pytest.mark.parametrize("name", ["banana", "no/such/folder/loop.csv"])
 def test_a_missing_file_without_such_a_neighbour_is_answered_all_the_same(tmp_path, name):
     with pytest.raises(InputError, match=r"no such file; a loop was expected\. Check the name\."):
-        command.existing_file(tmp_path / name, what="a loop")
+        existing_file(tmp_path / name, what="a loop")
 
 
 def test_a_folder_is_not_a_file(tmp_path):
     with pytest.raises(InputError, match="is a folder, and a loop was expected"):
-        command.existing_file(tmp_path, what="a loop")
+        existing_file(tmp_path, what="a loop")
 
 
 def test_a_file_that_is_there_is_given_back(tmp_path):
     (tmp_path / "a.csv").write_text("")
-    assert command.existing_file(tmp_path / "a.csv", what="a loop") == tmp_path / "a.csv"
+    assert existing_file(tmp_path / "a.csv", what="a loop") == tmp_path / "a.csv"

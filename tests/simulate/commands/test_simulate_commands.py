@@ -76,10 +76,10 @@ def test_a_diverged_run_ends_with_status_1_its_time_and_empty_cells(folder, caps
         (["prototype.toml", "--set", "actuator.b_l_N[6]=1"], "not one of its 6 entries"),
         (["prototype.toml", "--set", "effect.hub-inertai.mass_kg=1"], 'did you mean "hub-inertia"'),
         (["prototype.toml", "--figure", "f.gif"], ".png, .svg or .pdf"),
-        (["prototype.toml", "-o", "prototype.toml"], "same name"),
-        (["prototype.toml", "--mjcf", "rig.xml", "--set", "platform.inertia_kg_m2=[1, 1, 3]"], "No rigid body is like that"),
+        (["prototype.toml", "-o", "prototype.toml"], "is an input"),
+        (["prototype.toml", "--mjcf", "rig.xml", "--set", "platform.inertia_kg_m2=[1, 1, 3]"], "no rigid body is like that"),
         (["prototype.toml", "--outptu", "x"], 'did you mean "--output"'),
-        (["prototype.toml", "-o", "nowhere/t.csv"], "cannot be written"),
+        (["prototype.toml", "-o", "nowhere/t.csv"], "does not exist"),
     ],
 )
 def test_unusable_input_ends_in_one_sentence_status_2_and_no_file(folder, capsys, words, named):
@@ -166,7 +166,7 @@ def test_an_interrupted_sweep_goes_on_and_ends_in_the_same_bytes(folder, monkeyp
         (["prototype.toml", "--response", "theta_deg"], 'did you mean "theta_z_deg"'),
         (["prototype.toml", "--design", "sobol", "--runs", "100"], "power of two"),
         (["prototype.toml", "--design", "best"], "invalid choice"),
-        (["prototype.toml", "--workers", "0"], "at least one"),
+        (["prototype.toml", "--workers", "0"], "at least 1"),
         (["prototype.toml", "--set", "simulation.step_s=1e-10"], "steps of"),
         (["prototype.toml", "-o", "prototype.toml"], "is a file"),
         (["prototype.toml", "-o", "nowhere/sweep"], "does not exist"),

@@ -38,8 +38,10 @@ beta_per_m = 400.0
 initial_force_N = 2.987
 """
 
-number = st.floats(-1e6, 1e6).map(float)
-positive = st.floats(1e-9, 1e9)
+number = st.floats(-1e3, 1e3).map(float)
+positive = st.floats(1e-6, 1.0)
+angles = st.tuples(*[st.floats(-6.0, 6.0)] * 3)
+inertia = st.tuples(positive, *[st.floats(1.0, 2.0)] * 3).map(lambda drawn: tuple(drawn[0] * share for share in drawn[1:]))
 vector = st.tuples(number, number, number)
 per_leg = st.one_of(number, st.tuples(*[number] * 6))
 words = st.text(string.ascii_letters + string.digits + ' "\\äß.\n', max_size=20)
@@ -56,6 +58,13 @@ def effects(draw):
     return tuple(made)
 
 
+def joints(radius_m):
+    """Six joints about a circle, each off by up to a fifth of its radius in every direction."""
+    turns = [radius_m * np.array([np.cos(a), np.sin(a), 0.0]) for a in np.arange(6) * np.pi / 3]
+    off = st.tuples(*[st.floats(-radius_m / 5, radius_m / 5)] * 3)
+    return st.tuples(*[off] * 6).map(lambda drawn: tuple(tuple((turn + d).tolist()) for turn, d in zip(turns, drawn, strict=True)))
+
+
 models = st.builds(
     Model,
     actuator=st.builds(
@@ -70,12 +79,12 @@ models = st.builds(
         covariance=st.none() | st.just(Covariance(("b_l_N",), ((0.01,),))),
     ),
     name=words,
-    platform=st.builds(Platform, positive, st.tuples(positive, positive, positive), vector),
-    geometry=st.none() | st.builds(Geometry, st.tuples(*[vector] * 6), st.tuples(*[vector] * 6), st.just(0.25), st.just(0.65)),
+    platform=st.builds(Platform, positive, inertia, vector),
+    geometry=st.none() | st.builds(Geometry, joints(0.5), joints(0.1), st.just(0.25), st.just(0.65)),
     end_stop=st.builds(EndStop, positive, positive, positive),
-    gravity=st.builds(Gravity, number, positive),
-    release=st.builds(Release, vector, vector, vector, vector),
-    simulation=st.builds(Simulation, positive, positive, st.none() | positive),
+    gravity=st.builds(Gravity, number, st.floats(1e-3, 1e3)),
+    release=st.builds(Release, vector, angles, vector, vector),
+    simulation=st.builds(Simulation, st.floats(1.0, 1e6), st.floats(1e-3, 1e7), st.none() | positive),
     nuisance=st.builds(Nuisance, positive, positive, positive, positive),
     effects=effects(),
 )
