@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from identify.commands.parameter_options import add_parameter_options, changes_from
 from measure.common.command_line import DONE, VERDICT_BAD, parser, run, say, watched
-from measure.common.numbers import whole
+from measure.common.inputs import whole
 from measure.common.output_gate import Outputs
 from measure.readers.options import add_reading_options, mapping_from
 from simulate.files.options import add_effects_option

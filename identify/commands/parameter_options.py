@@ -6,7 +6,7 @@ from argparse import ArgumentParser, Namespace
 from collections.abc import Callable, Iterable, Mapping
 from typing import TYPE_CHECKING
 
-from measure.common.numbers import number_in
+from measure.common.inputs import number_in
 
 if TYPE_CHECKING:
     from identify.estimation.parameters import Change, Parameter

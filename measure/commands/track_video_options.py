@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from measure.common import command_line as command
 from measure.common.errors import InputError
-from measure.common.numbers import number, number_in, whole
+from measure.common.inputs import number, number_in, whole
 
 if TYPE_CHECKING:
     from measure.geometry.film_project import Project

@@ -1,4 +1,4 @@
-"""The one gate for what is read: regular files only, no larger than they may be, and TOML that ends."""
+"""The one gate for what is read: regular files no larger than they may be, TOML that ends, and numbers that are plain and finite."""
 
 from __future__ import annotations
 
@@ -7,6 +7,8 @@ import os
 import re
 import stat
 import tomllib
+from argparse import ArgumentTypeError
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -19,6 +21,9 @@ _HEAD = 4096
 _WHOLE = 2**63
 # Thirty words with points between them: the standard reader of TOML takes the square of their number of steps.
 _DOTTED = re.compile(r"""(?<![\w"'-])(?:[\w"'-]++[ \t]*+\.[ \t]*+){30}""")
+_NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d{1,3})?", re.ASCII)
+_WHOLE_NUMBER = re.compile(r"[+-]?\d{1,18}", re.ASCII)
+_LONGEST_NUMBER = 40
 
 
 def existing_file(path: Path, *, what: str, most: int | None = None) -> Path:
@@ -149,3 +154,50 @@ def _require_plain(tables: dict[str, Any]) -> None:
         layer = [value for value in layer if isinstance(value, dict | list)]
     if layer:
         raise ValueError("it is nested too deeply")
+
+
+def number_in(text: str) -> float:
+    """The finite number that a text is; `1_0`, digits of other scripts, `nan`, `inf` and 1e999 are none.
+
+    Raises
+    ------
+    InputError
+    """
+    shown = text.strip()
+    value = float(shown) if len(shown) <= _LONGEST_NUMBER and _NUMBER.fullmatch(shown) else float("inf")
+    if abs(value) == float("inf"):
+        raise InputError(f'"{clipped(text)}" is not a finite number')
+    return value
+
+
+def number(low: float = float("-inf"), high: float = float("inf"), *, above: float = float("-inf")) -> Callable[[str], float]:
+    """The `type` of an option that is a number within bounds; `above` it, not at it."""
+
+    def parse(text: str) -> float:
+        try:
+            value = number_in(text)
+        except InputError as error:
+            raise ArgumentTypeError(str(error)) from None
+        if not (low <= value <= high and value > above):
+            least = f"above {above:g}" if above > low else f"at least {low:g}"
+            raise ArgumentTypeError(f"{clipped(text)} cannot be; give a number {least}{_and_at_most(high)}")
+        return value
+
+    return parse
+
+
+def whole(low: int, high: int) -> Callable[[str], int]:
+    """The `type` of an option that is a whole number within bounds."""
+
+    def parse(text: str) -> int:
+        if not _WHOLE_NUMBER.fullmatch(text.strip()):
+            raise ArgumentTypeError(f'"{clipped(text)}" is not a whole number')
+        if not low <= int(text) <= high:
+            raise ArgumentTypeError(f"{text} cannot be; give a whole number at least {low}{_and_at_most(high)}")
+        return int(text)
+
+    return parse
+
+
+def _and_at_most(high: float) -> str:
+    return "" if high == float("inf") else f" and at most {high:g}"

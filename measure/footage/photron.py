@@ -11,7 +11,7 @@ from xml.etree import ElementTree
 import numpy as np
 
 from measure.common.errors import InputError, clipped
-from measure.common.numbers import number_in
+from measure.common.inputs import number_in
 from measure.footage.footage import Footage, Picture, check_size
 from measure.footage.packed_pixels import unpack
 

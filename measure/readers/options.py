@@ -6,7 +6,7 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from measure.common.numbers import number
+from measure.common.inputs import number
 
 if TYPE_CHECKING:
     from measure.readers.column_mapping import ColumnMapping

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from measure.common.command_line import DONE, VERDICT_BAD, parser, progress, run, say
 from measure.common.errors import InputError
-from measure.common.numbers import number, whole
+from measure.common.inputs import number, whole
 from measure.common.output_gate import Outputs
 from simulate.files.options import add_model_options, model_from_options
 from simulate.sweeps.limits import DESIGNS, FAILURE_DEG
