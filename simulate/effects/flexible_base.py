@@ -23,8 +23,8 @@ class FlexibleBase(PlatformEffect):
     the springs have carried since before the release. The legs stand on the ring and see the platform from there. The base is rigid
     where m = 0, and the more nearly so the heavier it is. m is what swings with the ring, f_b its frequency without the platform.
 
-    A loop does not show it. In a deployment: from the release on a decaying swing of one frequency, down first, lies over the elevation,
-    and another one from the impact at the stops on.
+    A loop does not show it. In a deployment: up to the stops little, for the legs push alike wherever they stand, but for the inertia of
+    their hubs, which hands on a swing from the release on; the impact at the stops sets the base swinging and the rebound differs.
     """
 
     name = "flexible-base"

@@ -20,8 +20,8 @@ class Ripple(LegEffect):
 
     -A is A half a period on. The elongation counts from the stowed leg, and in a loop as its file has it.
 
-    In a loop: both branches carry the same wave, at the same elongations at every frequency. In a deployment: a tremor that grows
-    faster with the speed and smaller with its frequency; only a wave of some centimetres shows in the positions.
+    In a loop: both branches carry the same wave, at the same elongations at every frequency. In a deployment: over the
+    first wave the platform gains or loses a little speed and is early or late from then on; those behind pass too quickly to show.
     """
 
     name = "ripple"

@@ -30,7 +30,7 @@ class SensorFilter(MeasurementEffect):
         low=0.0,
         high=1.0,
         typical=0.002,
-        starts=((0.002, 0.0), (0.01, 0.0), (0.005, 0.005), (0.0, 0.003), (0.0, 0.01), (0.0, 0.03)),
+        starts=((0.002, 0.0), (0.01, 0.0), (0.0, 0.003), (0.005, 0.005), (0.0, 0.01), (0.0, 0.03)),
         linear=False,
         doc="time constant tau of the load cell, and of the camera",
     )

@@ -23,7 +23,7 @@ class SeriesPlay(LegEffect):
     """
 
     name = "series-play"
-    gap_m: float = parameter(0.0, low=0.0, high=0.05, typical=2e-4, doc="elongation after a reversal that the strip does not follow, g")
+    gap_m: float = parameter(0.0, low=0.0, high=0.05, typical=5e-4, doc="elongation after a reversal that the strip does not follow, g")
 
     @staticmethod
     def strip_elongation(u: float, before: float, p: Any) -> float:
