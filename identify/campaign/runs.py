@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from pathlib import Path
 
 from identify.campaign.campaign_file import ListedRun, read_list
+from identify.campaign.kept_films import kept
 from identify.campaign.run import Run
 from identify.loops.sign import oriented
 from measure.common.errors import InputError
@@ -16,36 +17,25 @@ from measure.readers.column_mapping import ColumnMapping, read_mapping
 from measure.readers.measurement import read_measurement
 from measure.tables.loop import Loop
 
-Measured = Callable[[ListedRun, Path], Path]
 
-
-def read_campaign(paths: Iterable[Path], mapping: ColumnMapping | None = None, measured: Measured | None = None) -> tuple[Run, ...]:
-    """Read measurements: tables, or lists of runs (TOML).
+def read_campaign(paths: Iterable[Path], mapping: ColumnMapping | None = None) -> tuple[Run, ...]:
+    """Read measurements: tables, or lists of runs (TOML); of a listed film the trajectory that `unspool run` keeps beside the list.
 
     Parameters
     ----------
     mapping : how loops are to be read that are not in the project's own columns, where a run names no mapping file of its own.
-    measured : where the trajectory of a listed film is, from the run and the folder of the list; without it films are refused.
 
     Raises
     ------
     InputError
         A file cannot be read, a key is unknown, every run is held out, or two runs are the same file; all of them at once.
     """
-    lists = for_each(lambda path: _runs_of(Path(path), mapping, measured or _unmeasured), paths)
+    lists = for_each(lambda path: _runs_of(Path(path), mapping), paths)
     runs = tuple(run for listed in lists for run in listed)
     if all(run.hold_out for run in runs):
         raise InputError("every run is held out; at least one must be there to fit.")
     _require_distinct(runs)
     return _oriented(runs)
-
-
-def _unmeasured(row: ListedRun, folder: Path) -> Path:
-    project = f" --project {folder / row.project}" if row.project else ""
-    raise InputError(
-        f"{folder / row.file}: is a film, and must be measured first. Type unspool run and the list, or track-video "
-        f"{folder / row.file}{project} -o {Path(row.file).stem}.csv and list that table."
-    )
 
 
 def files_of(paths: Iterable[Path]) -> list[Path]:
@@ -80,9 +70,9 @@ def remarks(runs: Iterable[Run]) -> list[str]:
     return [f"{run.name}: {said}" for run in runs if isinstance(run.table, Loop) for said in run.table.remarks]
 
 
-def _runs_of(path: Path, mapping: ColumnMapping | None, measured: Measured) -> list[Run]:
+def _runs_of(path: Path, mapping: ColumnMapping | None) -> list[Run]:
     if path.suffix.lower() == ".toml":
-        return for_each(lambda row: _listed_run(path.parent, row, mapping, measured), _rows_of(path))
+        return for_each(lambda row: _listed_run(path.parent, row, mapping), _rows_of(path))
     return [Run(read_measurement(path, mapping), name=path.name, path=path)]
 
 
@@ -93,9 +83,9 @@ def _rows_of(path: Path) -> list[ListedRun]:
     return rows
 
 
-def _listed_run(folder: Path, row: ListedRun, mapping: ColumnMapping | None, measured: Measured) -> Run:
+def _listed_run(folder: Path, row: ListedRun, mapping: ColumnMapping | None) -> Run:
     if row.is_film(folder):
-        table = measured(row, folder)
+        table = kept(row, folder)
         return Run(read_measurement(table), row.model, row.hold_out, name=table.name, path=table)
     mapping = read_mapping(folder / row.mapping) if row.mapping else mapping
     return Run(read_measurement(folder / row.file, mapping), row.model, row.hold_out, name=row.file, path=folder / row.file)

@@ -97,7 +97,7 @@ def _trajectory_path(given: argparse.Namespace, project: Project) -> Path | None
 
 
 def _inputs(given: argparse.Namespace, film: Path, mask: Path | None) -> list[Path]:
-    return [path for path in (film, given.project, mask, given.checkerboard, *(given.compare or ())) if path is not None]
+    return [path for path in (film, given.project, given.model, mask, given.checkerboard, *(given.compare or ())) if path is not None]
 
 
 def _require_usable(given: argparse.Namespace) -> None:

@@ -40,6 +40,11 @@ def options() -> command.Parser:
     made.add_argument(
         "--project", type=Path, metavar="FILE", help="all of that, camera and mark geometry in TOML; it is read and never written"
     )
+    made.add_argument(
+        "--model", type=Path, metavar="MODEL", help="model file: start height and radius of the platform, where nothing else gives them"
+    )
+    made.add_argument("--radius-m", type=number(), metavar="R", help="radius of the upright cylinder that carries the marks")
+    made.add_argument("--distance-m", type=number(), metavar="D", help="from the camera to the platform's origin")
     made.add_argument("--marks", type=Path, metavar="FILE", help="write every mark in every frame (CSV)")
     made.add_argument("--pictures", type=Path, metavar="FOLDER", help="marks on the first frame, contact sheet and quality page (PNG)")
     made.add_argument("--overlay", type=Path, metavar="FILE", help="write the film with marks, status and residual drawn into it (.avi)")
@@ -91,6 +96,7 @@ def project_from(given: argparse.Namespace) -> Project:
     if given.up is not None:
         table["scale"].pop("plumb_px", None)
     table["camera"].update(_lens(given))
+    table["platform"].update(_rig(given, known))
     laid_over = (
         ("film", "fps", given.fps),
         ("marks", "place_px", given.mark),
@@ -102,11 +108,24 @@ def project_from(given: argparse.Namespace) -> Project:
         ("scale", "plumb_px", given.plumb),
         ("scale", "up_deg", given.up),
         ("platform", "start_height_m", given.start_height_m),
+        ("platform", "radius_m", given.radius_m),
+        ("camera", "distance_m", given.distance_m),
     )
     for section, key, value in laid_over:
         if value is not None:
             table[section][key] = value
     return make_project(table, "options")
+
+
+def _rig(given: argparse.Namespace, known: Project) -> dict[str, float]:
+    """What `--model` says of the platform at the start, by the keys of the project file, unless that file gives it."""
+    if given.model is None:
+        return {}
+    from measure.geometry.rig_at_start import read_rig_at_start
+
+    rig = read_rig_at_start(given.model)
+    found = {"start_height_m": rig.start_height_m, "radius_m": rig.radius_m}
+    return {key: value for key, value in found.items() if key not in known.platform.model_fields_set}
 
 
 def _lens(given: argparse.Namespace) -> dict[str, Any]:

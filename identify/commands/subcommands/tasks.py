@@ -5,5 +5,6 @@ TASKS = {
     "demo": "the whole way on shipped data: film and loops in, a named effect out",
     "check": "read files of any kind, report everything that is wrong in them, and what was understood",
     "effects": "list the physical effects that can be missing, or describe one",
+    "run": "a whole campaign from raw files: measure films, fit loops, compare, explain",
     "completion": "print what makes a shell complete commands and options",
 }

@@ -1,0 +1,129 @@
+"""`unspool run`: a whole campaign from raw files. It types the other commands for you, and shows what it types."""
+
+from __future__ import annotations
+
+import shlex
+from argparse import Namespace
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from measure.common.command_line import UNUSABLE, VERDICT_BAD, examples, parser, run
+
+if TYPE_CHECKING:
+    from identify.campaign.campaign_file import Campaign, ListedRun
+
+NAME = "unspool run"
+DOES = "Measure the films of a list of runs, fit the force law to its loops, compare with the model, and name the effect it lacks."
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """The task."""
+    return run(NAME, _work, arguments)
+
+
+def _parser() -> Any:
+    made = parser(NAME, DOES, output="folder for all results", output_default="results")
+    made.add_argument("campaign", type=Path, metavar="CAMPAIGN", help="list of runs (TOML): films, loops and trajectories")
+    made.add_argument("--model", type=Path, metavar="MODEL", help="model file, instead of the one that the list names")
+    made.add_argument("--effects", action="append", default=[], type=Path, metavar="FILE", help="Python file with effects of your own")
+    made.add_argument("--budget", choices=("quick", "normal", "thorough"), default="normal", help="how many effects are fitted")
+    return examples(made, "unspool run campaign.toml", "unspool run campaign.toml --model rig/model.toml -o results --budget quick")
+
+
+def _work(arguments: Sequence[str]) -> int:
+    given = _parser().parse_args(arguments)
+    from identify.campaign.campaign_file import read_list
+
+    listed, folder = read_list(given.campaign), given.campaign.parent
+    model = _model(given, listed)
+    _require_usable(given)
+    given.output.mkdir(parents=True, exist_ok=True)
+    status = _films_measured(given, listed, folder, model)
+    if status:
+        return status
+    model = _law_fitted(given, listed, folder, model)
+    from identify.commands import compare_model, explain_gap
+
+    own = [word for path in given.effects for word in ("--effects", str(path))]
+    both = [str(model), str(given.campaign), *own]
+    status = _typed(given, compare_model.main, [compare_model.NAME, *both, "-o", str(given.output / "comparison.png")])
+    if status not in (0, VERDICT_BAD):
+        return status
+    wanted = [*both, "-o", str(given.output), "--budget", given.budget, *(["--json", str(given.json)] if given.json else [])]
+    return _typed(given, explain_gap.main, [explain_gap.NAME, *wanted])
+
+
+def _model(given: Namespace, listed: Campaign) -> Path:
+    """The model file that the work begins with."""
+    from measure.common.errors import InputError
+    from simulate.files.model_file import read_model
+    from simulate.files.own_effects import catalogue_with
+
+    if given.model is None and listed.model is None:
+        raise InputError(f'{given.campaign}: names no model. Add --model MODEL, or at the top of the list\nmodel = "model.toml"')
+    path = given.model or given.campaign.parent / str(listed.model)
+    read_model(path, catalogue_with(given.effects))
+    return path
+
+
+def _require_usable(given: Namespace) -> None:
+    """Everything that is wrong with the files of the list, before the long work begins."""
+    from identify.commands.subcommands.understood import understood
+    from measure.readers.column_mapping import ColumnMapping
+    from simulate.files.own_effects import catalogue_with
+
+    understood(given.campaign, ColumnMapping(), catalogue_with(given.effects))
+
+
+def _films_measured(given: Namespace, listed: Campaign, folder: Path, model: Path) -> int:
+    """Measure the films that are not measured yet, or have changed; 0, or the status of the first that cannot be used."""
+    from identify.campaign.kept_films import is_current, sources_of, table_of
+    from measure.commands import track_video
+
+    for row in (row for row in listed.run if row.is_film(folder)):
+        table, sources = table_of(row, folder), sources_of(row, folder)
+        if is_current(table, [*sources, model]):
+            _say(given, f"kept     {table}: {row.file} and its project have not changed since it was measured")
+            continue
+        table.parent.mkdir(exist_ok=True)
+        project = ["--project", str(sources[1])] if row.project else []
+        words = ["track-video", str(sources[0]), *project, "--model", str(model), "-o", str(table)]
+        if _typed(given, track_video.main, words) not in (0, VERDICT_BAD):
+            return UNUSABLE
+    return 0
+
+
+def _law_fitted(given: Namespace, listed: Campaign, folder: Path, model: Path) -> Path:
+    """The model with the force law of the loops, where all of them are of one actuator as the model has it; else the model itself."""
+    from identify.commands import fit_actuator
+
+    loops = [row for row in listed.run if not row.is_film(folder) and not row.hold_out and _is_loop(row, folder)]
+    mappings = {row.mapping for row in loops}
+    if not loops or len(mappings) > 1 or any(row.model for row in loops):
+        return model
+    fitted = given.output / "model.toml"
+    how = [word for name in mappings if name is not None for word in ("--mapping", str(folder / name))]
+    files = [str(folder / row.file) for row in loops]
+    status = _typed(given, fit_actuator.main, [fit_actuator.NAME, *files, *how, "--model", str(model), "-o", str(fitted)])
+    return fitted if status in (0, VERDICT_BAD) else model
+
+
+def _is_loop(row: ListedRun, folder: Path) -> bool:
+    from measure.readers.column_mapping import read_mapping
+    from measure.readers.measurement import read_measurement
+    from measure.tables.loop import Loop
+
+    mapping = read_mapping(folder / row.mapping) if row.mapping else None
+    return isinstance(read_measurement(folder / row.file, mapping), Loop)
+
+
+def _typed(given: Namespace, command: Callable[[Sequence[str]], int], words: Sequence[str]) -> int:
+    """Run a command as if these words had been typed, and show them."""
+    _say(given, f"\n$ {shlex.join(words)}")
+    return command([*words[1:], *(["--quiet"] if given.quiet else [])])
+
+
+def _say(given: Namespace, text: str) -> None:
+    if not given.quiet:
+        print(text, flush=True)
