@@ -36,18 +36,24 @@ def section(name: str, kind: type) -> str:
     hints = hints_of(kind)
     own = [item for item in fields(kind) if table_of(hints[item.name]) is None]
     inner = [(f"{name}.{item.name}", table_of(hints[item.name])) for item in fields(kind)]
-    rows = [f"| `{i.name}` | {unit_of(i.name)} | {said_of(hints[i.name])} | {default_of(i)} |" for i in own]
+    about = _descriptions(kind)
+    rows = [f"| `{i.name}` | {about[i.name]} | {unit_of(i.name)} | {said_of(hints[i.name])} | {default_of(i)} |" for i in own]
     text = [
         f"## `[{name}]`",
         "",
         inspect.getdoc(kind) or "",
         "",
-        "| key | unit | value | default |",
-        "| --- | --- | --- | --- |",
+        "| key | is | unit | value | default |",
+        "| --- | --- | --- | --- | --- |",
         *rows,
         "",
     ]
     return "\n".join([*text, *(section(path, table) for path, table in inner if table is not None)])
+
+
+def _descriptions(kind: type) -> dict[str, str]:
+    """What each key of a table is."""
+    return {name: (info.description or "").replace("|", "\\|") for name, info in vars(kind)["__pydantic_fields__"].items()}
 
 
 def hints_of(kind: type) -> dict[str, Any]:

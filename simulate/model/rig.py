@@ -18,7 +18,7 @@ from measure.common.errors import InputError
 
 LEGS = 6
 
-CHECKED = ConfigDict(extra="forbid", arbitrary_types_allowed=True, allow_inf_nan=False)
+CHECKED = ConfigDict(extra="forbid", arbitrary_types_allowed=True, allow_inf_nan=False, use_attribute_docstrings=True)
 
 # Numbers are written as numbers: no true, no "1.0".
 Number = Annotated[float, Field(strict=True)]
@@ -34,8 +34,11 @@ class Platform:
     """The rigid body that six legs push: mass, principal inertia at the centre of mass, and where that is."""
 
     mass_kg: Positive = 0.8
+    """mass of the bare platform"""
     inertia_kg_m2: tuple[Positive, Positive, Positive] = (0.006, 0.006, 0.010)
+    """its principal moments of inertia about x, y, z at the centre of mass"""
     centre_of_mass_m: Vector = (0.0, 0.0, 0.0)
+    """centre of mass in the platform frame"""
 
 
 @dataclass(frozen=True, config=CHECKED)
@@ -43,9 +46,13 @@ class Geometry:
     """Where the legs are joined: base joints in the world frame (z up), platform joints in the platform frame."""
 
     base_joints_m: Joints
+    """six points [x, y, z] in the world frame, one a leg; z is up"""
     platform_joints_m: Joints
+    """six points in the platform frame; leg i goes from base joint i to platform joint i"""
     stowed_height_m: Number = 0.252
+    """height of the platform frame's origin while all strip is coiled, centred and upright"""
     deployed_height_m: Number = 0.652
+    """the same at the upper stops"""
 
     @model_validator(mode="after")
     def _stands_up(self) -> Geometry:
@@ -59,10 +66,15 @@ class Rate:
     """Asymptotes that follow the rate: polynomials, lowest power first, of a frequency or of a speed."""
 
     abscissa: Literal["frequency_Hz", "speed_m_per_s"]
+    """what the polynomials are of: frequency_Hz of a cycle, or speed_m_per_s, its largest"""
     a_l: tuple[Number, ...] = ()
+    """polynomial of a_l, lowest power first, N/m; empty: a_l_N_per_m"""
     b_l: tuple[Number, ...] = ()
+    """polynomial of b_l, N; empty: b_l_N"""
     a_u: tuple[Number, ...] = ()
+    """polynomial of a_u, N/m; empty: a_u_N_per_m"""
     b_u: tuple[Number, ...] = ()
+    """polynomial of b_u, N; empty: b_u_N"""
 
 
 @dataclass(frozen=True, config=CHECKED)
@@ -70,7 +82,9 @@ class Covariance:
     """How well the fitted parameters are known: their names and the covariance matrix, in their units."""
 
     names: tuple[str, ...]
+    """names of the fitted parameters"""
     matrix: tuple[tuple[Number, ...], ...]
+    """their covariance, a row for each, in the products of their units"""
 
     @model_validator(mode="after")
     def _is_a_covariance(self) -> Covariance:
@@ -90,13 +104,21 @@ class Actuator:
     """
 
     a_l_N_per_m: PerLeg
+    """slope of the lower asymptote h_l, which the force approaches while the strip uncoils"""
     b_l_N: PerLeg
+    """stored force: h_l at elongation 0; positive pushes the platform up"""
     a_u_N_per_m: PerLeg
+    """slope of the upper asymptote h_u, which the force approaches while the strip is coiled"""
     b_u_N: PerLeg
+    """h_u at elongation 0; above b_l_N, as a loop turns energy into heat"""
     beta_per_m: Positive | tuple[Positive, Positive, Positive, Positive, Positive, Positive]
+    """how fast the force approaches the asymptote: by a factor e within 1/beta of elongation"""
     initial_force_N: PerLeg
+    """force of the leg at the release"""
     rate: Rate | None = None
+    """asymptotes that follow the rate; absent: they do not"""
     covariance: Covariance | None = None
+    """how well fitted parameters are known; fit-actuator writes it"""
 
     def shifted(self, force_N: tuple[float, ...]) -> Actuator:
         """The same law with both asymptotes and the initial force of each leg shifted by `force_N` (six)."""
@@ -112,8 +134,11 @@ class EndStop:
     """A spring and a damper at full length of each leg, eased in by an error function of the penetration."""
 
     stiffness_N_per_m: NotNegative = 2.0e4
+    """stiffness of the stop of a leg at full length, and of the one at its stowed length"""
     damping_N_s_per_m: NotNegative = 40.0
+    """damping of the stop while it is touched"""
     smoothing_m: Positive = 1.0e-3
+    """way over which the stop's force sets in"""
 
 
 @dataclass(frozen=True, config=CHECKED)
@@ -121,7 +146,9 @@ class Gravity:
     """Gravity left over, and what the counterweight does to mass and inertia (the paper: times two)."""
 
     acceleration_m_per_s2: Number = 0.0
+    """gravity that is left over, downwards; 0 where a counterweight carries the platform, 9.81 where nothing does"""
     mass_factor: Positive = 2.0
+    """what the counterweight makes of mass and inertia: 2 for one as heavy as the platform, 1 for none"""
 
 
 @dataclass(frozen=True, config=CHECKED)
@@ -129,9 +156,13 @@ class Release:
     """Pose and velocity at the release, relative to the centred stowed pose; theta is a rotation vector."""
 
     position_m: Vector = (0.0, 0.0, 0.0)
+    """shift of the platform frame's origin, world axes"""
     theta_rad: Vector = (0.0, 0.0, 0.0)
+    """rotation vector, world axes"""
     velocity_m_per_s: Vector = (0.0, 0.0, 0.0)
+    """velocity of the origin"""
     angular_velocity_rad_per_s: Vector = (0.0, 0.0, 0.0)
+    """angular velocity, world axes"""
 
 
 @dataclass(frozen=True, config=CHECKED)
@@ -139,8 +170,11 @@ class Simulation:
     """How long, and how often a sample is kept; the step is the solver's business unless given."""
 
     duration_s: Positive = 1.0
+    """how long the deployment is followed"""
     sample_rate_Hz: Positive = 1000.0
+    """how often a sample is kept; the step of integration is chosen apart"""
     step_s: Positive | None = None
+    """step of integration; absent: chosen from stiffness, damping and beta"""
 
 
 @dataclass(frozen=True, config=CHECKED)
@@ -148,9 +182,13 @@ class Nuisance:
     """What may differ from run to run without meaning anything: one standard deviation each."""
 
     release_position_m: NotNegative = 0.001
+    """where the platform stands at the release, each axis"""
     release_theta_rad: NotNegative = 0.002
+    """how it is turned at the release, each axis"""
     release_instant_s: NotNegative = 0.004
+    """when it is let go, on the clock of the table"""
     stored_force_N: NotNegative = 0.0
+    """stored force of each leg by itself; 0: the legs repeat"""
 
 
 @dataclass(frozen=True, config=CHECKED)
@@ -159,8 +197,10 @@ class Rig:
 
     actuator: Actuator
     name: str = "model"
+    """name of the model, in reports"""
     platform: Platform = Platform()
     geometry: Geometry | None = None
+    """Where the legs are joined: base joints in the world frame (z up), platform joints in the platform frame; absent: good for loops only."""
     end_stop: EndStop = EndStop()
     gravity: Gravity = Gravity()
     release: Release = Release()
@@ -178,6 +218,15 @@ def per_leg(value: PerLeg) -> np.ndarray:
     return np.broadcast_to(np.asarray(value, dtype=float), LEGS).copy()
 
 
+_NO_GEOMETRY = """\
+fit-actuator LOOPS --model MODEL puts a force law into a model that has one; or add
+[geometry]
+base_joints_m = [[x, y, z], ...]      # six, world frame, z up
+platform_joints_m = [[x, y, z], ...]  # six, platform frame; leg i joins base joint i to platform joint i
+stowed_height_m = 0.252
+deployed_height_m = 0.652"""
+
+
 def geometry_of(rig: Rig) -> Geometry:
     """The geometry of a rig that is to be deployed.
 
@@ -187,7 +236,7 @@ def geometry_of(rig: Rig) -> Geometry:
         It has none.
     """
     if rig.geometry is None:
-        raise InputError(f'model "{rig.name}": no [geometry] table, which a deployment needs. Add base and platform joints.')
+        raise InputError(f'model "{rig.name}": no [geometry] table, which a deployment needs. {_NO_GEOMETRY}')
     return rig.geometry
 
 

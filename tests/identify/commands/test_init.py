@@ -47,6 +47,22 @@ def test_every_key_of_a_format_stands_in_its_template(folder, name):
     assert not missing
 
 
+def undescribed(node, definitions, place=""):
+    """Keys of a schema, at any depth, that do not say what they are."""
+    found = []
+    for key, inner in node.get("properties", {}).items():
+        below = definitions[inner["$ref"].rpartition("/")[2]] if "$ref" in inner else inner
+        found += [] if inner.get("description") or below.get("description") else [f"{place}{key}"]
+        found += undescribed(below, definitions, f"{place}{key}.")
+    return found
+
+
+@pytest.mark.parametrize("name", FORMATS)
+def test_every_key_says_what_it_is(name):
+    described = FORMATS[name].json_schema()
+    assert undescribed(described, described.get("$defs", {})) == []
+
+
 @pytest.mark.parametrize("name", FORMATS)
 def test_a_template_keeps_to_the_schema_beside_it(folder, name):
     written = json.loads((folder / "schemas" / f"{name}.schema.json").read_text())
