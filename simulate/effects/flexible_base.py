@@ -6,11 +6,10 @@ import math
 from dataclasses import dataclass
 from typing import Any
 
-from simulate.model.effect import Bounds, PlatformEffect, parameter
+from simulate.model.effect import PlatformEffect, parameter
 from simulate.model.rig import LEGS, Rig
 
 _FREQUENCIES_HZ = (1.0, 2.0, 3.0, *(4.5 + 1.5 * k for k in range(14)), 30.0, 40.0, 60.0)  # no wider apart than a film of 0.6 s can tell
-_LIGHTEST_KG = 0.1
 
 
 @dataclass(frozen=True)
@@ -35,11 +34,6 @@ class FlexibleBase(PlatformEffect):
         10.0, low=0.2, high=200.0, typical=5.0, starts=_FREQUENCIES_HZ, linear=False, doc="frequency of the ring by itself, f_b"
     )
     damping_ratio: float = parameter(0.03, low=0.0, high=2.0, typical=0.05, linear=False, doc="damping over critical damping, zeta")
-
-    def own_bounds(self, model: Rig | None = None) -> Bounds:
-        """A search that starts from a base that moves keeps to one: without mass it would be rigid, which is far off."""
-        found = type(self).bounds(model)
-        return {**found, "mass_kg": (min(_LIGHTEST_KG, self.mass_kg), found["mass_kg"][1])}
 
     def stiffness(self, model: Rig) -> tuple[float, float]:
         """Springs and dampers of base and stops as the base feels them, brought to the platform's mass."""
