@@ -364,6 +364,18 @@ def test_help_answers_without_loading_a_heavy_library(name):
 
 
 @pytest.mark.parametrize("name", COMMANDS)
+def test_help_ends_with_two_examples_exit_status_and_the_page_that_says_more(name, capfd):
+    module, function = COMMANDS[name].split(":")
+    with pytest.raises(SystemExit):
+        getattr(__import__(module, fromlist=[function]), function)(["--help"])
+    ending = capfd.readouterr().out.split("examples:\n")[1].lower()
+    assert ending.count(f"  {name} ") >= 2
+    assert "exit status: 0 done" in ending
+    assert "70 a fault of the program" in ending
+    assert (ROOT / "docs" / "how-to" / f"{name}.md").exists()
+
+
+@pytest.mark.parametrize("name", COMMANDS)
 def test_every_command_knows_the_common_options_and_answers_a_wrong_one_with_the_nearest(name, capfd):
     module, function = COMMANDS[name].split(":")
     main = getattr(__import__(module, fromlist=[function]), function)

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from identify.commands.files_read import files_read
 from identify.commands.parameter_options import add_parameter_options, changes_from
-from measure.common.command_line import DONE, parser, run, say
+from measure.common.command_line import DONE, examples, next_command, parser, run, say
 from measure.common.errors import InputError
 from measure.common.output_gate import Outputs
 from measure.readers.options import add_reading_options, mapping_from
@@ -35,7 +35,9 @@ def _parser() -> Any:
     add_effects_option(made)
     add_reading_options(made)
     add_parameter_options(made)
-    return made
+    return examples(
+        made, "compare-model rig.toml film.csv -o comparison.png", "compare-model rig.toml campaign.toml --as-given --json comparison.json"
+    )
 
 
 def _work(arguments: Sequence[str]) -> int:
@@ -67,7 +69,8 @@ def _compared(given: Namespace) -> list[str]:
     found = compare(model, runs, fit_release=not given.as_given, changes=changes_from(given, lambda: problem_of(model, runs)))
     with _gate(given).together():
         _write(given, found, [given.model, *(r.path for r in runs if r.path), *given.effects])
-    return [*(f"record   {said}" for said in remarks(runs)), *summary(found)]
+    further = [] if found.gap_is_noise else [next_command("explain-gap", given.model, *given.measured)]
+    return [*(f"record   {said}" for said in remarks(runs)), *summary(found), *further]
 
 
 def result_of(found: Comparison) -> dict[str, Any]:

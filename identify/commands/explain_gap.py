@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from identify.commands.files_read import files_read
 from identify.commands.parameter_options import add_parameter_options, changes_from
-from measure.common.command_line import DONE, VERDICT_BAD, complain, parser, run, say
+from measure.common.command_line import DONE, VERDICT_BAD, complain, examples, next_command, parser, run, say
 from measure.common.output_gate import Outputs
 from measure.readers.options import add_reading_options, mapping_from
 from simulate.files.options import add_effects_option
@@ -46,7 +46,11 @@ def _parser() -> Any:
     made.add_argument(
         "--budget", choices=("quick", "normal", "thorough"), default="normal", help="how many effects are fitted; default: %(default)s"
     )
-    return made
+    return examples(
+        made,
+        "explain-gap rig.toml film.csv loops/*.csv -o explanation",
+        "explain-gap rig.toml campaign.toml --budget thorough --json gap.json",
+    )
 
 
 def _work(arguments: Sequence[str]) -> int:
@@ -54,7 +58,8 @@ def _work(arguments: Sequence[str]) -> int:
     with _gate(given).held():
         status, lines = _explained(given)
     if not given.quiet:
-        say(*lines, f"report   {given.output / 'report.html'}")
+        again = next_command("compare-model", given.output / "extended.toml", *given.measured)
+        say(*lines, f"report   {given.output / 'report.html'}", again)
     return status
 
 

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from identify.commands.parameter_options import add_parameter_options, changes_from
-from measure.common.command_line import DONE, VERDICT_BAD, parser, run, say, watched
+from measure.common.command_line import DONE, VERDICT_BAD, examples, next_command, parser, run, say, watched
 from measure.common.inputs import whole
 from measure.common.output_gate import Outputs
 from measure.readers.options import add_reading_options, mapping_from
@@ -44,7 +44,7 @@ def _parser() -> Any:
     fit.add_argument("--effect", action="append", default=[], metavar="NAME", help="fit this effect of the catalogue jointly; repeatable")
     fit.add_argument("--rate", choices=("none", "frequency", "speed"), default="none", help="what the asymptotes follow")
     fit.add_argument("--rate-order", choices=("auto", "0", "1", "2"), default="auto", help="order of their polynomials")
-    fit.add_argument("--tare", choices=("auto", "common", "each"), default="auto", help="one force level for all loops or one for each")
+    fit.add_argument("--tare", choices=("auto", "common", "each"), default="auto", help="one force level for all loops or one each")
     fit.add_argument("--covariate", default="", metavar="COLUMN", help="a further column to which part of the force is proportional")
     fit.add_argument("--robust", action="store_true", help="samples far off the model count less")
     fit.add_argument("--profile", action="store_true", help="fit all the rest for betas around the best one")
@@ -56,7 +56,11 @@ def _parser() -> Any:
     add_effects_option(made)
     made.add_argument("--model", type=Path, metavar="MODEL", help="put the actuator into this model instead of a bare one")
     made.add_argument("--figure", type=Path, metavar="FILE", help="loops, model and residual on one page (png, pdf, svg)")
-    return made
+    return examples(
+        made,
+        "fit-actuator loops/*.csv --model rig.toml -o fitted.toml",
+        'fit-actuator *.txt --column force="Load (kN)" --unit force=kN --effect hub-inertia --figure loops.png',
+    )
 
 
 def _work(arguments: Sequence[str]) -> int:
@@ -65,8 +69,19 @@ def _work(arguments: Sequence[str]) -> int:
     with _gate(given).held():
         status, lines = _done(given)
     if not given.quiet and lines:
-        say("", *lines)
+        say("", *lines, _next(given))
     return status
+
+
+def _next(given: Namespace) -> str:
+    """What one would type with the fitted law."""
+    if given.output is None:
+        return next_command("fit-actuator", *given.loops, "--model", given.model or "MODEL", "-o", "fitted.toml")
+    if given.model is None:
+        return (
+            next_command("simulate-deployment", given.output) + "   once it has the geometry of a rig; --model MODEL puts the law into one"
+        )
+    return next_command("compare-model", given.output, "MEASURED")
 
 
 def _gate(given: Namespace) -> Outputs:

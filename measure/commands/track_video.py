@@ -74,6 +74,8 @@ def _tracked(
     with gate(output, (), bool(compared)).together():
         files = written(output, tracked, compared, note, film, mask) + written_for_the_eye(output, footage, tracked, compared)
     lines = [*lines_for_people(tracked.summary), *dispersion_lines(compared), *(f"written   {path}" for path in files)]
+    if output.trajectory is not None:
+        lines.append(command.next_command("explain-gap", given.model or "MODEL", output.trajectory, "LOOPS"))
     return (command.DONE if tracked.summary["verdict"] == "ok" else command.VERDICT_BAD), lines
 
 

@@ -51,7 +51,11 @@ def options() -> command.Parser:
     made.add_argument(
         "--compare", type=Path, action="append", metavar="CSV", help="trajectory of another film: how much the two differ; repeat it"
     )
-    return made
+    return command.examples(
+        made,
+        "track-video film.avi --fps 250 --mm-per-px 0.5 --model rig.toml -o film.csv",
+        "track-video film.avi --project film.toml -o film.csv",
+    )
 
 
 def _numbers(count: int):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import os
+import shlex
 import signal
 import sys
 import threading
@@ -70,8 +71,28 @@ def examples(made: Parser, *lines: str, guide: str = "") -> Parser:
     shown = "\n".join(f"  {line}" for line in lines)
     page = f"docs/how-to/{guide or made.prog.split()[0]}.md"
     made.epilog = f"examples:\n{shown}\n\n{_STATUS}\nmore: {page} of the documentation"
-    made.formatter_class = argparse.RawDescriptionHelpFormatter
+    made.formatter_class = _Help
     return made
+
+
+class _Help(argparse.RawDescriptionHelpFormatter):
+    """Help that keeps the lines of the examples and gives the default of every option that has one."""
+
+    def _get_help_string(self, action: argparse.Action) -> str | None:
+        said = action.help
+        if not said or "default" in said or action.default in (None, False, "", [], argparse.SUPPRESS) or "%" in str(action.default):
+            return said
+        return f"{said}; default: %(default)s"
+
+
+def next_command(*words: object) -> str:
+    """The line that ends a command's output: what one would type next, ready to be copied.
+
+    Parameters
+    ----------
+    words : of the command; a word in capitals stands for something of the user's.
+    """
+    return "next     " + shlex.join(str(word) for word in words)
 
 
 def run(name: str, work: Callable[[Sequence[str]], int], arguments: Sequence[str] | None = None) -> int:

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from measure.common.command_line import DONE, VERDICT_BAD, parser, run, say
+from measure.common.command_line import DONE, VERDICT_BAD, examples, next_command, parser, run, say
 from measure.common.errors import InputError
 from measure.common.output import provenance_beside
 from measure.common.output_gate import Outputs
@@ -40,7 +40,11 @@ def _parser() -> Any:
         "--gravity-study", type=Path, metavar="FOLDER", help="the elevation with and without weight, counterweight and four times the force"
     )
     made.add_argument("--figure", type=Path, metavar="FILE", help="draw the deviations and forces (.png, .svg or .pdf)")
-    return made
+    return examples(
+        made,
+        "simulate-deployment rig.toml -o deployment.csv --page deployment.html",
+        "simulate-deployment rig.toml --set platform.mass_kg=0.9",
+    )
 
 
 def _work(arguments: Sequence[str]) -> int:
@@ -52,6 +56,7 @@ def _work(arguments: Sequence[str]) -> int:
         say(_sentences(result, options.output))
         if options.gravity_study is not None:
             say(_study_sentences(result["gravity_study"], options.gravity_study))
+        say(next_command("compare-model", options.model, "MEASURED"))
     return VERDICT_BAD if result["diverged_at_s"] is not None else DONE
 
 

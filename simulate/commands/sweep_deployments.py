@@ -8,7 +8,7 @@ from contextlib import AbstractContextManager, nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from measure.common.command_line import DONE, VERDICT_BAD, parser, progress, run, say
+from measure.common.command_line import DONE, VERDICT_BAD, examples, next_command, parser, progress, run, say
 from measure.common.errors import InputError
 from measure.common.inputs import number, whole
 from measure.common.output_gate import Outputs
@@ -57,7 +57,9 @@ def _parser() -> Any:
     made.add_argument("--resume", action="store_true", help="go on with an interrupted sweep of the same model and design")
     made.add_argument("--workers", type=whole(1, 100_000), metavar="N", help="cores (default: all); the answer does not depend on it")
     made.add_argument("--dask", metavar="ADDRESS", help="compute on the cluster of this scheduler, as tcp://host:8786")
-    return made
+    return examples(
+        made, "sweep-deployments rig.toml -o sweep", "sweep-deployments rig.toml --design sobol --runs 4096 --factor platform.mass_kg=+-5%"
+    )
 
 
 def _work(arguments: Sequence[str]) -> int:
@@ -66,7 +68,7 @@ def _work(arguments: Sequence[str]) -> int:
     with _gate(options).held():
         report = _reported(options, arguments)
     if not options.quiet:
-        say(_sentences(report, options))
+        say(_sentences(report, options), next_command("simulate-deployment", options.model, "--set", "KEY=VALUE"))
     return VERDICT_BAD if report["diverged"] else DONE
 
 

@@ -200,7 +200,7 @@ class Rig:
     """name of the model, in reports"""
     platform: Platform = Platform()
     geometry: Geometry | None = None
-    """Where the legs are joined: base joints in the world frame (z up), platform joints in the platform frame; absent: good for loops only."""
+    """Where the legs are joined, base joints in the world frame, platform joints in the platform's; absent: good for loops only."""
     end_stop: EndStop = EndStop()
     gravity: Gravity = Gravity()
     release: Release = Release()

@@ -34,7 +34,9 @@ def _parser() -> Any:
     made = parser(NAME, DOES, output="folder for all results", output_default="out/demo")
     what = "another folder with rig.toml, film, loops, campaign.toml"
     made.add_argument("--data", type=Path, metavar="FOLDER", default=shipped("demo"), help=what)
-    return examples(made, "unspool demo", "unspool demo -o results --json result.json")
+    raw = "compute nothing, write the raw measurements there: the film, and the loops as a bench wrote them"
+    made.add_argument("--raw", type=Path, metavar="FOLDER", help=raw)
+    return examples(made, "unspool demo", "unspool demo --raw rig")
 
 
 def _work(arguments: Sequence[str]) -> int:
@@ -43,6 +45,8 @@ def _work(arguments: Sequence[str]) -> int:
 
     if not (given.data / "campaign.toml").is_file():
         raise InputError(f"{given.data}: no campaign.toml; name the folder with the demonstration's data by --data.")
+    if given.raw is not None:
+        return _raw(given)
     given.output.mkdir(parents=True, exist_ok=True)
     work = given.output / "data"
     shutil.copytree(given.data, work, dirs_exist_ok=True)
@@ -55,6 +59,17 @@ def _work(arguments: Sequence[str]) -> int:
     report = _report(given, found, compared, work)
     steps.say("report", str(report), "")
     return DONE if found.verdict != "unknown" else VERDICT_BAD
+
+
+def _raw(given: Namespace) -> int:
+    """Write the raw files, and say how to go on."""
+    from identify.commands.subcommands.raw_files import write_raw
+
+    made = write_raw(given.data, given.raw)
+    if not given.quiet:
+        print("\n".join(f"written   {path}" for path in made))
+        print(f"next      unspool init {given.raw} --like demo, then: unspool check {given.raw}/campaign.toml")
+    return DONE
 
 
 class _Steps:

@@ -9,7 +9,7 @@ from identify.commands.subcommands.shipped import shipped
 Document = dict[str, Any]
 
 BENCH: Document = {
-    "columns": {"time": "Time", "elongation": "Position", "force": "Load"},
+    "columns": {"time": "t", "elongation": "Position", "force": "Load"},
     "units": {"time": "s", "elongation": "mm", "force": "mN"},
     "delimiter": "semicolon",
     "decimal": "comma",
