@@ -26,7 +26,7 @@ VALIDATION ?= $(if $(filter 1,$(SHARE)),docs/validation/calibration,out/validati
 SUBSET ?= standard
 METHODS ?= explain-gap
 
-.PHONY: demo test fast calibrate lint docs datasets scoreboard clean pins
+.PHONY: installed demo test fast calibrate lint docs datasets scoreboard clean pins
 .DELETE_ON_ERROR:
 
 demo: $(VENV)/installed
@@ -53,6 +53,11 @@ docs: $(VENV)/installed-docs
 
 datasets: $(VENV)/installed
 	$(BIN)/python datasets/make_datasets.py
+
+# The wheel alone, in an empty folder, along the tutorial: newest Python and versions, then oldest Python and lowest versions.
+installed: $(VENV)/installed-test
+	$(BIN)/python tests/follow_tutorial.py --python newest
+	$(BIN)/python tests/follow_tutorial.py --python oldest --lowest
 
 # What explain-gap answers to cases whose truth is sealed; an interrupted run goes on.   make scoreboard SUBSET=fast
 scoreboard: $(VENV)/installed-test

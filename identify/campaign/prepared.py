@@ -84,6 +84,7 @@ def film_of(run: Run, model: Model) -> Film:
     sigma = np.stack([channel_noise(table, name) for name in channels])
     stowed = 0.0 if model.geometry is None else model.geometry.stowed_height_m
     nominal = np.array([stowed if channel == "z_m" else 0.0 for channel in channels])
+    values = values + _not_counted(values, sigma, nominal)[:, None]
     from_first_frame = bool(np.all(np.abs(values[:, 0] - nominal) < _ZEROED * sigma[:, 0]))
     zeroed = np.full(len(channels), from_first_frame)
     clock = _clock_s(table.time_s, values[channels.index("z_m")], model) if "z_m" in channels else 0.0
@@ -91,6 +92,12 @@ def film_of(run: Run, model: Model) -> Film:
     expected = _onset_s(time, values[channels.index("z_m")]) if zeroed.any() and "z_m" in channels else 0.0
     by_onset = "z_m" in channels and (from_first_frame or clock != 0.0)
     return Film(run, model, time, channels, values, sigma, np.isfinite(values), nominal, zeroed, expected, clock, by_onset)
+
+
+def _not_counted(values: Array, sigma: Array, nominal: Array) -> Array:
+    """What a tracker that knows nothing of the rig left out of the elevation: its zero is then the first frame, not the ground."""
+    from_zero = np.abs(values[:, 0]) < _ZEROED * sigma[:, 0]
+    return np.where(from_zero & (np.abs(nominal) > _UNSET * _ZEROED * sigma[:, 0]), nominal, 0.0)
 
 
 def _clock_s(time_s: Array, elevation_m: Array, model: Model) -> float:
