@@ -22,6 +22,7 @@ from simulate.model.model import Model, Simulation
 POSE_SIZE = 7
 _MARGIN_S = 0.05
 _NEAREST = 6
+_MOST_SAMPLES_A_SECOND = 2e4  # between which poses are interpolated; more cost memory and show nothing
 _SHORTEST_STEP_S = 1.25e-4  # however stiff an effect is; steps are divided at the stops, for a film sees micrometres
 
 
@@ -138,7 +139,7 @@ class View:
         """What moves: the model without its camera and clock, released as it was, for as long as the film lasts."""
         given = self.model.simulation
         duration = duration_for(self.times_s, self.release)
-        simulation = Simulation(duration, given.sample_rate_Hz, given.step_s)
+        simulation = Simulation(duration, min(given.sample_rate_Hz, _MOST_SAMPLES_A_SECOND), given.step_s)
         acting = tuple(effect for effect in self.model.effects if effect.acts_on != "measurement")
         return replace(
             released(self.model, self.release), simulation=simulation, effects=acting, name="", nuisance=type(self.model.nuisance)()

@@ -70,9 +70,10 @@ class Unknowns:
         """The covariate's share of the force, in newtons per unit of its column; its weight is what it does to the force at all."""
         if not self.covariate:
             return ()
-        spread = float(np.std(np.concatenate([loop.data.other[self.covariate] for loop in self.loops])) or 1.0)
+        columns = [loop.data.other[self.covariate] for loop in self.loops if self.covariate in loop.data.other]
+        spread = float(np.std(np.concatenate(columns))) if columns else 0.0
         force = abs(lines_of(self.model)[1]) or 1.0
-        return (Parameter(f"covariate.{self.covariate}", 0.05 * force / spread, np.inf, -np.inf, np.inf),)
+        return (Parameter(f"covariate.{self.covariate}", 0.05 * force / (spread or 1.0), np.inf, -np.inf, np.inf),)
 
     @cached_property
     def own_parameters(self) -> tuple[tuple[Parameter, ...], ...]:

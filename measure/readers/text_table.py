@@ -10,7 +10,7 @@ from pathlib import Path
 from measure.common.errors import InputError
 from measure.readers.text_dialect import MOST_SNIFFED, Reading, reading_of
 from measure.readers.text_encoding import decoded
-from measure.tables.csv_cells import TOO_LONG
+from measure.tables.csv_cells import MOST_COLUMNS, TOO_LONG
 from measure.tables.number_columns import NumberColumns, RaggedRow
 from measure.tables.raw_table import RawTable
 from measure.tables.text_lines import TextLines
@@ -66,6 +66,8 @@ _NO_HEAD = _Head([], [], 0, [], [])
 def _table(path: Path, lines: TextLines, reading: Reading, encoding: str, header: bool | None) -> RawTable:
     size = _usual_size(lines, reading)
     head = _head(lines, reading, size) if header is not False else _NO_HEAD
+    if size > MOST_COLUMNS:
+        raise InputError(f"{path}: has {size} columns; a table of a test has at most {MOST_COLUMNS}. Export those that are needed.")
     columns = _columns(path, lines, reading, size, head.start)
     if head.start and not head.names and any(head.cells[-1]):
         raise InputError(
@@ -73,6 +75,7 @@ def _table(path: Path, lines: TextLines, reading: Reading, encoding: str, header
             "Mend the header, or remove it and give the columns by number."
         )
     keep = [k for k in range(size) if columns.filled[k]]
+    first = reading.dialect.split(next(lines.blocks(head.start))[0])
     written = f"{encoding}, delimiter {reading.delimiter}, decimal {reading.decimal}"
     return RawTable(
         path,
@@ -84,7 +87,7 @@ def _table(path: Path, lines: TextLines, reading: Reading, encoding: str, header
         lines=range(head.start + 1, len(lines) + 1),
         header_line=head.above + 1 if head.names else 0,
         odd=[columns.odd[k] for k in keep],
-        first_row=tuple(reading.dialect.split(next(lines.blocks(head.start))[0])[k] for k in keep),
+        first_row=tuple(first[k] for k in keep),
     )
 
 

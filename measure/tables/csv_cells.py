@@ -21,6 +21,7 @@ from measure.tables.text_lines import TextLines
 # A spreadsheet takes a cell that begins so for a formula, which may call programs.
 _FORMULA = ("=", "+", "-", "@")
 _ROWS_AT_ONCE = 10_000
+MOST_COLUMNS = 2000
 TOO_LONG = f"a cell has more than {csv.field_size_limit()} characters, and no number has"
 
 
@@ -87,6 +88,8 @@ def _header(path: Path, cells: list[str]) -> tuple[str, ...]:
     header = tuple(name.strip() for name in cells)
     if not any(cells):
         raise InputError(f"{path}, line 1: no header row; the first line must name the columns, such as time_s.")
+    if len(header) > MOST_COLUMNS:
+        raise InputError(f"{path}, line 1: {len(header)} columns; a table has at most {MOST_COLUMNS}. Export those that are needed.")
     double = [name for name, often in Counter(header).items() if often > 1]
     if double:
         raise InputError(f'{path}, line 1: two columns are named "{clipped(double[0])}"; rename one.')
