@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 from measure.commands.track_video_options import options, project_from
 from measure.common import command_line as command
 from measure.common.errors import InputError
-from measure.common.inputs import existing_file
+from measure.common.inputs import LARGEST_TABLE, existing_file
 
 if TYPE_CHECKING:
     from measure.commands.track_video_output import Output
@@ -41,7 +41,7 @@ def _work(arguments: Sequence[str]) -> int:
     given = options().parse_args(arguments)
     project = project_from(given)
     film, mask = _film_path(given, project), _mask_path(given, project)
-    _require_usable(given)
+    _require_usable(given, mask)
     from measure.commands.track_video_output import Output, gate
 
     output = Output(_trajectory_path(given, project), given.marks, given.json, given.pictures, given.overlay, given.project)
@@ -102,10 +102,12 @@ def _inputs(given: argparse.Namespace, film: Path, mask: Path | None) -> list[Pa
     return [path for path in (film, given.project, given.model, mask, given.checkerboard, *(given.compare or ())) if path is not None]
 
 
-def _require_usable(given: argparse.Namespace) -> None:
+def _require_usable(given: argparse.Namespace, mask: Path | None) -> None:
     """What is read or written at the end must be usable before the long work begins."""
     for file in given.compare or ():
-        existing_file(file, what="a trajectory (CSV)")
+        existing_file(file, what="a trajectory (CSV)", most=LARGEST_TABLE)
+    if mask is not None:
+        existing_file(mask, what="a mask (PNG, BMP, TIFF)", most=LARGEST_TABLE)
     if given.overlay is not None and given.overlay.suffix.lower() != ".avi":
         raise InputError(f"--overlay {given.overlay}: the film is written as .avi; name it so.")
 

@@ -9,7 +9,7 @@ from functools import cache
 from pathlib import Path
 
 from measure.common.errors import InputError
-from measure.common.inputs import existing_file
+from measure.common.inputs import LARGEST_TOML, existing_file
 from simulate.effects import CATALOGUE
 from simulate.model.effect import Effect, effects_among
 
@@ -32,7 +32,7 @@ def catalogue_with(files: Iterable[Path]) -> dict[str, type[Effect]]:
 
 @cache
 def _effects_in(file: Path) -> list[type[Effect]]:
-    existing_file(file, what="a Python file with effects")
+    existing_file(file, what="a Python file with effects", most=LARGEST_TOML)
     name = f"own_effects_{file.stem}"
     specification = importlib.util.spec_from_file_location(name, file)
     if specification is None or specification.loader is None:
