@@ -89,11 +89,12 @@ def test_legs_that_lose_a_direction_are_a_warning_with_the_height_and_the_condit
 
 
 def test_the_condition_number_does_not_depend_on_the_size_of_the_rig(prototype):
-    g = prototype.geometry
-    larger = Geometry(
-        *(tuple(tuple(10 * v for v in row) for row in joints) for joints in (g.base_joints_m, g.platform_joints_m)), 2.52, 6.52
+    base, platform = (
+        tuple(tuple(10 * v for v in row) for row in joints)
+        for joints in (prototype.geometry.base_joints_m, prototype.geometry.platform_joints_m)
     )
-    assert condition_at(replace(prototype, geometry=larger), 4.0) == pytest.approx(condition_at(prototype, 0.4))
+    larger = replace(prototype, geometry=Geometry(base, platform, stowed_height_m=2.52, deployed_height_m=6.52))
+    assert condition_at(larger, 4.0) == pytest.approx(condition_at(prototype, 0.4))
 
 
 def test_a_loop_that_makes_energy_is_a_warning_and_rising_lines_that_only_seem_to_cross_are_none(prototype):
