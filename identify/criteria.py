@@ -40,8 +40,56 @@ TWO_SIDED_95 = 1.96
 CHI2_95 = 3.841
 """95 % quantile of chi squared with one degree of freedom."""
 
+ANYWHERE = 1e4
+"""Standard deviations, in the scale of a loop, of a zero that nothing tells beforehand: wide enough to say nothing."""
+
 ZEROS_DIFFER = 3.0
 """Standard errors, root mean square over the loops, from which on their zeros differ: by chance once in a thousand for two loops."""
+
+# ---------------------------------------------------------------- loops: faults of a channel
+
+BY_CHANCE = 1e-6
+"""How often a sound channel may be called faulty: once in a million, for a campaign has hundreds of files and each several tests."""
+
+NO_NOISE = 1e-5
+"""Noise in parts of a channel's range below which a record comes from a simulation, not from a converter of 16 bits, 1.5e-5."""
+
+MAINS_HZ = 50.0, 60.0
+"""Frequencies of the mains."""
+
+HUM_ABOVE_NOISE = 25.0
+"""Power of a line over the median of the power beside it. For white noise the power is exponential, so a line of one frequency exceeds
+25 medians once in 2^25 = 3e7 times; some tens of frequencies are looked at, which makes BY_CHANCE."""
+
+HUM_ABOVE_LINES = 4.0
+"""Power of a line of the mains over that of the largest line beside it: the loop's own harmonics fall off slowly, and two neighbours differ
+by far less than by a factor of two in amplitude."""
+
+SPIKE = 6.0
+"""Standard deviations of the noise by which one sample jumps from both neighbours: by chance once in 2e6 samples, sqrt(1.5) sigma each."""
+
+MOST_SPIKES = 0.01
+"""Share of the samples up to which spikes are left out. More of them are a property of the record; it wants a robust fit."""
+
+STANDS_STILL = 4.0
+"""Standard deviations of the elongation's noise within which a drive stands still: one sample in 16 000 is farther off."""
+
+BENT_DWELL = 30.0
+"""Sum of squares, in units of the noise, that a parabola takes from a level stretch: chi squared with two degrees exceeds 28 once in
+BY_CHANCE."""
+
+LEAST_STEPS = 2.5
+"""Steps of a converter in a loop's height, below which a law of five parameters is not seen: each step that a branch crosses gives one
+place, two branches cross twice as many, and five places are needed."""
+
+COARSE_STEP = 0.5
+"""Step of a channel in its noise from which on rounding is no longer white noise: below, the noise carries every value to several steps."""
+
+SAME_UNIT = 3.0
+"""Factor around 1000 within which the strokes of two files differ by a unit and not by design."""
+
+LONGEST_STROKE_M = 10.0
+"""No shaker moves farther; a longer stroke has most likely another unit."""
 
 # ---------------------------------------------------------------- actuator
 
@@ -54,11 +102,28 @@ SAME_RATE = 0.02
 WORTH_AN_ORDER = 0.03
 """Relative gain of the error on frequencies left out that justifies one order more: what a few loops' noise makes of it by chance."""
 
-STRUCTURED_ERROR, STRUCTURED_SHARE = 0.05, 0.4
-"""Error in parts of the force range, and share of it that one quantity explains, above which an effect is missing."""
+LARGEST_MISFIT = 1.0 / 3.0
+"""Misfit, root mean square of what comes again in every cycle, in parts of half a loop's height, above which the law has another shape than
+the loop: it leaves more than a ninth of the variance that the hysteresis makes. An ellipse laid over a rectangle leaves 0.47."""
 
-LARGEST_ERROR = 0.10
-"""RMS error in parts of the force range above which the law has another shape than the loop: a sine laid over a rectangle has a quarter."""
+STRUCTURED_MISFIT, STRUCTURED_SHARE = 0.1, 0.4
+"""Misfit in the same parts, and share of the residual that one quantity explains, above which an effect is missing: a hundredth of the
+variance, and most of it by one cause."""
+
+SLIGHT_MISFIT = 0.01
+"""Misfit below which a law is called right as far as it goes: load cells and gauges are linear to a hundredth of a loop's half height."""
+
+SURE_MISFIT = 4.0
+"""Standard deviations of noise from which on a misfit is one: by chance once in 30 000 fits, and in 1000 for its longer tail."""
+
+SURE_EFFECT = 0.01
+"""How often an effect may be named that is not there, all that are tried taken together."""
+
+DISAGREE = 1e-3
+"""How often loops that agree may be said to differ in a quantity; three are tested, with a covariance that is itself an estimate."""
+
+MOVES = 1.0
+"""Standard errors by which an effect that is there may move a number without that being said: its interval holds as well then."""
 
 NO_AREA = 10.0, 0.005
 """A loop encloses nothing where its height, area over stroke, is below ten sigma / sqrt(n) (four standard errors of 2.2 sigma / sqrt(n)

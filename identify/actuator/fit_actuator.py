@@ -3,26 +3,38 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Literal
 
+import numpy as np
+
+from identify.actuator.homogeneity import Disagreement, disagreements
+from identify.actuator.levels import Levels, drift_significance, levels_of, zeros_apart
 from identify.actuator.loops_alone import problem_of_loops, solve_loops
+from identify.actuator.misfit import Misfit, misfit_of
 from identify.actuator.rate_order import polynomials_of
-from identify.actuator.verdict import Verdict, verdict_of
-from identify.campaign.load_cell_zeros import zeros_differ
+from identify.actuator.rounding import covariance_of_rounding
+from identify.actuator.suggestions import CHANNEL_EFFECTS, faults_of_drifts, faults_of_trials, moved_beyond, sentence_of
+from identify.actuator.trials import OutOfStep, Trial, tried
+from identify.actuator.verdict import Evidence, Verdict, verdict_of
 from identify.campaign.prepared import beta_bounds
+from identify.criteria import STRUCTURED_SHARE, ZEROS_DIFFER
 from identify.estimation.estimate import Estimate
 from identify.estimation.estimates import centre_of, estimates_of, reported
 from identify.estimation.least_squares import Fit
 from identify.estimation.parameters import BETA_NAME, Change
+from identify.estimation.problem import Problem
 from identify.estimation.profile_likelihood import ProfileCurve, profile_curve
 from identify.estimation.rate import Abscissa
 from identify.loops.covariates import shares
+from identify.loops.faults import Fault
 from identify.loops.loop_data import LoopData, effective_number
 from identify.loops.paper_recipe import Recipe, paper_recipe
 from identify.loops.residual_dependence import Dependence, depends_on
+from identify.loops.sign import units_apart
 from measure.common.arrays import Array
+from simulate.effects import SensorLag
 from simulate.model.effect import Effect
 
 if TYPE_CHECKING:
@@ -40,7 +52,8 @@ class ActuatorFit:
     estimates : by name, the lines in the middle of the rates where they follow one.
     residuals : measured minus modelled of each loop's samples that count, N.
     effective_samples : independent samples that each loop's residual is worth. covariate_shares : of the residual, that each further
-    column would explain. left : what the residual still follows.
+    column would explain. left : what the residual still follows. misfit : what comes again in every cycle. faults : of the channels.
+    trials : effects that are surely there and not in the fit. disagree : quantities in which the loops differ.
     """
 
     fit: Fit
@@ -52,6 +65,10 @@ class ActuatorFit:
     left: Dependence
     recipe: Recipe | None
     verdict: Verdict
+    misfit: Misfit
+    faults: tuple[Fault, ...] = ()
+    trials: tuple[Trial, ...] = ()
+    disagree: tuple[Disagreement, ...] = ()
 
     def __repr__(self) -> str:
         known = ", ".join(f"{name} {self.estimates[name].value:.4g} +- {self.estimates[name].stderr:.2g}" for name in ("b_l_N", BETA_NAME))
@@ -95,8 +112,16 @@ class ActuatorFit:
     @property
     def tares_N(self) -> tuple[float, ...]:
         """What was taken off the force of each loop because its level differed; zeros where nothing was."""
-        zeros = self.fit.problem.zeros_at(self.fit.q)[0]
+        measured = [data.force_N.mean() - run.data.force_N.mean() for data, run in zip(self.loops, self.fit.problem.loops, strict=True)]
+        if not self.fit.problem.own_zeros or not self._zeros_differ:
+            return (0.0,) * len(self.loops)
+        zeros = self.fit.problem.zeros_at(self.fit.q)[0] + np.array(measured)
         return tuple(float(x) for x in zeros - zeros.mean())
+
+    @cached_property
+    def _zeros_differ(self) -> bool:
+        taken = [data.force_N.mean() - run.data.force_N.mean() for data, run in zip(self.loops, self.fit.problem.loops, strict=True)]
+        return zeros_apart(self.fit, np.array(taken))
 
     def polynomials(self) -> dict[str, tuple[float, ...]]:
         """Coefficients of a_l, b_l, a_u, b_u in the rate itself, lowest power first."""
@@ -141,6 +166,7 @@ def fit_actuator(
     covariate: str = "",
     robust: bool = False,
     changes: Sequence[Change] = (),
+    suggest: bool = True,
 ) -> ActuatorFit:
     """Fit the law, and effects jointly with it, to every sample of every loop.
 
@@ -153,31 +179,93 @@ def fit_actuator(
     kinds : effects of the catalogue, or like them, that act on a leg or on the load cell.
     abscissa, order : what the asymptotes follow, and by polynomials of which order.
     tare : "common", one zero of the load cell for all loops; "each", one of its own for each loop, from where it may drift;
-        "auto", each if the zeros differ by more than their noise and nothing else may explain it.
+        "auto", one of its own where nothing else may explain it, and a drift where it is surely there.
     covariate : name of a column of all loops to which a part of the force is proportional, fitted jointly.
     robust : samples far off the model count less (soft l1 loss), against spikes.
     changes : parameters that are held, bounded, or begin elsewhere.
+    suggest : try every effect of the catalogue on what is left, not only those of the channels.
 
     Raises
     ------
     InputError
         No loop turns; an effect that loops cannot show; too few frequencies for the polynomials.
     """
-    own_zeros = tare == "each" and len(loops) > 1
-    problem = problem_of_loops(loops, kinds, abscissa, order, covariate, own_zeros=own_zeros, changes=changes)
-    fit = solve_loops(problem, robust=robust)
-    if tare == "auto" and abscissa == "none" and not covariate and zeros_differ(fit):
-        fit = solve_loops(problem_of_loops(loops, kinds, own_zeros=True, changes=changes), robust=robust)
-    return _judged(fit, tuple(loops))
+    levels = levels_of(loops, kinds, own=own_zeros(loops, tare, follows=abscissa != "none" or bool(covariate)))
+    fit = _solved(loops, kinds, levels, tare, changes, Options(abscissa, order, covariate, robust))
+    return judged(fit, tuple(loops), suggest=suggest)
 
 
-def _judged(fit: Fit, loops: tuple[LoopData, ...]) -> ActuatorFit:
-    problem, estimates = fit.problem, estimates_of(fit)
-    sigmas = [loop.data.force_sigma_N for loop in problem.loops]
-    residuals = tuple(fit.difference(block) * sigma for block, sigma in zip(problem.blocks, sigmas, strict=True))
-    tables = [fit.jacobian[block.rows] * sigma for block, sigma in zip(problem.blocks, sigmas, strict=True)]
-    left = depends_on(loops, residuals)
-    lines = [problem.lines_at(fit.q, problem.rate.z_of(data)) for data in loops]
+@dataclass(frozen=True)
+class Options:
+    """What the asymptotes follow, and how residuals count."""
+
+    abscissa: Abscissa = "none"
+    order: int = 0
+    covariate: str = ""
+    robust: bool = False
+
+
+def own_zeros(loops: Sequence[LoopData], tare: Tare, *, follows: bool) -> bool:
+    """Whether each loop has a zero of its own; where something else may explain its level, only if that is asked for."""
+    return len(loops) > 1 and (tare == "each" or (tare == "auto" and not follows))
+
+
+def _solved(
+    loops: Sequence[LoopData], kinds: tuple[type[Effect], ...], levels: Levels, tare: Tare, changes: Sequence[Change], options: Options
+) -> Fit:
+    """The least squares about a force of zero, drifts free where they are asked for or surely there; levels put back."""
+    own = bool(np.ptp(levels.of_loops_N)) or (tare == "each" and len(loops) > 1)
+    counted, centred = levels.changes_without(changes), levels.without(loops)
+
+    def problem(*, drifting: bool) -> Problem:
+        return problem_of_loops(
+            centred,
+            kinds,
+            options.abscissa,
+            options.order,
+            options.covariate,
+            own_zeros=own,
+            drifting=drifting,
+            changes=counted,
+        )
+
+    fit = solve_loops(problem(drifting=tare == "each"), robust=options.robust)
+    if own and tare == "auto":
+        drifted = solve_loops(problem(drifting=True), fit.q, robust=options.robust)
+        fit = drifted if drift_significance(drifted) > ZEROS_DIFFER else fit
+    return levels.put_back(fit, levels.changes_without(fit.problem.changes, 1.0))
+
+
+def judged(fit: Fit, loops: tuple[LoopData, ...], *, suggest: bool = True) -> ActuatorFit:
+    """A fit with everything that is said of it: what is left, which effects would explain it, and how far its numbers can be trusted."""
+    trials = tried(fit, None if suggest else CHANNEL_EFFECTS)
+    better = trials[0] if trials else None
+    disagree = _disagreements(fit, better)
+    better = None if disagree else better
+    moves = better is not None and moved_beyond(fit, better)
+    fit = replace(fit, widened=_widened(fit, better, moves=moves))
+    sigmas = [loop.data.force_sigma_N for loop in fit.problem.loops]
+    residuals = tuple(fit.difference(block) * sigma for block, sigma in zip(fit.problem.blocks, sigmas, strict=True))
+    whitened = [fit.part(block) * sigma for block, sigma in zip(fit.problem.blocks, sigmas, strict=True)]
+    tables = [fit.jacobian[block.rows] * sigma for block, sigma in zip(fit.problem.blocks, sigmas, strict=True)]
+    left, estimates, misfit = depends_on(loops, residuals), estimates_of(fit), misfit_of(loops, whitened)
+    said = [*faults_of_trials(loops, () if disagree else trials), *faults_of_drifts(fit, loops)]
+    faults = (*(fault for data in loops for fault in data.faults), *units_apart(loops), *said)
+    seen = Evidence(
+        lines=[fit.problem.lines_at(fit.q, fit.problem.rate.z_of(data)) for data in loops],
+        estimates=estimates,
+        loops=loops,
+        residuals=residuals,
+        left=left,
+        misfit=misfit,
+        faults=faults,
+        converged=fit.converged,
+        at_bounds=fit.at_bounds(),
+        disagree=disagree,
+        better="" if disagree else sentence_of(fit, trials, loops),
+        moves=moves,
+        robust=fit.robust,
+    )
     return ActuatorFit(
         fit=fit,
         loops=loops,
@@ -186,6 +274,44 @@ def _judged(fit: Fit, loops: tuple[LoopData, ...]) -> ActuatorFit:
         effective_samples=tuple(effective_number(r) for r in residuals),
         covariate_shares=shares(loops, residuals, tables),
         left=left,
-        recipe=paper_recipe(loops, beta_bounds(loops)),
-        verdict=verdict_of(lines, estimates, loops, residuals, left, fit.converged, fit.at_bounds()),
+        recipe=_recipe(fit, loops),
+        verdict=verdict_of(seen),
+        misfit=misfit,
+        faults=faults,
+        trials=trials,
+        disagree=disagree,
     )
+
+
+def _widened(fit: Fit, better: Trial | None, *, moves: bool) -> Array:
+    """Further covariance, (k, k): of rounding; of an effect that is there and not in the fit, or else of channels out of step unseen."""
+    whole = covariance_of_rounding(fit)
+    if better is not None:
+        return whole + np.outer(better.moved, better.moved) if moves else whole
+    lag_known = any(effect.name == SensorLag.name for effect in fit.problem.effects)
+    return whole if lag_known else whole + OutOfStep(fit, SensorLag).widened
+
+
+def _disagreements(fit: Fit, better: Trial | None) -> tuple[Disagreement, ...]:
+    """Quantities in which the loops differ with and without the effect that explains most, where they are most of what is left.
+
+    None where the effect explains more than they do, or where something else is left in the main.
+    """
+    found, excess = disagreements(fit), fit.cost - fit.problem.measured
+    found = found if found and max(one.fall for one in found) > STRUCTURED_SHARE * excess else ()
+    if not found or better is None:
+        return found
+    if max(one.fall for one in found) < better.fall * fit.cost:
+        return ()
+    still = {one.what for one in disagreements(better.fit)}
+    return tuple(one for one in found if one.what in still)
+
+
+def _recipe(fit: Fit, loops: Sequence[LoopData]) -> Recipe | None:
+    """The paper's recipe on loops of one level; put back to where the fit has it."""
+    own = [replace(data, force_N=run.data.force_N - zero) for data, run, zero in zip(loops, fit.problem.loops, _zeros(fit), strict=True)]
+    return paper_recipe(own, beta_bounds(loops))
+
+
+def _zeros(fit: Fit) -> Array:
+    return fit.problem.zeros_at(fit.q)[0]

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Sequence
+from itertools import product
 from pathlib import Path
 
 import numpy as np
 
+from identify.actuator.effect_starts import amplitudes_of, starts_with_effects
 from identify.actuator.rates_and_strokes import polynomials_for
 from identify.campaign.prepared import LoopRun, beta_bounds, loop_run
 from identify.campaign.run import Run
@@ -23,6 +25,9 @@ from simulate.model.effect import Effect
 from simulate.model.model import Actuator, Model
 
 _BETAS = 12  # from which the best is taken to begin with
+HELD_IN_LOOPS = Change("force-offset.force_N", 0.0, held=True), Change("sensor-filter.time_s[1]", 0.0, held=True)
+"""What no loop tells: an offset of the load cell beside a level of the law, and the camera's time constant."""
+_FOREMOST = 2  # of the sizes and shapes of effects, that are fitted to the end
 
 
 def problem_of_loops(
@@ -33,9 +38,12 @@ def problem_of_loops(
     covariate: str = "",
     *,
     own_zeros: bool = False,
+    drifting: bool = True,
     changes: Sequence[Change] = (),
 ) -> Problem:
     """The problem of loops, with these effects unknown beside the law.
+
+    own_zeros : whether each loop has a zero of the load cell of its own. drifting : whether such a zero may drift.
 
     Raises
     ------
@@ -58,9 +66,19 @@ def problem_of_loops(
         effects=tuple(kind() for kind in kinds),
         covariate=covariate,
         own_zeros=own_zeros,
+        zeros_at_will=True,
         rate=polynomials_for(loops, abscissa, order),
-        changes=tuple(changes),
+        changes=(
+            *_held(changes),
+            *([] if drifting else [Change(f"{run.label}.drift_N_per_s", 0.0, held=True) for run in (r.run for r in runs)]),
+        ),
     )
+
+
+def _held(changes: Sequence[Change]) -> tuple[Change, ...]:
+    """What a user wants, and what no loop tells held at zero, unless he wants it otherwise."""
+    told = {change.name for change in changes}
+    return (*changes, *(change for change in HELD_IN_LOOPS if change.name not in told))
 
 
 def require_turns(loops: Sequence[LoopData]) -> None:
@@ -102,12 +120,64 @@ def _guess(loops: Sequence[LoopData]) -> Model:
 def solve_loops(problem: Problem, start: Array | None = None, *, robust: bool = False) -> Fit:
     """Fit loops from wherever the law fits them best: for each of a dozen betas the lines are a linear problem.
 
+    With effects the fit begins at the solution without them, so that it is never worse than that.
+
     Parameters
     ----------
     start : where to begin; searched where not given.
     robust : samples far off the model count less (soft l1 loss), against spikes.
     """
-    return solve(problem, searched(problem) if start is None else start, robust=robust)
+    if start is not None or not problem.effects:
+        return solve(problem, searched(problem) if start is None else start, robust=robust)
+    return with_effects(problem, solve_loops(problem.with_effects(()), robust=robust), robust=robust)
+
+
+def with_effects(problem: Problem, base: Fit, *, robust: bool = False) -> Fit:
+    """The best fit with effects, begun at the solution without them and from several sizes of each.
+
+    Parameters
+    ----------
+    base : the fit of the same problem without effects.
+    """
+    off = next(starts_with_effects(problem, base.q))
+    lowered = [(own, *_lowered(own, q)) for own in variants(problem) for q in list(starts_with_effects(own, base.q))[1:]]
+    foremost = sorted(lowered, key=lambda found: found[2])[:_FOREMOST]
+    begun = [(problem, searched(problem)), (problem, off), *((own, q) for own, q, _ in foremost)]
+    found = min((solve(own, q, robust=robust) for own, q in begun), key=_cost)
+    return found if _cost(found) <= _cost(base) else _switched_off(problem, off, base, robust=robust)
+
+
+def variants(problem: Problem, first: int = 0) -> list[Problem]:
+    """The problem with each of the effects, from `first` on, in each of its shapes that has bounds of its own."""
+    choices = [[effect] if k < first else _of_own_bounds(effect) for k, effect in enumerate(problem.effects)]
+    return [problem.with_effects(effects) for effects in product(*choices)]
+
+
+def _of_own_bounds(effect: Effect) -> list[Effect]:
+    """An effect that is off, at one shape for each set of bounds within which a search of it stays."""
+    amplitudes, _ = amplitudes_of(type(effect))
+    found: dict[tuple, Effect] = {}
+    for shape in (effect, *effect.starts()):
+        off = shape.with_flat(np.where(amplitudes, effect.flat(), shape.flat()))
+        if any(amplitudes):
+            found.setdefault(tuple(off.own_bounds().values()), off)
+    return list(found.values()) or [effect]
+
+
+def _cost(fit: Fit) -> float:
+    """Sum of squares, a fit that ran away counted as infinite."""
+    return fit.cost if np.isfinite(fit.cost) else np.inf
+
+
+def _lowered(problem: Problem, start: Array) -> tuple[Array, float]:
+    """A start with the lines that fit it best, and the sum of squares that is left."""
+    return _linear(problem.with_exact_motion(), start)
+
+
+def _switched_off(problem: Problem, q: Array, base: Fit, *, robust: bool) -> Fit:
+    """The solution without the effects as one with them, where they mend nothing."""
+    gaps, jacobian = problem.jacobian(q)
+    return Fit(problem, q, gaps, jacobian, base.converged, None, robust, base.evaluations)
 
 
 def searched(problem: Problem) -> Array:
@@ -117,17 +187,17 @@ def searched(problem: Problem) -> Array:
     low, high = problem.bounds
     fixed = BETA_NAME in told or problem.held[index]
     trials = [problem.start[index]] if fixed else np.linspace(low[index], high[index], _BETAS + 2)[1:-1]
-    found, _ = min((_linear(exact, float(place)) for place in trials), key=lambda trial: trial[1])
+    begun = [np.where(np.arange(len(problem.parameters)) == index, place, problem.start) for place in trials]
+    found, _ = min((_linear(exact, q) for q in begun), key=lambda trial: trial[1])
     sizes = np.where([parameter.name in told for parameter in problem.parameters], problem.start, 1.0)
     found[problem.first_effect :] = sizes[problem.first_effect :]
     given = np.array([parameter.name in told for parameter in problem.parameters]) | problem.held
     return np.where(given, problem.start, np.clip(found, low, high))
 
 
-def _linear(problem: Problem, beta: float) -> tuple[Array, float]:
-    """The lines, covariate and zeros that fit best at a given beta, no effects, and the sum of squares that they leave."""
-    q = problem.start.copy()
-    q[problem.index_of(BETA_NAME)] = beta
+def _linear(problem: Problem, begun: Array) -> tuple[Array, float]:
+    """The lines, covariate and zeros that fit best with everything else as it is, and the sum of squares that they leave."""
+    q = begun.copy()
     columns = [*range(4), *range(len(BASE), problem.first_rate), *range(problem.first_zero, problem.first_effect)]
     gaps, slopes = problem.jacobian(q, columns)
     size = np.sqrt(np.sum(slopes**2, axis=0)) + 1e-300

@@ -9,7 +9,8 @@ from typing import Literal
 import numpy as np
 
 from identify.actuator.rates_and_strokes import strokes
-from identify.criteria import OTHER_RATE, STIFFNESS_CHANGE
+from identify.criteria import INERTIA_APART, OTHER_RATE, STIFFNESS_CHANGE
+from identify.estimation.estimates import acceleration_apart
 from identify.loops.loop_data import LoopData
 from measure.common.arrays import Array
 from simulate.dispatch.formula_table import flat_parameters, formula_table
@@ -76,6 +77,30 @@ def friction_of(loops: Sequence[LoopData], effects: tuple[Effect, ...] = ()) -> 
     if abs(change) + doubt < 100.0 * STIFFNESS_CHANGE:
         return Friction("dry", f"dry: {said}")
     return Friction("cannot tell", f"cannot tell dry from viscous: {said}")
+
+
+def friction_without_inertia(loops: Sequence[LoopData], effects: tuple[Effect, ...], missing: str) -> Friction:
+    """The same, but no word where an inertia is missing from the fit: it turns loops with the frequency, and changes their stiffness."""
+    if not missing:
+        return friction_of(loops, effects)
+    return Friction("cannot tell", f"cannot tell dry from viscous while an inertia is missing: fit --effect {missing} first")
+
+
+def slopes_and_inertia(loops: Sequence[LoopData], effects: Sequence[Effect], slope_stderr_N_per_m: float) -> str:
+    """What loops of one frequency cannot tell: a slope from an inertia. Nothing where they can, or where the inertia is fitted.
+
+    In a sine the acceleration is -omega^2 times the elongation, so that a mass m adds m omega^2 to both slopes.
+    """
+    known = [data for data in loops if data.cycles.spans]
+    if not known or any(effect.leg_mass is not None for effect in effects) or acceleration_apart(loops) > INERTIA_APART:
+        return ""
+    turns = (2.0 * np.pi * float(np.median([data.frequency_Hz for data in known]))) ** 2
+    return (
+        "all loops have one frequency, at which slope and inertia look alike: "
+        f"each kg of moving mass adds {turns:.3g} N/m to a_l and a_u, "
+        f"so that their errors hold for a mass far below {slope_stderr_N_per_m / turns:.2g} kg only. "
+        "Record a second frequency at this stroke"
+    )
 
 
 def _relative(loops: Sequence[LoopData], effects: tuple[Effect, ...]) -> tuple[Array, Array]:

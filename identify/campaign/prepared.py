@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from identify.campaign.noise import channel_noise, lacking_in_force
 from identify.campaign.plausible import require_plausible, seen_channels
 from identify.campaign.run import Run
-from identify.criteria import CAMERA_DISTANCE_M, FARTHEST_OFF_ZERO
+from identify.criteria import ANYWHERE, CAMERA_DISTANCE_M, FARTHEST_OFF_ZERO
 from identify.estimation.parameters import POSE, Parameter
 from identify.loops.loop_data import LoopData, prepare
 from measure.common.arrays import Array
@@ -137,12 +137,17 @@ def release_parameters(film: Film) -> list[Parameter]:
     return [Parameter(f"{film.run.label}.{name}", sd, 1.0, -np.inf, np.inf, film.run.name) for name, sd in rows if sd > 0]
 
 
-def zero_parameters(loops: Sequence[LoopRun]) -> list[Parameter]:
-    """What a load cell that was set to zero anew may be off by in each loop; behind that, by how much it may drift over the record."""
-    off = [FARTHEST_OFF_ZERO * float(np.max(np.abs(loop.data.force_N[loop.data.used]))) for loop in loops]
+def zero_parameters(loops: Sequence[LoopRun], *, at_will: bool = False) -> list[Parameter]:
+    """What a load cell that was set to zero anew may be off by in each loop; behind that, by how much it may drift over the record.
+
+    at_will : zeros may be anywhere, for no level of force is known beforehand; scales then follow the loop and not its level.
+    """
+    forces = [loop.data.force_N[loop.data.used] for loop in loops]
+    off = [float(np.ptp(force)) / 2.0 if at_will else FARTHEST_OFF_ZERO * float(np.max(np.abs(force))) for force in forces]
     drifts = [sd / float(np.ptp(loop.data.time_s)) for loop, sd in zip(loops, off, strict=True)]
-    rows = [(loop, key, sd) for key, sds in (("zero_N", off), ("drift_N_per_s", drifts)) for loop, sd in zip(loops, sds, strict=True)]
-    return [Parameter(f"{loop.run.label}.{key}", sd, 1.0, -np.inf, np.inf, loop.run.name) for loop, key, sd in rows]
+    kinds = ("zero_N", off, ANYWHERE if at_will else 1.0), ("drift_N_per_s", drifts, 1.0)
+    rows = [(loop, key, sd, spread) for key, sds, spread in kinds for loop, sd in zip(loops, sds, strict=True)]
+    return [Parameter(f"{loop.run.label}.{key}", sd, spread, -np.inf, np.inf, loop.run.name) for loop, key, sd, spread in rows]
 
 
 def beta_bounds(loops: Sequence[LoopData]) -> tuple[float, float]:

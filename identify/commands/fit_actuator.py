@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from argparse import Namespace
+import shlex
+from argparse import BooleanOptionalAction, Namespace
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -47,6 +48,9 @@ def _parser() -> Any:
     fit.add_argument("--tare", choices=("auto", "common", "each"), default="auto", help="one force level for all loops or one each")
     fit.add_argument("--covariate", default="", metavar="COLUMN", help="a further column to which part of the force is proportional")
     fit.add_argument("--robust", action="store_true", help="samples far off the model count less")
+    fit.add_argument(
+        "--suggest", action=BooleanOptionalAction, default=True, help="try the effects of the catalogue on what is left (on by default)"
+    )
     fit.add_argument("--profile", action="store_true", help="fit all the rest for betas around the best one")
     fit.add_argument(
         "--bootstrap", type=whole(0, 100_000), default=0, metavar="N", help="intervals from N fits to cycles drawn with replacement"
@@ -67,7 +71,7 @@ def _work(arguments: Sequence[str]) -> int:
     given = _parser().parse_args(arguments)
     _check_before(given)
     with _gate(given).held():
-        status, lines = _done(given)
+        status, lines = _done(given, arguments)
     if not given.quiet and lines:
         say("", *lines, _next(given))
     return status
@@ -91,7 +95,7 @@ def _gate(given: Namespace) -> Outputs:
     return Outputs({} if given.preview else files, {}, read)
 
 
-def _done(given: Namespace) -> tuple[int, list[str]]:
+def _done(given: Namespace, arguments: Sequence[str]) -> tuple[int, list[str]]:
     """Fit, and write all that was asked for; status, and the lines for people."""
     from identify.report.loop_result import summary
 
@@ -104,10 +108,17 @@ def _done(given: Namespace) -> tuple[int, list[str]]:
     data, turned = _oriented(given, loops)
     fit, result = _fitted(given, data, [*notes, *([f"{turned.sentence} (--as-given forbids it)"] if turned.quantity else [])])
     result["notes"] += _contradictions(understood, data)
+    for one in result["suggestions"]:
+        one["command"] = _command_with(arguments, one["name"])
     profile = _resampled(given, fit, data, result)
     with _gate(given).together():
         _write(given, _saved(given, mapping, turned, understood), fit, data, result, profile)
-    return (DONE if result["verdict"] == "ok" else VERDICT_BAD), summary(result)
+    return (DONE if result["verdict"] in ("ok", "approximate") else VERDICT_BAD), summary(result)
+
+
+def _command_with(arguments: Sequence[str], effect: str) -> str:
+    """The command as it was typed, with an effect more."""
+    return shlex.join([NAME, *arguments, "--effect", effect])
 
 
 def _check_before(given: Namespace) -> None:
@@ -182,7 +193,7 @@ def _fitted(given: Namespace, data: Sequence[LoopData], notes: list[str]) -> tup
     abscissa: Any = {"none": "none", "frequency": "frequency_Hz", "speed": "speed_m_per_s"}[given.rate]
     changes = _changes(given, data, kinds, catalogue)
     order, chosen = _order(given, data, kinds, abscissa, changes)
-    fit = fit_actuator(data, kinds, abscissa, order, given.tare, given.covariate, given.robust, changes)
+    fit = fit_actuator(data, kinds, abscissa, order, given.tare, given.covariate, given.robust, changes, given.suggest)
     said = ["the force at a deployment's start is seen in no steady loop; initial_force_N was set to b_l_N"]
     if any(fit.tares_N):
         said = [*said, f"the force level differs from loop to loop by up to {_spread(fit.tares_N):.3g} N; each loop was given its own"]

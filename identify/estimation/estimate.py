@@ -5,7 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Literal
 
-Word = Literal["ok", "at-bound", "not-identifiable", "did-not-converge", "data-bad", "model-does-not-apply"]
+Word = Literal[
+    "ok", "approximate", "at-bound", "not-identifiable", "loops-disagree", "did-not-converge", "data-bad", "model-does-not-apply"
+]
 
 
 @dataclass(frozen=True)

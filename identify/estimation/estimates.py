@@ -109,7 +109,7 @@ class _Knowledge:
 
     @cached_property
     def _shares_away(self) -> Array:
-        return own_shares(self.centred[_away_from_turns(self.fit)])
+        return own_shares(self.centred[away_from_turns(self.fit)])
 
     @property
     def _data(self) -> list[LoopData]:
@@ -176,7 +176,7 @@ def acceleration_apart(loops: Sequence[LoopData]) -> float:
     return float(np.sqrt(max(1.0 - float(u @ a) ** 2 / power, 0.0))) if power > 0.0 else 0.0
 
 
-def _away_from_turns(fit: Fit) -> NDArray[np.bool_]:
+def away_from_turns(fit: Fit) -> NDArray[np.bool_]:
     """The rows (m,) without the samples beside a reversal, where a motion that turns sharply is not known; half of a stroke stays.
 
     A viscous friction in triangles of one speed, for one, differs from a greater height of the loop in these samples alone.

@@ -24,8 +24,8 @@ _AT_BOUND, _OFF_BOUND = 1e-6, 1e-3  # in scales: nearer than this a parameter is
 _EARLY_SPREAD = 30.0  # typical sizes
 _FIRST_LEG, _NEXT_LEG, _LAST_LEG = 12, 6, 60
 _NOTHING, _UNDONE = 1e-3, 1e-6  # of the noise, by a typical size of a parameter; of what the parameter does
-AT_BOUND = 1e-6  # of the width between bounds, in scales where one is infinite
-_OF_LOOPS, _POLISHING, _POLISHED = 200, 8, 1e-9  # evaluations; further steps, and how long the last is, in units of the noise
+AT_BOUND, WIDE = 1e-6, 100.0  # of the width between bounds, in scales where one is farther off than the second
+_OF_LOOPS, _POLISHING, _POLISHED = 200, 12, 1e-11  # evaluations; further steps, and how long the last is, in units of the noise
 _OUTLIER = 2.0  # robust standard deviations from which on a gap counts less, where asked for
 _CLOSE = 1.5  # times the noise: worth being taken to the very end
 
@@ -35,7 +35,7 @@ class Fit:
     """A problem with its parameters at the least squares: gaps (m,) in units of the noise, their Jacobian (m, k).
 
     converged : whether the solver stopped because nothing improved any more. moved : the parameters of the Jacobian's columns where
-    these are not all. robust : whether gaps far off counted less.
+    these are not all. robust : whether gaps far off counted less. widened : further covariance (k, k), of errors that no gap shows.
     """
 
     problem: Problem
@@ -46,6 +46,7 @@ class Fit:
     moved: tuple[int, ...] | None = None
     robust: bool = False
     evaluations: int = 0
+    widened: Array | None = None
 
     @property
     def cost(self) -> float:
@@ -107,7 +108,8 @@ class Fit:
     def covariance(self) -> Array:
         """Covariance of the parameters, (k, k), in scales: the sandwich, and what an error of the turning points adds."""
         gaps = clipped(self.gaps, self._rows) if self.robust else self.gaps
-        return sandwich(self.jacobian, gaps, self._rows, self.clear_of_bounds) + np.outer(self.of_turns, self.of_turns)
+        known = sandwich(self.jacobian, gaps, self._rows, self.clear_of_bounds) + np.outer(self.of_turns, self.of_turns)
+        return known if self.widened is None else known + self.widened
 
     @cached_property
     def of_turns(self) -> Array:
@@ -121,7 +123,7 @@ class Fit:
     def clear_of_bounds(self) -> NDArray[np.bool_]:
         """Which of the columns' parameters stand clear of their bounds, and are not held."""
         low, high = (bound[self.columns] for bound in self.problem.bounds)
-        width = np.where(np.isfinite(high - low), high - low, 1.0)
+        width = np.minimum(np.where(np.isfinite(high - low), high - low, 1.0), WIDE)
         q = self.q[self.columns]
         return (q - low > AT_BOUND * width) & (high - q > AT_BOUND * width) & ~self.problem.held[self.columns]
 

@@ -39,7 +39,7 @@ class Unknowns:
     """Measurements, base model and the effects whose parameters are unknown.
 
     covariate : a further column of the loops to which a part of their force is proportional, none unless given.
-    own_zeros : whether the load cell was set to zero for each loop anew, from where it may drift.
+    own_zeros : whether the load cell was set to zero for each loop anew, from where it may drift. zeros_at_will : to any level.
     rate : what the four lines of the loops follow, nothing unless given. changes : which parameters are held, bounded, or begin elsewhere.
     until_s : films are cut there. effect_spread : prior of an effect's parameter around the model's value, in typical sizes;
     none unless given.
@@ -51,6 +51,7 @@ class Unknowns:
     effects: tuple[Effect, ...] = ()
     covariate: str = ""
     own_zeros: bool = False
+    zeros_at_will: bool = False
     until_s: float = np.inf
     effect_spread: float = np.inf
     rate: RatePolynomials = NO_RATE
@@ -73,6 +74,8 @@ class Unknowns:
         columns = [loop.data.other[self.covariate] for loop in self.loops if self.covariate in loop.data.other]
         spread = float(np.std(np.concatenate(columns))) if columns else 0.0
         force = abs(lines_of(self.model)[1]) or 1.0
+        if self.zeros_at_will:  # the level says nothing
+            force = max(float(np.ptp(loop.data.force_N[loop.data.used])) for loop in self.loops)
         return (Parameter(f"covariate.{self.covariate}", 0.05 * force / (spread or 1.0), np.inf, -np.inf, np.inf),)
 
     @cached_property
@@ -82,7 +85,7 @@ class Unknowns:
 
     @cached_property
     def _zero_parameters(self) -> tuple[Parameter, ...]:
-        return tuple(zero_parameters(self.loops)) if self.own_zeros else ()
+        return tuple(zero_parameters(self.loops, at_will=self.zeros_at_will)) if self.own_zeros else ()
 
     @property
     def first_rate(self) -> int:
@@ -170,6 +173,8 @@ class Unknowns:
 
     def zeros_at(self, q: Array) -> tuple[Array, Array]:
         """What the load cell showed without force in the middle of each loop, N, and by how much that drifted, N/s; (loops,) each.
+
+        Of zeros at any level: at the begin of each loop, for a cell is set to zero before it drifts.
 
         Several loops alone cannot tell a common zero from the law's level: their zeros count from their mean.
         """

@@ -163,7 +163,8 @@ class Problem(Unknowns):
     def _zero_of(self, q: Array, index: int) -> Array:
         """What the load cell shows of a loop without the actuator's force, N, (n,): its own zero, and the covariate's share."""
         data, (zeros_N, drifts_N_per_s) = self.loops[index].data, self.zeros_at(q)
-        shown = zeros_N[index] + drifts_N_per_s[index] * (data.time_s - data.time_s.mean())
+        since = data.time_s[0] if self.zeros_at_will else data.time_s.mean()
+        shown = zeros_N[index] + drifts_N_per_s[index] * (data.time_s - since)
         return shown + self.covariate_force(q, index) if self.covariate else shown
 
     def covariate_force(self, q: Array, index: int) -> Array:

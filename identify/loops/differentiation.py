@@ -153,8 +153,11 @@ def quantum_of(values: Array) -> float:
 
 
 def dead_band(motion_found: Motion, quantum_m: float) -> float:
-    """How far the elongation must come back before it counts as a reversal: noise, quantum and a hundredth of the range."""
-    return max(5.0 * motion_found.noise_m, 2.0 * quantum_m, 1e-2 * float(np.ptp(motion_found.elongation_m)))
+    """How far the elongation must come back before it counts as a reversal: noise, quantum and a thousandth of the range.
+
+    A growing protocol begins with strokes of a two-hundredth of its last one; gauges are linear to a thousandth.
+    """
+    return max(5.0 * motion_found.noise_m, 2.0 * quantum_m, 1e-3 * float(np.ptp(motion_found.elongation_m)))
 
 
 def reversals(elongation_m: Array, band_m: float) -> tuple[int, ...]:

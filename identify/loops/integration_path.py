@@ -81,6 +81,7 @@ def _vertex(columns: Array, k: int) -> tuple[float, float, float, float] | None:
 
 
 def turns_of(u: Array) -> NDArray[np.intp]:
-    """Indices at which a path turns."""
-    direction = np.sign(np.diff(u))
-    return np.flatnonzero(direction[:-1] * direction[1:] < 0.0) + 1
+    """Indices at which a path turns; of a dwell, where the motion leaves it."""
+    moves = np.flatnonzero(np.diff(u))
+    direction = np.sign(np.diff(u)[moves])
+    return moves[1:][direction[:-1] * direction[1:] < 0.0]

@@ -9,15 +9,18 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from identify.loops.corners import sharpened
+from identify.loops.channel_faults import checked, dwell_fault
+from identify.loops.corners import Corner, sharpened
 from identify.loops.differentiation import (
     Cycles,
+    Motion,
     cycles,
     dead_band,
     motion,
-    noise_of,
     quantum_of,
 )
+from identify.loops.dwells import dwells_of, with_dwells
+from identify.loops.faults import Fault
 from identify.loops.integration_path import Path, path_of, turns_of, with_motion_error
 from identify.loops.segments import Part, parts, usage
 from measure.common.arrays import Array
@@ -35,13 +38,14 @@ _ANOTHER = 10.0  # records long, a gap between two recordings
 class LoopData:
     """One loop, its motion smoothed, its noise estimated, its cycles found.
 
-    time_s, elongation_m, speed_m_per_s, acceleration_m_per_s2, force_N : (n,) at the samples; the force as measured.
+    time_s, elongation_m, speed_m_per_s, acceleration_m_per_s2, force_N : (n,) at the samples; the force as measured, without hum.
     used : (n,) samples that count; idle seconds before and after the motion do not, nor do a few samples at the ends of
-    the record, where the acceleration is poorly known, nor strokes that may have turned in a gap of the record.
+    the record, where the acceleration is poorly known, nor strokes that may have turned in a gap of the record, nor forces cut off.
     parts : the whole record as stretches, with what of them counts and why. remarks : what was done to it on reading.
     force_sigma_N, elongation_sigma_m : one standard deviation of the sample noise, from the high frequencies.
     turns_sigma_m : how well the turning points are known, one standard deviation. motion_errors : (k, 3, n), see `Motion`.
     path, at : where the law is integrated, and the index of each sample in it. other : further columns, (n,), by name.
+    faults : what is wrong with the channels. force_step_N : step of the load cell's converter that its noise does not cover, else zero.
     """
 
     name: str
@@ -61,6 +65,8 @@ class LoopData:
     other: Mapping[str, Array] = field(default_factory=dict)
     parts: tuple[Part, ...] = ()
     remarks: tuple[str, ...] = ()
+    faults: tuple[Fault, ...] = ()
+    force_step_N: float = 0.0
 
     @property
     def frequency_Hz(self) -> float:
@@ -111,21 +117,25 @@ def prepare(loop: Loop) -> LoopData:
         The elongation or the force does not change, or there are too few samples.
     """
     _require_motion(loop)
+    channel = checked(loop)
     smooth = motion(loop.time_s, loop.elongation_m)
+    dwells = dwells_of(loop.elongation_m, smooth.noise_m) if not len(smooth.errors) else []
+    smooth, corners = with_dwells(loop.time_s, loop.elongation_m, smooth, dwells)
     band = dead_band(smooth, quantum_of(loop.elongation_m))
     found = cycles(loop.time_s, smooth.elongation_m, band)
-    smooth, corners = sharpened(loop.time_s, loop.elongation_m, smooth, found.reversals)
+    smooth, sharp = _sharpened(loop, smooth, found, dwells)
+    corners += sharp
     use = usage(loop.time_s, smooth, band, found)
-    path, at = path_of(loop.time_s, smooth, found.reversals, corners)
+    path, at = path_of(loop.time_s, smooth, found.reversals, sorted(corners, key=lambda corner: corner.time_s))
     return LoopData(
         name=loop.name,
         time_s=loop.time_s,
         elongation_m=smooth.elongation_m,
         speed_m_per_s=smooth.speed_m_per_s,
         acceleration_m_per_s2=smooth.acceleration_m_per_s2,
-        force_N=loop.force_N,
-        used=use.used,
-        force_sigma_N=noise_of(loop.time_s, loop.force_N),
+        force_N=channel.force_N,
+        used=use.used & channel.sound,
+        force_sigma_N=channel.noise_N,
         elongation_sigma_m=smooth.noise_m,
         turns_sigma_m=smooth.turns_m,
         cycles=replace(found, spans=use.whole(found.spans)),
@@ -135,7 +145,20 @@ def prepare(loop: Loop) -> LoopData:
         other=loop.other,
         parts=tuple(parts(loop.time_s, smooth.elongation_m, use, found.spans)),
         remarks=tuple(loop.remarks),
+        faults=(*channel.faults, *_dwell_faults(loop, dwells)),
+        force_step_N=channel.step_N,
     )
+
+
+def _sharpened(loop: Loop, smooth: Motion, found: Cycles, dwells: list[tuple[int, int]]) -> tuple[Motion, list[Corner]]:
+    """Sharp reversals made so, but for those in a dwell, whose corners are known."""
+    still = [turn for turn in found.reversals if any(a <= turn < b for a, b in dwells)]
+    return sharpened(loop.time_s, loop.elongation_m, smooth, tuple(turn for turn in found.reversals if turn not in still))
+
+
+def _dwell_faults(loop: Loop, dwells: list[tuple[int, int]]) -> list[Fault]:
+    lengths = [float(loop.time_s[b - 1] - loop.time_s[a]) for a, b in dwells]
+    return [dwell_fault(loop.name, float(np.median(lengths)), len(dwells))] if dwells else []
 
 
 def _require_motion(loop: Loop) -> None:
@@ -166,6 +189,33 @@ def with_turns_moved(data: LoopData, outward_m: float) -> LoopData:
     turns = turns_of(u)
     u[turns] += outward_m * np.sign(u[turns] - u[turns - 1])
     return replace(data, path=replace(data.path, elongation_m=u))
+
+
+def first_cycles(data: LoopData, samples: int) -> LoopData:
+    """The first full cycles of a loop, about so many samples; of a cycle that is longer, fewer of its samples count.
+
+    At least two cycles stay where there are two, so that what comes again in every cycle can be told from noise.
+    """
+    ends = [b for k, (_, b) in enumerate(data.cycles.spans) if k == 1 or b <= samples]
+    stop = max(ends, default=len(data.time_s))
+    used = data.used[:stop].copy()
+    used[np.flatnonzero(used)[np.arange(int(used.sum())) % max(int(used.sum()) // samples, 1) > 0]] = False
+    last = int(data.at[stop - 1]) + 1
+    path = Path(*(getattr(data.path, key)[:last] for key in ("time_s", "elongation_m", "speed_m_per_s", "acceleration_m_per_s2")))
+    arrays = {
+        key: getattr(data, key)[:stop] for key in ("time_s", "elongation_m", "speed_m_per_s", "acceleration_m_per_s2", "force_N", "at")
+    }
+    turns = tuple(turn for turn in data.cycles.reversals if turn < stop)
+    spans = tuple(span for span in data.cycles.spans if span[1] <= stop)
+    return replace(
+        data,
+        **arrays,
+        used=used,
+        path=path,
+        cycles=replace(data.cycles, reversals=turns, spans=spans),
+        motion_errors=data.motion_errors[:, :, :stop],
+        other={name: values[:stop] for name, values in data.other.items()},
+    )
 
 
 def predict(lines: Array, data: LoopData, start_force_N: float, effects: tuple[Effect, ...] = ()) -> Array:

@@ -94,6 +94,7 @@ def parts(time_s: Array, elongation_m: Array, use: Usage, all_spans: tuple[tuple
     n = len(time_s)
     first, last = (all_spans[0][0], all_spans[-1][1] - 1) if all_spans else (use.moves.stop,) * 2
     starts, stops = (use.moves.start if use.moves.start > ENDS else 0), (use.moves.stop if use.moves.stop < n - ENDS else n)
+    starts, stops = min(starts, first), max(stops, last)
     edges: list[tuple[Kind, int, int]] = [("idle", 0, starts), ("ramp", starts, first)]
     usual = float(np.median([np.ptp(elongation_m[a:b]) for a, b in all_spans])) if all_spans else 1.0
     for a, b in all_spans:

@@ -4,9 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from pathlib import Path
 
 import numpy as np
 
+from identify.criteria import NO_AREA, SAME_UNIT
+from identify.loops.faults import Fault
 from identify.loops.loop_data import LoopData, area, prepare
 from measure.tables.loop import Loop
 
@@ -23,7 +26,7 @@ def oriented(loops: Sequence[Loop]) -> tuple[list[Loop], Turned]:
     """The loops with force and elongation counted as in the force law, and what was turned for it.
 
     If every loop with a full cycle runs clockwise one sign is the other way round. Where the force is positive on the whole
-    it is the elongation's, else the force's. Loops that disagree are left as they are; the verdict of the fit will say so.
+    it is the elongation's, else the force's. Where only some run clockwise, those are turned.
     """
     return _turned_loops(loops, [prepare(loop) for loop in loops])
 
@@ -37,10 +40,59 @@ def prepared(loops: Sequence[Loop]) -> tuple[list[LoopData], Turned]:
 
 def _turned_loops(loops: Sequence[Loop], data: Sequence[LoopData]) -> tuple[list[Loop], Turned]:
     areas = [area(d, d.force_N) for d in data if d.cycles.spans]
-    if not areas or max(areas) >= 0.0:
+    if not areas or min(areas) >= 0.0:
         return list(loops), Turned("", "")
+    if max(areas) > 0.0:
+        return _some_turned(loops, data)
     if np.mean([loop.force_N.mean() for loop in loops]) > 0.0:
         turned = [replace(loop, elongation_m=-loop.elongation_m) for loop in loops]
         return turned, Turned("elongation", "the loops run clockwise as given, so the elongation was counted the other way round")
     turned = [replace(loop, force_N=-loop.force_N) for loop in loops]
     return turned, Turned("force", "the loops run clockwise and the force is negative as given, so the force's sign was turned")
+
+
+def _some_turned(loops: Sequence[Loop], data: Sequence[LoopData]) -> tuple[list[Loop], Turned]:
+    """Where some loops run clockwise and others do not: those turned whose area stands out of the noise, by force or by elongation.
+
+    The force was turned where its mean has the other sign than that of the loops that run the right way round.
+    """
+    clockwise = [_surely_clockwise(d) for d in data]
+    level = float(np.mean([loop.force_N.mean() for loop, odd in zip(loops, clockwise, strict=True) if not odd]))
+    if not any(clockwise):
+        return list(loops), Turned("", "")
+    made, forces, elongations = [], [], []
+    for loop, odd in zip(loops, clockwise, strict=True):
+        by_force = odd and loop.force_N.mean() * level < 0.0
+        forces += [loop.name] if by_force else []
+        elongations += [loop.name] if odd and not by_force else []
+        made.append(_turned_one(loop, by_force=by_force) if odd else loop)
+    said = [f"{', '.join(Path(n).name for n in names)}: {what}" for names, what in ((forces, _FORCE), (elongations, _ELONGATION)) if names]
+    return made, Turned("force" if forces else "elongation", "; ".join(said))
+
+
+_FORCE = "runs clockwise with a force of the other sign than the rest, so the force's sign was turned"
+_ELONGATION = "runs clockwise and the rest does not, so the elongation was counted the other way round"
+
+
+def _turned_one(loop: Loop, *, by_force: bool) -> Loop:
+    return replace(loop, force_N=-loop.force_N) if by_force else replace(loop, elongation_m=-loop.elongation_m)
+
+
+def _surely_clockwise(data: LoopData) -> bool:
+    """Whether a loop's area is negative beyond what noise makes of it."""
+    if not data.cycles.spans:
+        return False
+    height = area(data, data.force_N) / (2.0 * data.amplitude_m)
+    return height < -NO_AREA[0] * data.force_sigma_N / float(np.sqrt(data.used.sum()))
+
+
+def units_apart(loops: Sequence[LoopData]) -> list[Fault]:
+    """Loops whose stroke is a thousand times that of the others, or a thousandth: their elongation was read in another unit."""
+    strokes = np.array([float(np.ptp(d.elongation_m[d.used])) for d in loops])
+    found = []
+    for data, stroke, others in zip(loops, strokes, (np.delete(strokes, k) for k in range(len(strokes))), strict=True):
+        ratio = stroke / float(np.median(others)) if len(others) else 1.0
+        if 1000.0 / SAME_UNIT < ratio < 1000.0 * SAME_UNIT:
+            said = f"its elongation spans {stroke:.4g} m, {ratio:.0f} times that of the others: mm read as m? --unit elongation=mm"
+            found.append(Fault("unit", "elongation", data.name, "refused", stroke, said))
+    return found

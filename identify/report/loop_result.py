@@ -10,7 +10,9 @@ from typing import Any
 import numpy as np
 
 from identify.actuator.fit_actuator import ActuatorFit
-from identify.actuator.stiffness import effective_stiffness, friction_of
+from identify.actuator.homogeneity import Disagreement
+from identify.actuator.stiffness import effective_stiffness, friction_without_inertia, slopes_and_inertia
+from identify.actuator.suggestions import suggestions_of
 from identify.actuator.transition_zone import Level, level_against_length
 from identify.actuator.verdict import errors, pooled_error
 from identify.estimation.parameters import BETA_NAME, LINE_NAMES
@@ -38,7 +40,8 @@ def result_of(fit: ActuatorFit, loops: Sequence[LoopData], notes: Sequence[str] 
         "paper_recipe": _recipe(fit, loops),
         "loops": [_loop(fit, k, data, error) for k, (data, error) in enumerate(zip(loops, errors(loops, fit.residuals), strict=True))],
         "pooled_nrmse_percent": 100.0 * pooled_error(loops, fit.residuals),
-        "friction": friction_of(loops, fit.effects).sentence,
+        "friction": friction_without_inertia(loops, fit.effects, _missing_inertia(fit)).sentence,
+        "slopes": slopes_and_inertia(loops, fit.effects, fit.estimates["a_l_N_per_m"].stderr),
         "transition": _transition(fit, loops),
         "frequency_amplitude_correlation": frequency_amplitude_correlation(loops),
         "effects": [{"name": effect.name, **dict(zip(effect.flat_names(), effect.flat(), strict=True))} for effect in fit.effects],
@@ -46,7 +49,21 @@ def result_of(fit: ActuatorFit, loops: Sequence[LoopData], notes: Sequence[str] 
         "residual_shares": fit.left.shares,
         "record": [f"{Path(data.name).name}: {text}" for data in loops for text in (*data.remarks, sentence(data.parts))],
         "notes": list(notes),
+        "faults": [{**asdict(fault), "loop": Path(fault.loop).name} for fault in fit.faults],
+        "suggestions": [{**asdict(one), "sentence": one.sentence} for one in suggestions_of(fit.fit, fit.trials, loops)],
+        "misfit": {"percent_of_half_height": 100.0 * fit.misfit.pooled, "significance": fit.misfit.significance},
+        "disagreements": [_disagreement(one, loops) for one in fit.disagree],
     }
+
+
+def _missing_inertia(fit: ActuatorFit) -> str:
+    """The inertia that explains what is left, if one does best."""
+    return fit.trials[0].name if fit.trials and fit.trials[0].effect.leg_mass is not None else ""
+
+
+def _disagreement(one: Disagreement, loops: Sequence[LoopData]) -> dict[str, Any]:
+    values = {Path(data.name).name: float(value) for data, value in zip(loops, one.values, strict=True)}
+    return {"what": one.what, "values": values, "p_value": one.p_value, "sentence": one.sentence([data.name for data in loops])}
 
 
 def _rate(fit: ActuatorFit) -> dict[str, Any] | None:
@@ -121,6 +138,8 @@ def _loop(fit: ActuatorFit, k: int, data: LoopData, error: float) -> dict[str, A
         "samples_idle": int(len(data.used) - data.used.sum()),
         "effective_samples": fit.effective_samples[k],
         "nrmse_percent": 100.0 * error,
+        "height_N": float(fit.misfit.heights_N[k]),
+        "misfit_percent_of_half_height": 100.0 * float(fit.misfit.relative[k]),
         "area_J": measured,
         "area_error_percent": 100.0 * (area(data, modelled) / measured - 1.0) if measured else float("nan"),
         "effective_stiffness_N_per_m": effective_stiffness(data, fit.effects),
@@ -202,10 +221,14 @@ def summary(result: Mapping[str, Any]) -> list[str]:
 
 def _remarks(result: Mapping[str, Any]) -> list[str]:
     lines = [f"record   {text}" for text in result["record"]]
+    lines += [f"fault    {fault['loop']}: {fault['word']}, {fault['consequence']}: {fault['sentence']}" for fault in result["faults"]]
     lines += [f"note     {note}" for note in result["notes"]]
     lines.append(f"error    pooled {result['pooled_nrmse_percent']:.2f} % of the range of all forces")
+    lines.append(f"misfit   {_misfit_sentence(result['misfit'])}")
     lines.append(f"residual depends on {result['residual_depends_on']}")
+    lines += [f"suggest  {one['sentence']}: {one.get('command') or '--effect ' + one['name']}" for one in result["suggestions"]]
     lines.append(f"friction {result['friction']}")
+    lines += [f"slopes   {result['slopes']}"] if result["slopes"] else []
     lines.append(f"transition zone {result['transition']['sentence']}")
     recipe = result["paper_recipe"]
     lines.append(f"paper's recipe: {recipe['statement'] if recipe else 'no straight parts on both branches'}")
@@ -217,6 +240,14 @@ def _remarks(result: Mapping[str, Any]) -> list[str]:
         )
     correlated = correlation_sentence(result["frequency_amplitude_correlation"])
     return [*lines, correlated] if correlated else lines
+
+
+def _misfit_sentence(misfit: Mapping[str, float]) -> str:
+    """How much of the residual comes again in every cycle."""
+    share, sure = misfit["percent_of_half_height"], misfit["significance"]
+    if not np.isfinite(sure):
+        return f"{share:.2f} % of half the loops' height at most; no cycle comes again, so noise cannot be told from it"
+    return f"{share:.2f} % of half the loops' height comes again in every cycle ({sure:.1f} standard deviations of noise)"
 
 
 def write_actuator(model: Model, path: Path, note: Mapping[str, Any], *, whole: bool) -> None:

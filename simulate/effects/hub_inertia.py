@@ -23,7 +23,7 @@ class HubInertia(LegEffect):
 
     name = "hub-inertia"
     mass_kg: float = parameter(
-        0.0, low=0.0, high=5.0, typical=0.05, doc="hub inertia J seen through the coil radius r", source="Aridon 2009, section 3.3, Fig. 11"
+        0.0, low=0.0, high=1e6, typical=0.05, doc="hub inertia J seen through the coil radius r", source="Aridon 2009, section 3.3, Fig. 11"
     )
 
     @staticmethod

@@ -25,7 +25,7 @@ class PowerLawFriction(LegEffect):
     """
 
     name = "power-law-friction"
-    coefficient: float = parameter(0.0, low=0.0, high=20.0, typical=0.05, doc="force at 1 m/s, k, in N s^n/m^n")
+    coefficient: float = parameter(0.0, low=0.0, high=1e6, typical=0.05, doc="force at 1 m/s, k, in N s^n/m^n")
     exponent: float = parameter(
         2.0, low=0.3, high=3.0, typical=2.0, starts=(0.5, 1.5, 2.0, 2.8), doc="n; meant for 0.3 to 0.8 and 1.3 to 3"
     )

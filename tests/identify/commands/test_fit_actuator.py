@@ -189,7 +189,7 @@ def test_raw_files_of_a_real_seal_end_in_a_fit_and_a_verdict(tmp_path):
         out = tmp_path / f"{file.stem}.json"
         status = main([str(file), *SEAL, "--json", str(out), "--quiet"])
         result = json.loads(out.read_text())
-        assert status == (0 if result["verdict"] == "ok" else 1)
+        assert status == (0 if result["verdict"] in ("ok", "approximate") else 1)
         assert result["reason"]
         errors.append(result["pooled_nrmse_percent"])
     assert len(errors) == 8

@@ -34,11 +34,13 @@ def test_a_sign_that_was_counted_the_other_way_is_turned_and_said(elongation, fo
     assert f"{word}" in turned.sentence
 
 
-def test_loops_that_disagree_are_left_as_they_are():
-    other = replace(loop(), elongation_m=-loop().elongation_m)
+@pytest.mark.parametrize("quantity", ["elongation_m", "force_N"])
+def test_of_loops_that_disagree_the_one_that_runs_clockwise_is_turned_and_named(quantity):
+    other = replace(loop(), **{quantity: -getattr(loop(), quantity)}, name="other.csv")
     loops, turned = oriented([loop(), other])
-    assert not turned.sentence
-    assert enclosed(loops[1]) < 0.0
+    assert "other.csv" in turned.sentence
+    assert turned.quantity == quantity.partition("_")[0]
+    assert enclosed(loops[1]) == pytest.approx(enclosed(loops[0]))
 
 
 def test_a_campaign_turns_its_loops_too_and_says_so(tmp_path):

@@ -1,0 +1,284 @@
+"""Effects of the catalogue tried on what a fit of loops leaves: screened by their signatures, the foremost fitted jointly."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import least_squares
+from scipy.stats import chi2
+
+from identify.actuator.effect_starts import amplitudes_of, starts_with_effects
+from identify.actuator.loops_alone import HELD_IN_LOOPS, searched, variants
+from identify.actuator.rounding import rounded_only
+from identify.criteria import SURE_EFFECT
+from identify.estimation.estimates import away_from_turns
+from identify.estimation.least_squares import Fit
+from identify.estimation.problem import Problem
+from identify.loops.loop_data import effective_number, first_cycles
+from measure.common.arrays import Array
+from simulate.effects import CATALOGUE, ForceOffset, RateDependentAsymptotes
+from simulate.model.effect import Effect
+
+_FOREMOST, _FITTED = 3, 1  # effects, and starts of each beside that which its signature leads to
+_STEPS = 12
+_SAMPLES = 12_000  # of all loops, that effects are tried on
+_POOR = 2.0  # times the noise: the law may have gone astray
+_SAME_SIGNATURE = 0.999
+_AS_GOOD = 10.0  # of BIC: strong evidence (Kass and Raftery 1995)
+
+
+@dataclass(frozen=True)
+class Trial:
+    """An effect fitted jointly with the law. before : the fit without it to the same samples.
+
+    p_value : how often noise gains so much, all that were tried counted. delta_bic : fall of BIC by the effect.
+    """
+
+    name: str
+    fit: Fit
+    before: Fit
+    p_value: float
+    delta_bic: float
+
+    @property
+    def effect(self) -> Effect:
+        """The effect with its fitted parameters."""
+        return self.fit.problem.effects_at(self.fit.q)[-1]
+
+    @property
+    def moved(self) -> Array:
+        """By how much the parameters of the fit before, (k,), are others with the effect, in scales."""
+        return self.fit.q[: len(self.before.q)] - self.before.q
+
+    @property
+    def fall(self) -> float:
+        """Fall of the sum of squares, in parts of that before."""
+        return 1.0 - self.fit.cost / self.before.cost
+
+
+@dataclass(frozen=True)
+class Screened:
+    """An effect and what its signature promises to take from the sum of squares.
+
+    p_value : how often noise gives so much, all its shapes counted. signature : (m,) what it takes from the gaps. start : parameters
+    that its signature leads to.
+    """
+
+    kind: type[Effect]
+    promise: float
+    p_value: float
+    signature: Array
+    start: Array
+
+
+def shortened(fit: Fit, samples: int) -> Fit:
+    """The fit to the first cycles of each loop, about so many samples in all; the fit itself where there are no more."""
+    counts = [int(run.data.used.sum()) for run in fit.problem.loops]
+    if sum(counts) <= samples:
+        return fit
+    runs = tuple(replace(run, data=first_cycles(run.data, max(samples // len(counts), 1))) for run in fit.problem.loops)
+    return roughly(replace(fit.problem, loops=runs), fit.q)
+
+
+def kinds_for(fit: Fit, kinds: Sequence[type[Effect]] | None = None) -> list[type[Effect]]:
+    """Effects that a shaker shows and that are not in the fit; polynomials of the rate have an option of their own."""
+    there = {effect.name for effect in fit.problem.effects}
+    listed = CATALOGUE.values() if kinds is None else kinds
+    return [k for k in listed if k.acts_on_shaker() and k.name not in there and k is not RateDependentAsymptotes]
+
+
+def tried(fit: Fit, kinds: Sequence[type[Effect]] | None = None) -> tuple[Trial, ...]:
+    """The effects that are surely there, the one that explains most first; nothing where only noise is left.
+
+    Parameters
+    ----------
+    kinds : effects to try; by default those of the catalogue.
+    """
+    if rounded_only(fit):
+        return ()
+    fit = shortened(fit, _SAMPLES)
+    screened = sorted((_screened(fit, kind) for kind in kinds_for(fit, kinds)), key=lambda one: -one.promise)
+    looked = max(len(screened), 1)
+    worth = _distinct([one for one in screened if one.p_value < SURE_EFFECT / looked])[:_FOREMOST]
+    if fit.rms > _POOR and ForceOffset not in {one.kind for one in worth}:  # a drift can lead the law itself far astray
+        worth += [one for one in screened if one.kind is ForceOffset]
+    made = [trial for one in worth if (trial := _fitted(fit, one, looked)) is not None]
+    return tuple(sorted(made, key=lambda trial: -trial.delta_bic))
+
+
+def as_good(trials: Sequence[Trial]) -> tuple[Trial, ...]:
+    """Those that cannot be told from the first."""
+    return tuple(trial for trial in trials if trials[0].delta_bic - trial.delta_bic < _AS_GOOD)
+
+
+def _with(problem: Problem, kind: type[Effect]) -> Problem:
+    return replace(problem.with_another(kind()), changes=(*problem.changes, *HELD_IN_LOOPS))
+
+
+def _screened(fit: Fit, kind: type[Effect]) -> Screened:
+    """The best of an effect's shapes by what its signature takes away, as far as the signs that physics allows let it."""
+    problem = _with(fit.problem, kind).with_exact_motion()
+    off = np.concatenate([fit.q, np.zeros(len(problem.parameters) - len(fit.q))])
+    best, rows, shapes = Screened(kind, 0.0, 1.0, np.zeros(len(fit.gaps)), off), _rows_that_tell(fit, kind), 0
+    for table, low, high, at in _signatures(problem, kind, off, len(fit.q)):
+        shapes += 1
+        free = fit.free_of_parameters(table)
+        size = np.linalg.norm(free, axis=0)
+        if not np.any(size > 1e-6 * np.linalg.norm(table, axis=0)):
+            continue
+        share = np.clip(np.linalg.lstsq(free, -fit.gaps, rcond=1e-8)[0], low, high)
+        left = fit.gaps + free @ share
+        promise = float(np.sum(fit.gaps[rows] ** 2) - np.sum(left[rows] ** 2))
+        if promise > best.promise:
+            p_value = float(chi2.sf(promise / _unit(fit, left), free.shape[1]))
+            best = Screened(kind, promise, p_value, free @ share, at(share, fit, table))
+    return replace(best, p_value=min(best.p_value * max(shapes, 1), 1.0))
+
+
+def _rows_that_tell(fit: Fit, kind: type[Effect]) -> NDArray[np.bool_]:
+    """Rows (m,) in which an effect is looked for: an inertia not beside reversals, where a motion that turns sharply is not known."""
+    return away_from_turns(fit) if kind.leg_mass is not None else np.ones(len(fit.gaps), dtype=bool)
+
+
+Place = Callable[[Array, Fit, Array], Array]
+
+
+def _signatures(problem: Problem, kind: type[Effect], off: Array, first: int) -> Iterator[tuple[Array, Array, Array, Place]]:
+    """What an effect does to the gaps, (m, amplitudes), with the bounds of its amplitudes; for each shape, or each size of a play.
+
+    With them comes where a share of it leads to: all other parameters as they follow it.
+    """
+    if not kind.is_linear() and not any(amplitudes_of(kind)[1]):
+        gaps = problem.gaps(off)
+        for q in list(starts_with_effects(problem, off[:first]))[1:]:
+            yield (problem.gaps(q) - gaps)[:, None], np.zeros(1), np.full(1, np.inf), lambda share, fit, table, q=q: q
+        return
+    free = [first + k for k, amplitude in enumerate(amplitudes_of(kind)[0]) if amplitude and not problem.held[first + k]]
+    low, high = (bound[free] - off[free] for bound in problem.bounds)
+    for shape in kind().starts():
+        q = off.copy()
+        q[first:] = (shape.flat() - kind().flat()) / problem.scales[first:]
+        yield (
+            problem.jacobian(q, free)[1],
+            low,
+            high,
+            lambda share, fit, table, q=q, free=free: _followed(problem, q, free, share, fit, table),
+        )
+
+
+def _followed(problem: Problem, q: Array, free: list[int], share: Array, fit: Fit, table: Array) -> Array:
+    """Parameters with an effect's amplitudes at a share, and all others where they follow it."""
+    place, kept = q.copy(), np.flatnonzero(fit.clear_of_bounds)
+    place[free] += share
+    place[kept] -= np.linalg.lstsq(fit.jacobian[:, kept], fit.gaps + table @ share, rcond=1e-10)[0]
+    return np.clip(place, *problem.bounds)
+
+
+def _unit(fit: Fit, left: Array) -> float:
+    """Of a sum of squares, one independent sample's worth of the residual that is left."""
+    blocks = [left[block.rows] for block in fit.problem.blocks]
+    independent = sum(effective_number(part) for part in blocks)
+    power = sum(float(part @ part) for part in blocks)
+    return max(power / max(independent, 1.0), fit.problem.measured / max(independent, 1.0))
+
+
+def _distinct(screened: Sequence[Screened]) -> list[Screened]:
+    """Without those whose signature is that of one before them."""
+    kept: list[Screened] = []
+    for one in screened:
+        norm = float(np.linalg.norm(one.signature))
+        alike = (abs(one.signature @ other.signature) / (norm * np.linalg.norm(other.signature)) for other in kept)
+        if norm > 0.0 and not any(cos > _SAME_SIGNATURE for cos in alike):
+            kept.append(one)
+    return kept
+
+
+def _fitted(fit: Fit, one: Screened, looked: int) -> Trial | None:
+    """The effect fitted jointly, from its best starts; None where it gains no more than noise does."""
+    problem = _with(fit.problem, one.kind)
+    begun = [(own, q) for own in variants(problem, len(fit.problem.effects)) for q in list(starts_with_effects(own, fit.q))[1:]]
+    nearest = sorted(begun, key=lambda pair: float(np.sum(pair[0].with_exact_motion().gaps(pair[1]) ** 2)))[:_FITTED]
+    nearest += [(own, one.start) for own in variants(problem, len(fit.problem.effects))[:1]]
+    nearest += [(problem, searched(problem))] if fit.rms > _POOR else []
+    found = min((roughly(own, q) for own, q in nearest), key=lambda f: f.cost, default=None)
+    if found is None or found.cost >= fit.cost:
+        return None
+    count, unit = int(np.count_nonzero(~found.problem.held[len(fit.q) :])), _unit(found, found.gaps)
+    rows = _rows_that_tell(fit, one.kind)
+    gained = float(np.sum(fit.gaps[rows] ** 2) - np.sum(found.gaps[rows] ** 2)) / unit
+    p_value = min(float(chi2.sf(gained, count)) * looked, 1.0)
+    independent = max(fit.problem.measured / max(found.variance_inflation, 1.0), 2.0)
+    sure = p_value < SURE_EFFECT and _is_sure(found, one.kind, len(fit.q))
+    return Trial(one.kind.name, found, fit, p_value, gained - count * float(np.log(independent))) if sure else None
+
+
+def _is_sure(found: Fit, kind: type[Effect], first: int) -> bool:
+    """Whether the amplitudes of an effect without a shape are together far from zero by the covariance that knows the noise's spectrum."""
+    amplitudes = amplitudes_of(kind)[0]
+    if not all(amplitudes):
+        return True
+    free = [first + k for k in range(len(amplitudes)) if not found.problem.held[first + k]]
+    inverse = np.linalg.pinv(found.covariance[np.ix_(free, free)], hermitian=True)
+    return bool(chi2.sf(float(found.q[free] @ inverse @ found.q[free]), len(free)) < SURE_EFFECT)
+
+
+def roughly(problem: Problem, start: Array) -> Fit:
+    """A fit that stops where the sum of squares hardly falls any more."""
+    moving = np.flatnonzero(~problem.held)
+    low, high = (bound[moving] for bound in problem.bounds)
+    q = np.where(problem.held, problem.start, start)
+
+    def whole(part: Array) -> Array:
+        filled = q.copy()
+        filled[moving] = part
+        return filled
+
+    def slopes(part: Array) -> Array:
+        return problem.jacobian(whole(part), moving.tolist())[1]
+
+    settings: dict[str, Any] = {"jac": slopes, "x_scale": "jac", "ftol": 1e-6, "xtol": 1e-8, "gtol": 1e-10, "max_nfev": _STEPS}
+    width = np.minimum(np.where(np.isfinite(high - low), high - low, 1.0), 1.0)
+    begun = np.clip(q[moving], low + 1e-6 * width, high - 1e-6 * width)
+    found = least_squares(lambda x: problem.gaps(whole(x)), begun, bounds=(low, high), **settings)
+    jacobian = np.zeros((len(found.fun), len(q)))
+    jacobian[:, moving] = found.jac
+    return Fit(problem, whole(found.x), found.fun, jacobian, True)
+
+
+@dataclass(frozen=True)
+class OutOfStep:
+    """The score of a delay between the channels: whether a force that came a little later or earlier would fit better."""
+
+    fit: Fit
+    lag: type[Effect]
+
+    @cached_property
+    def widened(self) -> Array:
+        """What a delay that is neither seen nor excluded adds to the covariance, (k, k), in scales.
+
+            C_w = w d d',   w = 1 / (1 + exp((ln n - z^2) / 2))
+
+        d is what the most likely delay moves the parameters by, z its score in standard errors, n the effective number of samples: two
+        models, with and without a delay, weighed by BIC (Burnham and Anderson 2002, section 4.3).
+        """
+        problem = _with(self.fit.problem, self.lag).with_exact_motion()
+        first, nothing = len(self.fit.q), np.zeros((len(self.fit.q),) * 2)
+        table = problem.jacobian(np.append(self.fit.q, 0.0), [first])[1]
+        free = self.fit.free_of_parameters(table)[:, 0]
+        power = float(free @ free)
+        if power < 1e-12 * float(np.sum(table**2)):
+            return nothing
+        delay = -float(free @ self.fit.gaps) / power
+        left = self.fit.gaps + delay * free
+        score = delay**2 * power / _unit(self.fit, left)
+        independent = max(self.fit.problem.measured / max(self.fit.variance_inflation, 1.0), 2.0)
+        weight = 1.0 / (1.0 + float(np.exp(np.clip((np.log(independent) - score) / 2.0, -50.0, 50.0))))
+        moved = np.zeros(first)
+        kept = self.fit.clear_of_bounds
+        moved[kept] = -np.linalg.lstsq(self.fit.jacobian[:, kept], table[:, 0] * delay, rcond=1e-12)[0]
+        return weight * np.outer(moved, moved)
