@@ -40,7 +40,7 @@ class Disagreement:
         unit = {"beta": "1/m", "height": "N", "slope": "N/m"}[self.what]
         known = [k for k in np.argsort(self.values) if np.isfinite(self.values[k])]
         shown = known if len(known) <= 4 else [known[0], known[-1]]
-        listed = ", ".join(f"{self.values[k]:.4g} +- {self.stderr[k]:.2g} in {Path(names[k]).name}" for k in shown)
+        listed = ", ".join(f"{self.values[k]:.4g} +- {self.stderr[k]:.2g} in {Path(names[int(k)]).name}" for k in shown)
         return f"{self.what} {listed} ({unit})"
 
 

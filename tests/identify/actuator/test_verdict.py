@@ -125,7 +125,7 @@ def test_loud_noise_and_hum_do_not_make_right_numbers_bad(frequency):
 
 def test_loops_of_two_states_disagree_and_say_in_what():
     chance = np.random.default_rng(5)
-    other = np.array([-0.25, 2.79, -0.3, 2.89, 300.0])
+    other = (-0.25, 2.79, -0.3, 2.89, 300.0)
     loops = [
         prepare(Loop(T, U + 1e-6 * chance.standard_normal(len(T)), law(lines) + 1e-3 * chance.standard_normal(len(T)), name))
         for name, lines in (("a.csv", LINES), ("b.csv", other))
