@@ -287,7 +287,8 @@ def _widened(fit: Fit, better: Trial | None, *, moves: bool) -> Array:
     """Further covariance, (k, k): of rounding; of an effect that is there and not in the fit, or else of channels out of step unseen."""
     whole = covariance_of_rounding(fit)
     if better is not None:
-        return whole + np.outer(better.moved, better.moved) if moves else whole
+        moved = np.where(fit.problem.held, 0.0, better.moved)
+        return whole + np.outer(moved, moved) if moves else whole
     lag_known = any(effect.name == SensorLag.name for effect in fit.problem.effects)
     return whole if lag_known else whole + OutOfStep(fit, SensorLag).widened
 

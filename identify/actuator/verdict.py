@@ -77,9 +77,9 @@ def verdict_of(seen: Evidence) -> Verdict:
         ("not-identifiable", _too_few_steps),
         ("did-not-converge", _not_converged),
         ("model-does-not-apply", _does_not_apply),
+        ("at-bound", _at_bound),
         ("loops-disagree", _disagree),
         ("not-identifiable", _not_identifiable),
-        ("at-bound", _at_bound),
         ("approximate", _approximate),
     )
     for word, rule in rules:

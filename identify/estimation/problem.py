@@ -25,7 +25,7 @@ from measure.common.errors import InputError, nearest
 from simulate.model.effect import Effect
 from simulate.model.model import Model
 
-_STEP, _STEP_OF_LOOPS = 1e-5, 1e-7  # in scales; the law of a loop is exact to the last digits, a deployment is not
+_STEP, _STEP_OF_LOOPS = 1e-5, 1e-6  # in scales; the law of a loop is exact to the last digits, a deployment is not
 _DIVERGED = 1e3
 
 
