@@ -109,7 +109,8 @@ class Fit:
         """Covariance of the parameters, (k, k), in scales: the sandwich, and what an error of the turning points adds."""
         gaps = clipped(self.gaps, self._rows) if self.robust else self.gaps
         known = sandwich(self.jacobian, gaps, self._rows, self.clear_of_bounds) + np.outer(self.of_turns, self.of_turns)
-        return known if self.widened is None else known + self.widened
+        moving = ~self.problem.held[self.columns]
+        return (known if self.widened is None else known + self.widened) * np.outer(moving, moving)
 
     @cached_property
     def of_turns(self) -> Array:
