@@ -17,6 +17,7 @@ from measure.common.errors import InputError, nearest, visible
 from measure.common.version import ShowVersion
 
 DONE, VERDICT_BAD, UNUSABLE = 0, 1, 2
+_MOST_THREADS = 4096
 
 # The matrices here are tall and small: threads of the linear algebra win nothing, fight with those of the kernels, and
 # would let the last digits depend on the number of cores. It must be said before numpy is imported.
@@ -98,9 +99,9 @@ def next_command(*words: object) -> str:
 def run(name: str, work: Callable[[Sequence[str]], int], arguments: Sequence[str] | None = None) -> int:
     """Call a command's work; unusable input becomes one message on standard error and status 2, a fault of the program a file and 70."""
     _occupy_standard_streams()
-    os.environ["MPLBACKEND"] = "Agg"  # figures go to files; a backend that is not there would end the run
     before = _on_termination(_terminated)
     try:
+        _settle_environment()
         return _flushed(work(sys.argv[1:] if arguments is None else arguments))
     except InputError as error:
         complain(f"{name}: error: {error}")
@@ -126,6 +127,21 @@ def run(name: str, work: Callable[[Sequence[str]], int], arguments: Sequence[str
         return FAULT
     finally:
         _on_termination(before)
+
+
+def _settle_environment() -> None:
+    """What libraries would stumble over before anybody can say so.
+
+    Raises
+    ------
+    InputError
+        A number of threads that is none.
+    """
+    os.environ["MPLBACKEND"] = "Agg"  # figures go to files; a backend that is not there would end the run
+    os.environ.pop("NUMBA_DISABLE_JIT", None)  # the kernels are addresses of compiled code, there is nothing to fall back on
+    threads = os.environ.get("NUMBA_NUM_THREADS", "1")
+    if not (threads.isascii() and threads.isdigit() and 0 < int(threads[:9]) <= _MOST_THREADS):
+        raise InputError(f'NUMBA_NUM_THREADS is "{threads}": give a number of threads from 1 to {_MOST_THREADS}, or unset it.')
 
 
 def _occupy_standard_streams() -> None:
@@ -165,9 +181,12 @@ def say(*lines: str) -> None:
 
 def complain(text: str) -> None:
     """Print on standard error, where there is one."""
-    if sys.stderr is not None:
-        with suppress(OSError):
-            print(visible(text), file=sys.stderr, flush=True)
+    if sys.stderr is None:
+        return
+    try:
+        print(visible(text), file=sys.stderr, flush=True)
+    except OSError:
+        _silence(sys.__stderr__)
 
 
 def _flushed(status: int) -> int:
@@ -189,9 +208,13 @@ def _lost(error: OSError) -> None:
 
 def _unheard(status: int) -> int:
     """The status; what would still be printed goes nowhere, so that Python does not complain of the closed pipe at its end."""
-    with suppress(OSError, ValueError, AttributeError):  # standard output may be no file
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.__stdout__.fileno())  # type: ignore[union-attr]
+    _silence(sys.__stdout__)
     return status
+
+
+def _silence(stream: Any) -> None:
+    with suppress(OSError, ValueError, AttributeError):  # it may be no file
+        os.dup2(os.open(os.devnull, os.O_WRONLY), stream.fileno())
 
 
 def _refusal(error: OSError) -> str:

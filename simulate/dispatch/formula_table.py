@@ -29,8 +29,9 @@ def _formula_table(effects: tuple[type[Effect], ...], first_parameter: int) -> F
         for kind, found in rows.items():
             formula = getattr(effect, kind)
             if formula is not None:
+                alone = address(formula, kind)
                 lanes = lanes_form(formula, kind).address if kind in LANE_SIGNATURES else 0
-                found.append((address(formula, kind), place, lanes))
+                found.append((alone, place, lanes))
         place += len(effect.flat_names()) + effect.constants
     return FormulaTable(**{kind: np.array(found, dtype=np.int64).reshape(-1, 3) for kind, found in rows.items()})
 

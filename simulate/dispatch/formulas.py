@@ -12,9 +12,11 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from numba import cfunc, njit, types
+from numba.core.errors import NumbaError
 from numba.extending import register_jitable
 from numpy.typing import NDArray
 
+from measure.common.errors import InputError, clipped
 from measure.common.kernel_cache import discard_stale
 from simulate.dispatch.compiled_code import compiled_once
 from simulate.dispatch.intrinsics import caller, pointer, shifted, whole_at
@@ -141,8 +143,17 @@ def address(formula: Any, kind: str) -> int:
 def _compiled(formula: Any, kind: str) -> Any:
     try:
         return cfunc(SIGNATURES[kind], cache=True, error_model="numpy")(formula)
-    except RuntimeError:
-        return cfunc(SIGNATURES[kind], error_model="numpy")(formula)  # defined at a prompt: there is no file to keep it beside
+    except NumbaError as error:
+        raise InputError(_uncompilable(formula, error)) from error
+    except (RuntimeError, ImportError, AttributeError):
+        # defined at a prompt: there is no file to keep it beside; or kept for a module that had another name
+        return cfunc(SIGNATURES[kind], error_model="numpy")(formula)
+
+
+def _uncompilable(formula: Any, error: NumbaError) -> str:
+    where = f"{formula.__code__.co_filename}, line {formula.__code__.co_firstlineno}"
+    reason = next((line.strip() for line in str(error).splitlines()[1:] if line.strip()), str(error))
+    return f"{where}: {formula.__qualname__} cannot be compiled: {clipped(reason, 200)} A formula is made of numbers, p[i] and math."
 
 
 @compiled_once

@@ -178,3 +178,72 @@ def test_a_folder_is_not_a_file(tmp_path):
 def test_a_file_that_is_there_is_given_back(tmp_path):
     (tmp_path / "a.csv").write_text("")
     assert existing_file(tmp_path / "a.csv", what="a loop") == tmp_path / "a.csv"
+
+
+@pytest.mark.parametrize("threads", ["0", "-3", "x", "1.5", "", "99999999999999999999", "٣"])
+def test_a_number_of_threads_that_is_none_is_a_sentence(monkeypatch, capsys, threads):
+    monkeypatch.setenv("NUMBA_NUM_THREADS", threads)
+    assert command.run("pull-strip", lambda arguments: 0, []) == command.UNUSABLE
+    assert "NUMBA_NUM_THREADS" in capsys.readouterr().err
+
+
+def test_settings_of_libraries_that_would_end_the_run_are_put_right(monkeypatch):
+    monkeypatch.setenv("MPLBACKEND", "nonsense")
+    monkeypatch.setenv("NUMBA_DISABLE_JIT", "1")
+    assert command.run("pull-strip", lambda arguments: 0, []) == command.DONE
+    assert os.environ["MPLBACKEND"] == "Agg"
+    assert "NUMBA_DISABLE_JIT" not in os.environ
+
+
+SAYS = """
+import sys
+from measure.common.command_line import VERDICT_BAD, run, say
+
+def work(arguments):
+    open(sys.argv[1], "w").write("the result")
+    say("a line")
+    return VERDICT_BAD
+
+raise SystemExit(run("pull-strip", work, []))
+"""
+
+
+@pytest.mark.skipif(not os.path.exists("/dev/full"), reason="no device that is always full")
+@pytest.mark.parametrize("streams", [">&-", ">&- 2>&-", "<&- >&- 2>&-", "> /dev/full", "2> /dev/full", "> /dev/full 2> /dev/full"])
+def test_a_closed_or_full_standard_output_changes_no_result_and_no_status(tmp_path, streams):
+    (tmp_path / "says.py").write_text(SAYS)
+    words = f'"{sys.executable}" "{tmp_path / "says.py"}" "{tmp_path / "result"}" {streams}'
+    ended = subprocess.run(["sh", "-c", words], capture_output=True, check=False, env={**os.environ, "PYTHONUNBUFFERED": ""})
+    assert ended.returncode == command.VERDICT_BAD
+    assert (tmp_path / "result").read_text() == "the result"
+    assert b"Traceback" not in ended.stderr
+    assert len(ended.stderr.splitlines()) <= 1
+
+
+def test_what_a_name_holds_for_the_terminal_is_printed_escaped(capsys):
+    def work(arguments):
+        command.say("written to \x1b[2Jgone.csv", "and \udcff.csv")
+        raise InputError("\x1b[31mred.csv: no such file.")
+
+    command.run("pull-strip", work, [])
+    shown = capsys.readouterr()
+    assert shown.out == "written to \\x1b[2Jgone.csv\nand \\xff.csv\n"
+    assert "\x1b" not in shown.err
+
+
+def test_a_process_that_is_ended_from_outside_tidies_up_and_says_so(tmp_path):
+    waits = (
+        "import sys, time\nfrom pathlib import Path\nfrom measure.common.command_line import run\n"
+        "from measure.common.output import replacing\n\ndef work(arguments):\n    with replacing(Path(sys.argv[1])) as temporary:\n"
+        "        print('ready', flush=True)\n        time.sleep(60)\n\nraise SystemExit(run('pull-strip', work, []))\n"
+    )
+    with subprocess.Popen(
+        [sys.executable, "-c", waits, str(tmp_path / "a.csv")], stdout=subprocess.PIPE, stderr=subprocess.PIPE
+    ) as process:
+        assert process.stdout is not None
+        assert process.stderr is not None
+        process.stdout.readline()
+        process.terminate()
+        assert b"ended from outside; nothing was written" in process.stderr.read()
+    assert process.returncode == 143
+    assert not list(tmp_path.iterdir())

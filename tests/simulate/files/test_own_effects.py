@@ -1,12 +1,16 @@
 """Effects defined outside the project work like ours, in a loop and in a deployment, through one formula each."""
 
+import importlib
+import sys
 from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 import pytest
 
+from measure.common.errors import InputError
 from simulate.deployment.deploy import deploy
+from simulate.files.own_effects import catalogue_with
 from simulate.loop import loop_force
 from simulate.model.effect import LegEffect, PlatformEffect, parameter
 from simulate.model.model import Geometry, Simulation
@@ -95,3 +99,49 @@ def test_drag_from_outside_brings_the_platform_to_a_steady_speed(lift):
     speed = 6 * FORCE / 20.0
     assert np.max(np.abs(height(run) - speed * (run.time_s - (1 - np.exp(-decay * run.time_s)) / decay))) < 1e-9
     assert run.energy_closure < 1e-9
+
+
+TWICE = '''
+from dataclasses import dataclass
+from simulate.model.effect import LegEffect, parameter
+
+@dataclass(frozen=True)
+class Twice(LegEffect):
+    """A spring that is used under two names."""
+
+    name = "twice"
+    stiffness_N_per_m: float = parameter(0.0, low=0.0, high=100.0, typical=1.0, doc="pulls the strip back")
+
+    @staticmethod
+    def leg_force(u, v, t, R, travel, p):
+        return -p[0] * u
+'''
+
+
+@pytest.mark.parametrize("first", ["python", "command"])
+def test_a_file_of_effects_works_from_python_first_and_then_from_a_command_or_the_other_way_round(tmp_path, prototype, first, monkeypatch):
+    """What is compiled is kept beside the file, for the module's name of then."""
+    file = tmp_path / "springs_of_mine.py"
+    file.write_text(TWICE)
+    monkeypatch.syspath_prepend(tmp_path)
+    short = replace(prototype, simulation=Simulation(0.02, 200.0))
+
+    def from_python():
+        kind = importlib.import_module("springs_of_mine").Twice
+        return deploy(short.with_effect(kind(20.0))).samples
+
+    def from_command():
+        return deploy(short.with_effect(catalogue_with([file])["twice"](20.0))).samples
+
+    one, other = (from_python, from_command) if first == "python" else (from_command, from_python)
+    before = one()
+    for name in ("springs_of_mine", "own_effects_springs_of_mine"):
+        sys.modules.pop(name, None)  # as in another process
+    np.testing.assert_array_equal(other(), before)
+
+
+def test_a_formula_that_cannot_be_compiled_is_a_sentence_with_its_line(tmp_path, prototype):
+    file = tmp_path / "wordy.py"
+    file.write_text(TWICE.replace("return -p[0] * u", "return -p[0] * u * len(dir())").replace("twice", "wordy"))
+    with pytest.raises(InputError, match=r"wordy\.py, line 1\d: .*cannot be compiled"):
+        deploy(prototype.with_effect(catalogue_with([file])["wordy"](20.0)))

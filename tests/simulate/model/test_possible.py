@@ -93,7 +93,8 @@ def test_the_condition_number_does_not_depend_on_the_size_of_the_rig(prototype):
         tuple(tuple(10 * v for v in row) for row in joints)
         for joints in (prototype.geometry.base_joints_m, prototype.geometry.platform_joints_m)
     )
-    larger = replace(prototype, geometry=Geometry(base, platform, stowed_height_m=2.52, deployed_height_m=6.52))
+    sizes = {"base_joints_m": base, "platform_joints_m": platform, "stowed_height_m": 2.52, "deployed_height_m": 6.52}
+    larger = moved(prototype, **sizes)
     assert condition_at(larger, 4.0) == pytest.approx(condition_at(prototype, 0.4))
 
 
