@@ -86,6 +86,7 @@ def _pieces(options: Any) -> Path:
 def _reported(options: Any, arguments: Sequence[str]) -> dict[str, Any]:
     """Sweep, and write all that was asked for; the result as JSON has it."""
     from measure.common.output import provenance
+    from simulate.model.possible import warnings_of
     from simulate.sweeps.chunks import remove_pieces, require_of_a_sweep
     from simulate.sweeps.tolerance import tolerance_of
 
@@ -94,7 +95,14 @@ def _reported(options: Any, arguments: Sequence[str]) -> dict[str, Any]:
     model = result.sweep.model
     tolerance = tolerance_of(model, options.tolerance_deg or (5.0, FAILURE_DEG), options.probability, options.seed)
     note = provenance([options.model, *options.effects], seed=options.seed, command=[NAME, *_without_how(arguments)])
-    report = {**result.report, "step": result.step, "tolerance": tolerance, "wall_s": result.wall_s, "provenance": note}
+    report = {
+        **result.report,
+        "step": result.step,
+        "tolerance": tolerance,
+        "warnings": warnings_of(model),
+        "wall_s": result.wall_s,
+        "provenance": note,
+    }
     with _gate(options).together():
         _write(options, result, report)
     remove_pieces(_pieces(options))
@@ -175,6 +183,7 @@ def _sentences(report: dict[str, Any], options: Any) -> str:
         f"          {report['formula']}",
         *_regression_sentence(report),
         *_tolerance_sentences(report["tolerance"]),
+        *(f"          warning: {sentence}" for sentence in report["warnings"]),
     ]
     return "\n".join([*lines, f"          written to {options.output}"])
 

@@ -1,6 +1,7 @@
 """simulate-deployment and sweep-deployments as a user calls them."""
 
 import json
+import shutil
 
 import numpy as np
 import pytest
@@ -157,6 +158,23 @@ def test_an_interrupted_sweep_goes_on_and_ends_in_the_same_bytes(folder, monkeyp
     assert 512 not in calls
     assert {name: (folder / "again" / name).read_bytes() for name in whole} == whole
     assert not (folder / "again.part").exists()
+
+
+def test_a_folder_of_the_user_with_the_name_of_the_pieces_is_not_touched(folder, capsys):
+    words = ["prototype.toml", "-o", "sw", "--factor", "platform.mass_kg=+-1%", "--set", "simulation.duration_s=0.02"]
+    for name, content in (("notes.txt", "mine"), ("key", "mine"), ("key", "0" * 64)):
+        (folder / "sw.part" / "inner").mkdir(parents=True, exist_ok=True)
+        (folder / "sw.part" / name).write_text(content)
+        for more in ([], ["--resume"]):
+            assert sweep_deployments.main([*words, *more]) == 2
+            assert "is not the work of a sweep alone" in capsys.readouterr().err
+            assert (folder / "sw.part" / name).read_text() == content
+        shutil.rmtree(folder / "sw.part")
+    (folder / "elsewhere").mkdir()
+    (folder / "elsewhere" / "key").write_text("0" * 64)
+    (folder / "sw.part").symlink_to("elsewhere")
+    assert sweep_deployments.main(words) == 2
+    assert (folder / "elsewhere" / "key").exists()
 
 
 @pytest.mark.parametrize(
