@@ -158,5 +158,6 @@ def test_a_file_of_effects_works_from_python_first_and_then_from_a_command_or_th
 def test_a_formula_that_cannot_be_compiled_is_a_sentence_with_its_line(tmp_path, prototype):
     file = tmp_path / "wordy.py"
     file.write_text(TWICE.replace("return -p[0] * u", "return -p[0] * u * len(dir())").replace("twice", "wordy"))
+    made: Any = catalogue_with([file])["wordy"]
     with pytest.raises(InputError, match=r"wordy\.py, line 1\d: .*cannot be compiled"):
-        deploy(prototype.with_effect(catalogue_with([file])["wordy"](20.0)))
+        deploy(prototype.with_effect(made(20.0)))
