@@ -238,7 +238,9 @@ def _solved(
 
 def judged(fit: Fit, loops: tuple[LoopData, ...], *, suggest: bool = True) -> ActuatorFit:
     """A fit with everything that is said of it: what is left, which effects would explain it, and how far its numbers can be trusted."""
-    trials = tried(fit, None if suggest else CHANNEL_EFFECTS)
+    of_channels = [*(fault for data in loops for fault in data.faults), *units_apart(loops)]
+    refused = any(fault.consequence == "refused" for fault in of_channels)
+    trials = () if refused else tried(fit, None if suggest else CHANNEL_EFFECTS)
     better = trials[0] if trials else None
     disagree = _disagreements(fit, better)
     better = None if disagree else better
@@ -250,7 +252,7 @@ def judged(fit: Fit, loops: tuple[LoopData, ...], *, suggest: bool = True) -> Ac
     tables = [fit.jacobian[block.rows] * sigma for block, sigma in zip(fit.problem.blocks, sigmas, strict=True)]
     left, estimates, misfit = depends_on(loops, residuals), estimates_of(fit), misfit_of(loops, whitened)
     said = [*faults_of_trials(loops, () if disagree else trials), *faults_of_drifts(fit, loops)]
-    faults = (*(fault for data in loops for fault in data.faults), *units_apart(loops), *said)
+    faults = (*of_channels, *said)
     seen = Evidence(
         lines=[fit.problem.lines_at(fit.q, fit.problem.rate.z_of(data)) for data in loops],
         estimates=estimates,
