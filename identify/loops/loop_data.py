@@ -31,6 +31,7 @@ from simulate.loop import loop_force
 from simulate.model.effect import Effect
 
 _NOTHING = 1e-12  # m or N: no such motion or force is measured
+_FINEST_S = 1e-12  # no load cell is read so often
 _ANOTHER = 10.0  # records long, a gap between two recordings
 
 
@@ -175,6 +176,9 @@ def _require_motion(loop: Loop) -> None:
 def _require_one_recording(loop: Loop) -> None:
     steps = np.diff(loop.time_s)
     gap = int(np.argmax(steps))
+    if np.min(steps) < _FINEST_S:
+        row = int(np.argmin(steps))
+        raise InputError(f"{loop.name}: time_s grows by {steps[row]:.3g} s at {loop.time_s[row]:.6g} s. Check its unit, or its digits.")
     sampled = float(np.sum(steps)) - float(steps[gap])
     if steps[gap] > _ANOTHER * max(sampled, len(steps) * float(np.median(steps))):
         raise InputError(

@@ -84,6 +84,13 @@ def test_two_recordings_in_one_loop_file_are_not_taken_for_one(pause_s):
         prepare(Loop(time, u, 2.8 + u))
 
 
+@pytest.mark.parametrize("unit", [1e-300, 1e-12])
+def test_a_loop_that_is_sampled_faster_than_anything_is_refused(unit):
+    time = np.arange(600) * 0.005
+    with pytest.raises(InputError, match="Check its unit"):
+        prepare(Loop(unit * time, 0.01 * np.sin(2 * np.pi * time), 2.8 + np.sin(time)))
+
+
 @pytest.mark.parametrize("size", [1e200, 1e20])
 def test_a_loop_of_impossible_numbers_is_refused(size):
     time = np.arange(600) * 0.005
