@@ -13,6 +13,7 @@ import argparse
 import json
 import os
 import re
+import shlex
 import shutil
 import subprocess
 import sys
@@ -91,11 +92,12 @@ def followed(python: str, wheel: Path, folder: Path, lowest: bool) -> Iterator[T
 
 
 def _words(line: str, python: str, lowest: bool) -> str:
-    """The line with the Python that is asked for; with the lowest versions, uv installs."""
+    """The line with the Python that is asked for; uv installs the lowest versions of what pyproject.toml asks for, and then the wheel."""
     if line.startswith("python3 "):
         return line.replace("python3", python, 1)
     if line.startswith("pip install") and lowest:
-        return 'pip install --quiet uv && uv pip install --quiet --resolution lowest-direct "$WHEEL"'
+        lowest_ones = f"uv pip install --quiet --resolution lowest-direct -r {shlex.quote(str(ROOT / 'pyproject.toml'))}"
+        return f'pip install --quiet uv && {lowest_ones} && uv pip install --quiet --no-deps "$WHEEL"'
     return line.replace("pip install", "pip install --quiet", 1)
 
 

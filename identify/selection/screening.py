@@ -148,6 +148,8 @@ def _bounded(fit: Fit, problem: Problem, columns: Array, new: Sequence[int]) -> 
     free = fit.free_of_parameters(columns)
     norms = np.linalg.norm(free, axis=0)
     used = np.flatnonzero(norms > 1e-9)
+    if not used.size:
+        return np.zeros(len(new)), 0.0
     low, high = (np.array([getattr(problem.parameters[i], side) for i in new])[used] * norms[used] for side in ("low", "high"))
     low, high = np.minimum(low, -0.0), np.maximum(high, 0.0)
     r, triangle = np.linalg.qr(free[:, used] / norms[used])
