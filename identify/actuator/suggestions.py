@@ -48,7 +48,7 @@ def suggestions_of(fit: Fit, trials: Sequence[Trial], loops: Sequence[LoopData])
     """The effects that were found, the one that explains most first."""
     if not trials:
         return ()
-    rivals = tuple(trial.name for trial in as_good(trials)[1:])
+    rivals = (*trials[0].alike, *(trial.name for trial in as_good(trials)[1:]))
     before = _percent(fit, loops)
     return tuple(
         Suggestion(trial.name, _parameters(trial), before, before * (1.0 - trial.fall) ** 0.5, rivals if k == 0 else ())

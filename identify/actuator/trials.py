@@ -28,7 +28,7 @@ _FOREMOST, _FITTED = 3, 1  # effects, and starts of each beside that which its s
 _STEPS = 12
 _SAMPLES = 12_000  # of all loops, that effects are tried on
 _POOR = 2.0  # times the noise: the law may have gone astray
-_SAME_SIGNATURE = 0.999
+_SAME_SIGNATURE = 4.0  # independent samples, two standard deviations of one number
 _AS_GOOD = 10.0  # of BIC: strong evidence (Kass and Raftery 1995)
 
 
@@ -36,7 +36,8 @@ _AS_GOOD = 10.0  # of BIC: strong evidence (Kass and Raftery 1995)
 class Trial:
     """An effect fitted jointly with the law. before : the fit without it to the same samples.
 
-    p_value : how often noise gains so much, all that were tried counted. delta_bic : fall of BIC by the effect.
+    p_value : how often noise gains so much, all that were tried counted. delta_bic : fall of BIC by the effect. alike : effects whose
+    signatures cannot be told from its own.
     """
 
     name: str
@@ -44,6 +45,7 @@ class Trial:
     before: Fit
     p_value: float
     delta_bic: float
+    alike: tuple[str, ...] = ()
 
     @property
     def effect(self) -> Effect:
@@ -104,10 +106,10 @@ def tried(fit: Fit, kinds: Sequence[type[Effect]] | None = None) -> tuple[Trial,
     fit = shortened(fit, _SAMPLES)
     screened = sorted((_screened(fit, kind) for kind in kinds_for(fit, kinds)), key=lambda one: -one.promise)
     looked = max(len(screened), 1)
-    worth = _distinct([one for one in screened if one.p_value < SURE_EFFECT / looked])[:_FOREMOST]
-    if fit.rms > _POOR and ForceOffset not in {one.kind for one in worth}:  # a drift can lead the law itself far astray
-        worth += [one for one in screened if one.kind is ForceOffset]
-    made = [trial for one in worth if (trial := _fitted(fit, one, looked)) is not None]
+    worth = _distinct([one for one in screened if one.p_value < SURE_EFFECT / looked], max(fit.variance_inflation, 1.0))[:_FOREMOST]
+    if fit.rms > _POOR and ForceOffset not in {one.kind for one, _ in worth}:  # a drift can lead the law itself far astray
+        worth += [(one, ()) for one in screened if one.kind is ForceOffset]
+    made = [replace(trial, alike=alike) for one, alike in worth if (trial := _fitted(fit, one, looked)) is not None]
     return tuple(sorted(made, key=lambda trial: -trial.delta_bic))
 
 
@@ -187,15 +189,27 @@ def _unit(fit: Fit, left: Array) -> float:
     return max(power / max(independent, 1.0), fit.problem.measured / max(independent, 1.0))
 
 
-def _distinct(screened: Sequence[Screened]) -> list[Screened]:
-    """Without those whose signature is that of one before them."""
-    kept: list[Screened] = []
+def _distinct(screened: Sequence[Screened], unit: float) -> list[tuple[Screened, tuple[str, ...]]]:
+    """Each effect with those behind it whose signature differs from its own by less than noise does.
+
+    Parameters
+    ----------
+    unit : of a sum of squares, one independent sample's worth of noise.
+    """
+    kept: list[tuple[Screened, list[str]]] = []
     for one in screened:
-        norm = float(np.linalg.norm(one.signature))
-        alike = (abs(one.signature @ other.signature) / (norm * np.linalg.norm(other.signature)) for other in kept)
-        if norm > 0.0 and not any(cos > _SAME_SIGNATURE for cos in alike):
-            kept.append(one)
-    return kept
+        twins = [names for other, names in kept if _apart(one.signature, other.signature) < _SAME_SIGNATURE * unit]
+        if twins:
+            twins[0].append(one.kind.name)
+        elif np.any(one.signature):
+            kept.append((one, []))
+    return [(one, tuple(names)) for one, names in kept]
+
+
+def _apart(signature: Array, other: Array) -> float:
+    """Sum of squares of a signature that is no multiple of another."""
+    power = float(other @ other)
+    return float(np.sum((signature - float(signature @ other) / power * other) ** 2)) if power > 0.0 else float(signature @ signature)
 
 
 def _fitted(fit: Fit, one: Screened, looked: int) -> Trial | None:

@@ -157,7 +157,7 @@ def test_bad_input_ends_in_one_sentence_and_writes_nothing(case, loop_files, tmp
 def test_ten_runs_of_a_real_damper_give_the_published_friction(tmp_path):
     files = [str(path) for path in sorted((REAL / "mr-damper-0V").glob("*.csv"))]
     out = tmp_path / "r.json"
-    assert main([*files, "--unit", "elongation=mm", "--effect", "viscous-friction", "--json", str(out), "--quiet"]) == 0
+    assert main([*files, "--unit", "elongation=mm", "--effect", "viscous-friction", "--no-suggest", "--json", str(out), "--quiet"]) == 0
     result = json.loads(out.read_text())
     assert result["pooled_nrmse_percent"] < 2.8
     assert result["parameters"]["viscous-friction.damping_N_s_per_m"]["value"] == pytest.approx(802.0, rel=0.15)
@@ -169,7 +169,7 @@ def test_ten_runs_of_a_real_damper_give_the_published_friction(tmp_path):
 def test_without_viscous_friction_the_dampers_residual_points_at_speed(tmp_path):
     files = [str(path) for path in sorted((REAL / "mr-damper-0V").glob("*.csv"))]
     out = tmp_path / "r.json"
-    main([*files, "--unit", "elongation=mm", "--json", str(out), "--quiet"])
+    main([*files, "--unit", "elongation=mm", "--no-suggest", "--json", str(out), "--quiet"])
     result = json.loads(out.read_text())
     assert 6.0 < result["pooled_nrmse_percent"] < 8.0
     assert result["residual_depends_on"].startswith("speed")
@@ -187,7 +187,7 @@ def test_raw_files_of_a_real_seal_end_in_a_fit_and_a_verdict(tmp_path):
     errors = []
     for file in sorted((REAL / "pneumatic-seal").glob("*.csv")):
         out = tmp_path / f"{file.stem}.json"
-        status = main([str(file), *SEAL, "--json", str(out), "--quiet"])
+        status = main([str(file), *SEAL, "--no-suggest", "--json", str(out), "--quiet"])
         result = json.loads(out.read_text())
         assert status == (0 if result["verdict"] in ("ok", "approximate") else 1)
         assert result["reason"]
