@@ -154,6 +154,7 @@ def test_bad_input_ends_in_one_sentence_and_writes_nothing(case, loop_files, tmp
 
 
 @needs_real
+@pytest.mark.slow
 def test_ten_runs_of_a_real_damper_give_the_published_friction(tmp_path):
     files = [str(path) for path in sorted((REAL / "mr-damper-0V").glob("*.csv"))]
     out = tmp_path / "r.json"
@@ -166,6 +167,7 @@ def test_ten_runs_of_a_real_damper_give_the_published_friction(tmp_path):
 
 
 @needs_real
+@pytest.mark.slow
 def test_without_viscous_friction_the_dampers_residual_points_at_speed(tmp_path):
     files = [str(path) for path in sorted((REAL / "mr-damper-0V").glob("*.csv"))]
     out = tmp_path / "r.json"
