@@ -45,7 +45,7 @@ def _starts_of(exact: Problem, effect: Effect, off: Array, place: int, gaps: Arr
             q[rows] = (size - effect.flat()) / scales
             q = np.where(exact.held, off, np.clip(q, low, high))
             if not np.array_equal(q, off):
-                for share in _SHARES if _is_linear(shape) else (None,):
+                for share in _SHARES if shape.is_linear() else (None,):
                     yield from _at_share(exact, off, q, rows, shape, share, gaps)
 
 
@@ -75,9 +75,8 @@ def _about_mean(values: Array) -> Array:
 
 def _amplitudes(shape: Effect, problem: Problem) -> Iterator[Array]:
     """Values of the parameters of an effect that is on: its typical ones up and down, or a play of several parts of the stroke."""
-    kinds = [(item.metadata["starts"], item.metadata["linear"]) for item in fields(shape) for _ in range(_width(item.default))]
-    free = np.array([not starts for starts, _ in kinds])
-    if _is_linear(shape):
+    free, linear = map(np.array, amplitudes_of(type(shape)))
+    if shape.is_linear():
         for sign in (1.0, -1.0):
             yield np.where(free, sign * shape.typical(), shape.flat())
         return
@@ -86,11 +85,7 @@ def _amplitudes(shape: Effect, problem: Problem) -> Iterator[Array]:
         return
     stroke = max(float(np.ptp(loop.data.elongation_m[loop.data.used])) for loop in problem.loops)
     for part in _PATHS:
-        yield np.where([not linear for _, linear in kinds], part * stroke, shape.flat())
-
-
-def _is_linear(effect: Effect) -> bool:
-    return all(item.metadata["linear"] for item in fields(effect))
+        yield np.where(free & ~linear, part * stroke, shape.flat())
 
 
 def _width(default: object) -> int:

@@ -22,7 +22,7 @@ from identify.campaign.prepared import beta_bounds
 from identify.criteria import STRUCTURED_SHARE, ZEROS_DIFFER
 from identify.estimation.estimate import Estimate
 from identify.estimation.estimates import centre_of, estimates_of, reported
-from identify.estimation.least_squares import Fit
+from identify.estimation.fit import Fit
 from identify.estimation.parameters import BETA_NAME, Change
 from identify.estimation.problem import Problem
 from identify.estimation.profile_likelihood import ProfileCurve, profile_curve
@@ -247,7 +247,7 @@ def judged(fit: Fit, loops: tuple[LoopData, ...], *, suggest: bool = True) -> Ac
     moves = better is not None and moved_beyond(fit, better)
     fit = replace(fit, widened=_widened(fit, better, moves=moves))
     sigmas = [loop.data.force_sigma_N for loop in fit.problem.loops]
-    residuals = tuple(fit.difference(block) * sigma for block, sigma in zip(fit.problem.blocks, sigmas, strict=True))
+    residuals = fit.residuals_N
     whitened = [fit.part(block) * sigma for block, sigma in zip(fit.problem.blocks, sigmas, strict=True)]
     tables = [fit.jacobian[block.rows] * sigma for block, sigma in zip(fit.problem.blocks, sigmas, strict=True)]
     left, estimates, misfit = depends_on(loops, residuals), estimates_of(fit), misfit_of(loops, whitened)

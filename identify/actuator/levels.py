@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from identify.criteria import ZEROS_DIFFER
-from identify.estimation.least_squares import Fit
+from identify.estimation.fit import Fit
 from identify.estimation.parameters import Change
 from identify.loops.loop_data import LoopData, predict
 from measure.common.arrays import Array

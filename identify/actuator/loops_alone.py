@@ -13,7 +13,8 @@ from identify.actuator.effect_starts import amplitudes_of, starts_with_effects
 from identify.actuator.rates_and_strokes import polynomials_for
 from identify.campaign.prepared import LoopRun, beta_bounds, loop_run
 from identify.campaign.run import Run
-from identify.estimation.least_squares import Fit, solve
+from identify.estimation.fit import Fit
+from identify.estimation.least_squares import solve
 from identify.estimation.parameters import BASE, BETA_NAME, Change
 from identify.estimation.problem import Problem
 from identify.estimation.rate import Abscissa

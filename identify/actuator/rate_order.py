@@ -11,7 +11,8 @@ from identify.actuator.loops_alone import problem_of_loops, solve_loops
 from identify.actuator.rates_and_strokes import groups_of_rate, rates_of
 from identify.criteria import OWN_SHARE, WORTH_AN_ORDER
 from identify.estimation.covariance import own_shares
-from identify.estimation.least_squares import Fit, laid_out
+from identify.estimation.fit import Fit
+from identify.estimation.least_squares import laid_out
 from identify.estimation.parameters import Change
 from identify.estimation.problem import Problem
 from identify.estimation.rate import Abscissa
@@ -112,5 +113,4 @@ def _predicted(fit: Fit, group: list[int]) -> list[Array]:
     here, others = (replace(whole, loops=loops) for loops in ours)
     found = solve_loops(others, laid_out(fit, others))
     there = replace(found, problem=here, q=laid_out(found, here))
-    parts = [(block, loop.data) for block, loop in zip(here.blocks, here.loops, strict=True)]
-    return [there.difference(block) * data.force_sigma_N / data.force_range_N for block, data in parts]
+    return [left / loop.data.force_range_N for left, loop in zip(there.residuals_N, here.loops, strict=True)]

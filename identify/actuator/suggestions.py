@@ -9,8 +9,9 @@ from pathlib import Path
 import numpy as np
 
 from identify.actuator.trials import Trial, as_good
+from identify.actuator.verdict import pooled_error
 from identify.criteria import MOVES
-from identify.estimation.least_squares import Fit
+from identify.estimation.fit import Fit
 from identify.estimation.parameters import BASE
 from identify.loops.faults import Fault, FaultWord
 from identify.loops.loop_data import LoopData
@@ -33,14 +34,12 @@ class Suggestion:
     before_percent: float
     after_percent: float
     as_well: tuple[str, ...]
-    then: str = ""
 
     @property
     def sentence(self) -> str:
         """With what, how much better."""
         values = ", ".join(f"{key} {value:.4g}" for key, value in self.parameters.items())
         others = f"; {', '.join(self.as_well)} as well" if self.as_well else ""
-        others += f"; then {self.then}" if self.then else ""
         return f"with {self.name} {self.after_percent:.2f} % instead of {self.before_percent:.2f} % ({values}{others})"
 
 
@@ -49,7 +48,7 @@ def suggestions_of(fit: Fit, trials: Sequence[Trial], loops: Sequence[LoopData])
     if not trials:
         return ()
     rivals = (*trials[0].alike, *(trial.name for trial in as_good(trials)[1:]))
-    before = _percent(fit, loops)
+    before = 100.0 * pooled_error(loops, fit.residuals_N)
     return tuple(
         Suggestion(trial.name, _parameters(trial), before, before * (1.0 - trial.fall) ** 0.5, rivals if k == 0 else ())
         for k, trial in enumerate(trials)
@@ -59,14 +58,6 @@ def suggestions_of(fit: Fit, trials: Sequence[Trial], loops: Sequence[LoopData])
 def _parameters(trial: Trial) -> dict[str, float]:
     effect = trial.effect
     return dict(zip(effect.flat_names(), map(float, effect.flat()), strict=True))
-
-
-def _percent(fit: Fit, loops: Sequence[LoopData]) -> float:
-    """RMS of all residuals over the range of all forces, each loop's from its own mean, in per cent."""
-    parts = [fit.difference(block) * run.data.force_sigma_N for block, run in zip(fit.problem.blocks, fit.problem.loops, strict=True)]
-    forces = [data.force_N[data.used] - data.force_N[data.used].mean() for data in loops]
-    width = max(force.max() for force in forces) - min(force.min() for force in forces)
-    return 100.0 * float(np.sqrt(np.mean(np.concatenate(parts) ** 2))) / width
 
 
 def sentence_of(fit: Fit, trials: Sequence[Trial], loops: Sequence[LoopData]) -> str:

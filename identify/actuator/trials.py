@@ -17,7 +17,7 @@ from identify.actuator.loops_alone import HELD_IN_LOOPS, searched, variants
 from identify.actuator.rounding import rounded_only
 from identify.criteria import SURE_EFFECT
 from identify.estimation.estimates import away_from_turns
-from identify.estimation.least_squares import Fit
+from identify.estimation.fit import Fit
 from identify.estimation.problem import Problem
 from identify.loops.loop_data import effective_number, first_cycles
 from measure.common.arrays import Array

@@ -8,7 +8,8 @@ from typing import Literal
 import numpy as np
 
 from identify.criteria import ZEROS_DIFFER
-from identify.estimation.least_squares import Fit, solve
+from identify.estimation.fit import Fit
+from identify.estimation.least_squares import solve
 from measure.common.arrays import Array
 
 Tare = Literal["auto", "common", "each"]

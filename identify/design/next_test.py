@@ -28,7 +28,8 @@ from numpy.typing import NDArray
 from scipy import stats
 
 from identify.design.conditions import Condition, blank_film, blank_loop, deployments, loops
-from identify.estimation.least_squares import ROUGHLY, Fit, laid_out, solve
+from identify.estimation.fit import Fit
+from identify.estimation.least_squares import ROUGHLY, laid_out, solve
 from identify.estimation.problem import Problem
 from identify.estimation.threads import side_by_side
 from identify.selection.candidate_fits import Candidate

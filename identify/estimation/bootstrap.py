@@ -7,7 +7,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from identify.estimation.least_squares import Fit, solve
+from identify.estimation.fit import Fit
+from identify.estimation.least_squares import solve
 from identify.loops.loop_data import LoopData
 from measure.common.arrays import Array
 
@@ -26,7 +27,7 @@ def bootstrap(
     watch : told after every fit how many have been made.
     """
     rng, problem = np.random.default_rng(seed), fit.problem
-    left = [fit.difference(block) * loop.data.force_sigma_N for block, loop in zip(problem.blocks, problem.loops, strict=True)]
+    left = fit.residuals_N
     drawn = []
     for made in range(repeats):
         again = tuple(replace(loop, data=_redrawn(loop.data, own, rng)) for loop, own in zip(problem.loops, left, strict=True))

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from identify.criteria import BETA_PARABOLA, INERTIA_APART, ON_ASYMPTOTE, OPEN_BETA, OWN_SHARE, TWO_SIDED_95
 from identify.estimation.covariance import own_shares
 from identify.estimation.estimate import Estimate, Word
-from identify.estimation.least_squares import Fit
+from identify.estimation.fit import Fit
 from identify.estimation.parameters import BASE, BETA_NAME, LINE_NAMES
 from identify.estimation.profile_likelihood import Profile
 from identify.loops.corners import SIDE

@@ -1,19 +1,18 @@
-"""Least squares over a problem's parameters, and what a fit is worth."""
+"""Least squares over a problem's parameters."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
-from functools import cached_property
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
-from identify.estimation.covariance import clipped, sandwich, shift_of
-from identify.estimation.problem import Block, Problem
-from identify.loops.loop_data import effective_number
+from identify.estimation.covariance import shift_of
+from identify.estimation.fit import Fit
+from identify.estimation.problem import Problem
 from measure.common.arrays import Array
 from simulate.model.effect import Effect
 
@@ -23,167 +22,9 @@ _SAME_COURSE, _SAME_PLACE = 1e-3, 0.2  # relative change of the sum of squares, 
 _AT_BOUND, _OFF_BOUND = 1e-6, 1e-3  # in scales: nearer than this a parameter is at its bound, and starts so far off it
 _EARLY_SPREAD = 30.0  # typical sizes
 _FIRST_LEG, _NEXT_LEG, _LAST_LEG = 12, 6, 60
-_NOTHING, _UNDONE = 1e-3, 1e-6  # of the noise, by a typical size of a parameter; of what the parameter does
-AT_BOUND, WIDE = 1e-6, 100.0  # of the width between bounds, in scales where one is farther off than the second
 _OF_LOOPS, _POLISHING, _POLISHED = 200, 12, 1e-11  # evaluations; further steps, and how long the last is, in units of the noise
 _OUTLIER = 2.0  # robust standard deviations from which on a gap counts less, where asked for
 _CLOSE = 1.5  # times the noise: worth being taken to the very end
-
-
-@dataclass(frozen=True)
-class Fit:
-    """A problem with its parameters at the least squares: gaps (m,) in units of the noise, their Jacobian (m, k).
-
-    converged : whether the solver stopped because nothing improved any more. moved : the parameters of the Jacobian's columns where
-    these are not all. robust : whether gaps far off counted less. widened : further covariance (k, k), of errors that no gap shows.
-    """
-
-    problem: Problem
-    q: Array
-    gaps: Array
-    jacobian: Array
-    converged: bool
-    moved: tuple[int, ...] | None = None
-    robust: bool = False
-    evaluations: int = 0
-    widened: Array | None = None
-
-    @property
-    def cost(self) -> float:
-        """Sum of squares of gaps and priors."""
-        return float(self.gaps @ self.gaps)
-
-    @cached_property
-    def basis(self) -> Array:
-        """Orthonormal columns (m, k) of what the parameters can do to the gaps, each parameter by its own measure."""
-        norms = np.linalg.norm(self.jacobian, axis=0)
-        return np.linalg.qr(self.jacobian[:, norms > 0] / norms[norms > 0])[0]
-
-    def free_of_parameters(self, columns: Array) -> Array:
-        """Columns (m, n) freed of what the parameters can do themselves: projected on what is perpendicular to that."""
-        return columns - self.basis @ (self.basis.T @ columns)
-
-    def beyond(self, first: int) -> Array:
-        """What the parameters from `first` on do to the gaps, (m, k), freed of what those before them can do themselves."""
-        return replace(self, jacobian=self.jacobian[:, :first]).free_of_parameters(self.jacobian[:, first:])
-
-    def moves(self, parameter: int) -> bool:
-        """Whether moving a parameter does anything to the gaps."""
-        return float(np.linalg.norm(self.jacobian[:, parameter])) > _NOTHING
-
-    def shows(self, parameter: int) -> bool:
-        """Whether moving a parameter does anything to the gaps that all others together cannot undo."""
-        column = self.jacobian[:, parameter]
-        free = replace(self, jacobian=np.delete(self.jacobian, parameter, axis=1)).free_of_parameters(column)
-        return self.moves(parameter) and float(np.linalg.norm(free)) > _UNDONE * float(np.linalg.norm(column))
-
-    @property
-    def measured_gaps(self) -> Array:
-        """The gaps of measured values, priors left out."""
-        return self.gaps[: self.problem.measured]
-
-    @property
-    def rms(self) -> float:
-        """Root mean square of the gap over the noise."""
-        return float(np.sqrt(np.mean(self.measured_gaps**2)))
-
-    @cached_property
-    def variance_inflation(self) -> float:
-        """Samples per independent sample, one where neighbours are independent; never below one."""
-        parts = [self.gaps[block.rows] for block in self.problem.blocks]
-        independent = sum(effective_number(part) for part in parts if len(part))
-        return max(1.0, self.problem.measured / max(independent, 1.0))
-
-    @property
-    def unit(self) -> float:
-        """Of a sum of squares, one independent sample's worth of the noise that is left."""
-        return self.variance_inflation * max(1.0, self.rms**2)
-
-    @property
-    def effective_samples(self) -> float:
-        """Number of independent samples."""
-        return self.problem.measured / self.variance_inflation
-
-    @cached_property
-    def covariance(self) -> Array:
-        """Covariance of the parameters, (k, k), in scales: the sandwich, and what an error of the turning points adds."""
-        gaps = clipped(self.gaps, self._rows) if self.robust else self.gaps
-        known = sandwich(self.jacobian, gaps, self._rows, self.clear_of_bounds) + np.outer(self.of_turns, self.of_turns)
-        moving = ~self.problem.held[self.columns]
-        return (known if self.widened is None else known + self.widened) * np.outer(moving, moving)
-
-    @cached_property
-    def of_turns(self) -> Array:
-        """What the parameters bend by, (k,), where all turning points of all loops are one standard deviation further out.
-
-        A fit bends to such an error, so no gap shows it.
-        """
-        return shift_of(self.jacobian, self.problem.turned(self.q, self.gaps), self.clear_of_bounds)
-
-    @cached_property
-    def clear_of_bounds(self) -> NDArray[np.bool_]:
-        """Which of the columns' parameters stand clear of their bounds, and are not held."""
-        low, high = (bound[self.columns] for bound in self.problem.bounds)
-        width = np.minimum(np.where(np.isfinite(high - low), high - low, 1.0), WIDE)
-        q = self.q[self.columns]
-        return (q - low > AT_BOUND * width) & (high - q > AT_BOUND * width) & ~self.problem.held[self.columns]
-
-    def at_bounds(self) -> dict[str, str]:
-        """Which parameters ran to a bound, and to which, in words: {"hub-inertia.mass_kg": "lower bound 0"}."""
-        found = {}
-        for k, clear in zip(self.columns, self.clear_of_bounds, strict=True):
-            parameter, q = self.problem.parameters[k], float(self.q[k])
-            if not clear and parameter.vary:
-                side, bound = min((("lower", parameter.low), ("upper", parameter.high)), key=lambda end: abs(end[1] - q))
-                found[parameter.name] = f"{side} bound {parameter.value(bound):.4g}"
-        return found
-
-    @property
-    def columns(self) -> NDArray[np.intp]:
-        """The parameters of the Jacobian's columns: all, or those that were left free."""
-        return np.arange(len(self.q)) if self.moved is None else np.array(self.moved, dtype=np.intp)
-
-    @property
-    def _rows(self) -> list[slice]:
-        return [block.rows for block in self.problem.blocks]
-
-    def stderr(self, name: str) -> float:
-        """One standard deviation of a parameter, in its own unit."""
-        return float(np.sqrt(self.covariance_of([name])[0, 0]))
-
-    def value(self, name: str) -> float:
-        """A parameter in its own unit."""
-        index = self.problem.index_of(name)
-        return self.problem.parameters[index].value(float(self.q[index]))
-
-    def covariance_of(self, names: Sequence[str]) -> Array:
-        """Covariance of these parameters, in their own units."""
-        places = [self.problem.index_of(name) for name in names]
-        slopes = self.problem.slopes_at(self.q)[places]
-        rows = np.searchsorted(self.columns, places)
-        return self.covariance[np.ix_(rows, rows)] * np.outer(slopes, slopes)
-
-    @cached_property
-    def effective_parameters(self) -> float:
-        """Number of parameters that the effects speak with, never more than they have.
-
-        A direction of the parameters, in typical sizes, counts as far as it moves the measurements beyond what base and releases
-        can do, s^2 / (1 + s^2): one that shows nothing (an axis across the camera, an angle that another makes up for) says nothing.
-        """
-        sizes = np.linalg.svd(self.beyond(self.problem.first_effect), compute_uv=False) ** 2
-        return float(np.sum(sizes / (1.0 + sizes)))
-
-    def part(self, block: Block) -> Array:
-        """The gap of one run and channel."""
-        return self.gaps[block.rows]
-
-    def difference(self, block: Block) -> Array:
-        """Measured minus modelled of one run and channel over its noise, the motion of a loop taken as exact."""
-        return self._differences[block.rows]
-
-    @cached_property
-    def _differences(self) -> Array:
-        return self.problem.with_exact_motion().gaps(self.q) if self.problem.loops else self.gaps
 
 
 def solve(

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from identify.estimation.least_squares import Fit
+from identify.estimation.fit import Fit
 from measure.common.arrays import Array
 
 if TYPE_CHECKING:

@@ -12,16 +12,8 @@ from dataclasses import replace
 import numpy as np
 
 from identify.campaign.prepared import Film
-from identify.estimation.least_squares import (
-    NEAR,
-    ROUGHLY,
-    Fit,
-    before_the_stops,
-    first_stop_s,
-    laid_out,
-    solve,
-    to_the_end,
-)
+from identify.estimation.fit import Fit
+from identify.estimation.least_squares import NEAR, ROUGHLY, before_the_stops, first_stop_s, laid_out, solve, to_the_end
 from identify.estimation.parameters import POSE
 from identify.estimation.problem import Problem
 from identify.estimation.threads import side_by_side

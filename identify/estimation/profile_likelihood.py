@@ -11,7 +11,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from identify.estimation.least_squares import Fit, solve
+from identify.estimation.fit import Fit
+from identify.estimation.least_squares import solve
 from identify.estimation.parameters import Change
 from measure.common.arrays import Array
 

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from identify.estimation.least_squares import Fit
+from identify.estimation.fit import Fit
 from identify.estimation.problem import Problem
 from identify.selection.gap_test import GAP_P
 from identify.selection.null_hypothesis import chance_of_columns, gained_by

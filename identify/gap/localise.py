@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from scipy.signal import savgol_filter
 
 from identify.campaign.prepared import Film, LoopRun
-from identify.estimation.least_squares import Fit
+from identify.estimation.fit import Fit
 from identify.estimation.problem import Block
 from measure.common.arrays import Array
 

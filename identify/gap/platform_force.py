@@ -14,7 +14,8 @@ from typing import Any
 
 import numpy as np
 
-from identify.estimation.least_squares import ROUGHLY, Fit, before_the_stops, laid_out, solve
+from identify.estimation.fit import Fit
+from identify.estimation.least_squares import ROUGHLY, before_the_stops, laid_out, solve
 from identify.estimation.problem import Problem
 from identify.selection.gap_test import GAP_P, gap_test
 from identify.selection.null_hypothesis import chance_of_columns

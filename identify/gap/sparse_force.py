@@ -12,7 +12,8 @@ from itertools import takewhile
 
 import numpy as np
 
-from identify.estimation.least_squares import Fit, bic, bic_penalty
+from identify.estimation.fit import Fit
+from identify.estimation.least_squares import bic, bic_penalty
 from identify.gap.platform_force import (
     ALONGS,
     Along,

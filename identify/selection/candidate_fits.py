@@ -7,15 +7,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from identify.estimation.least_squares import (
-    NEAR,
-    ROUGHLY,
-    Fit,
-    laid_out,
-    solve,
-    solve_from_afar,
-    to_the_end,
-)
+from identify.estimation.fit import Fit
+from identify.estimation.least_squares import NEAR, ROUGHLY, laid_out, solve, solve_from_afar, to_the_end
 from identify.estimation.multistart import released_again, searched_everywhere
 from identify.estimation.parameters import POSE
 from identify.estimation.problem import Problem

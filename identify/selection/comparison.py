@@ -12,7 +12,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy import stats
 
-from identify.estimation.least_squares import ROUGHLY, Fit, before_the_stops, solve, to_the_end
+from identify.estimation.fit import Fit
+from identify.estimation.least_squares import ROUGHLY, before_the_stops, solve, to_the_end
 from identify.estimation.multistart import searched_everywhere
 from identify.selection.candidate_fits import Candidate, carried_on, carried_to_the_end, fit_screened, held_out_rms
 from identify.selection.gap_test import EFFECT_P, GAP_P, Gain, gap_test, likeness

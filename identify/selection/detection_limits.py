@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import stats
 
-from identify.estimation.least_squares import Fit
+from identify.estimation.fit import Fit
 from identify.estimation.problem import Problem
 from identify.selection.gap_test import EFFECT_P
 from identify.selection.null_hypothesis import Family, gained_by

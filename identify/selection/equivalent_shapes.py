@@ -11,7 +11,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from identify.estimation.least_squares import ROUGHLY, Fit, refitted, solve, to_the_end
+from identify.estimation.fit import Fit
+from identify.estimation.least_squares import ROUGHLY, refitted, solve, to_the_end
 from identify.estimation.problem import Problem
 from identify.estimation.profile_likelihood import REACH
 from identify.estimation.threads import side_by_side

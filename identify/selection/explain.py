@@ -18,7 +18,8 @@ from identify.campaign.load_cell_zeros import Tare, zeros_differ
 from identify.campaign.noiseless import AddedNoise, with_noise_where_none
 from identify.campaign.run import Run
 from identify.design.next_test import NextTest, next_tests
-from identify.estimation.least_squares import ROUGHLY, Fit, laid_out, solve, solve_from_afar
+from identify.estimation.fit import Fit
+from identify.estimation.least_squares import ROUGHLY, laid_out, solve, solve_from_afar
 from identify.estimation.multistart import released_again, searched_everywhere
 from identify.estimation.parameters import Change
 from identify.estimation.problem import Problem, problem_of

@@ -7,7 +7,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from identify.estimation.least_squares import Fit, before_the_stops, bic, refitted, solve
+from identify.estimation.fit import Fit
+from identify.estimation.least_squares import before_the_stops, bic, refitted, solve
 from identify.estimation.multistart import searched_everywhere
 from identify.gap.sparse_force import SHORTEST, Push, is_bent, push
 from identify.selection.comparison import RIVAL_P, Budget, Say, Step, next_effect

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import fft, stats
 
-from identify.estimation.least_squares import Fit
+from identify.estimation.fit import Fit
 from measure.common.arrays import Array
 
 GAP_P = 1e-3  # less likely than this as noise: a gap

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import fft, stats
 
-from identify.estimation.least_squares import Fit
+from identify.estimation.fit import Fit
 from identify.selection.gap_test import Signature
 from measure.common.arrays import Array
 

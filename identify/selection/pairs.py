@@ -13,7 +13,8 @@ from itertools import combinations
 
 import numpy as np
 
-from identify.estimation.least_squares import Fit, bic, refitted
+from identify.estimation.fit import Fit
+from identify.estimation.least_squares import bic, refitted
 from identify.selection.candidate_fits import carried_to_the_end, fit_screened
 from identify.selection.comparison import (
     STRONG_BIC,

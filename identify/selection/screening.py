@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.optimize import lsq_linear
 
-from identify.estimation.least_squares import Fit
+from identify.estimation.fit import Fit
 from identify.estimation.problem import Problem
 from identify.selection.gap_test import Signature, likeness, signature
 from measure.common.arrays import Array

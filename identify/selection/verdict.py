@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from identify.estimation.least_squares import Fit, bic
+from identify.estimation.fit import Fit
+from identify.estimation.least_squares import bic
 from identify.gap.leg_force import chance_of_leg_force, closed_by_leg_force
 from identify.gap.platform_force import MissingForce, chance_of_force
 from identify.selection.comparison import Step

@@ -27,6 +27,20 @@ class Outputs:
     folders: Mapping[str, tuple[Path | None, Collection[str]]] = field(default_factory=dict)
     inputs: Sequence[Path] = ()
 
+    def require_usable(self) -> None:
+        """Check everything; for a command that leaves the writing to others.
+
+        Raises
+        ------
+        InputError
+            All that is wrong at once: an output is an input or lies in a folder that is read, has no folder that can be written, is a
+            folder where a file is meant or the other way round, or is named twice.
+        """
+        wrong = [*self._wrong_folders(), *self._wrong_files(), *self._doubled()]
+        wrong = wrong or [*self._inputs_among_them(), *self._unwritable()]
+        if wrong:
+            raise InputError("\n".join(dict.fromkeys(wrong)))
+
     @contextmanager
     def held(self) -> Iterator[None]:
         """Check everything, and keep other runs away while the block lasts.
@@ -34,13 +48,9 @@ class Outputs:
         Raises
         ------
         InputError
-            All that is wrong at once: an output is an input or lies in a folder that is read, has no folder that can be written, is a
-            folder where a file is meant or the other way round, or is named twice; or another run is writing there.
+            As `require_usable`; or another run is writing there.
         """
-        wrong = [*self._wrong_folders(), *self._wrong_files(), *self._doubled()]
-        wrong = wrong or [*self._inputs_among_them(), *self._unwritable()]
-        if wrong:
-            raise InputError("\n".join(dict.fromkeys(wrong)))
+        self.require_usable()
         with locked([path.resolve() for _, path in (*self._all_files(), *self._all_folders())]):
             self._remove_leftovers()
             yield

@@ -15,7 +15,8 @@ import numpy as np
 import pytest
 
 from identify.campaign.runs import read_campaign
-from identify.estimation.least_squares import Fit, solve_from_afar
+from identify.estimation.fit import Fit
+from identify.estimation.least_squares import solve_from_afar
 from identify.estimation.observation import RunRelease, View, observe
 from identify.estimation.problem import problem_of
 from identify.selection.explain import Explanation, explain

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from argparse import Namespace
 from collections.abc import Sequence
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
-from measure.common.command_line import DONE, UNUSABLE, examples, parser, run
+from measure.common.command_line import DONE, UNUSABLE, examples, parser, run, say
 
 NAME = "unspool check"
 DOES = "Read model, campaign, film project, bench columns, loops and trajectories; report all that is wrong, and what was understood."
@@ -30,14 +31,29 @@ def _parser() -> Any:
 
 
 def _work(arguments: Sequence[str]) -> int:
+    from measure.common.output_gate import Outputs
+
     given = _parser().parse_args(arguments)
-    found = [_looked_at(path, given) for path in given.files]
+    with Outputs({"--output": given.output, "--json": given.json}, inputs=_files_read(given)).held():
+        found = [_looked_at(path, given) for path in given.files]
+        _write(given, found)
     wrong = [row for row in found if row["wrong"]]
-    _write(given, found)
     if not given.quiet:
-        print("\n".join(line for row in found for line in _said(row)))
-        print(f"{len(found) - len(wrong)} of {len(found)} files can be used" + ("" if wrong else f"\nnext     {_next(found)}"))
+        say(*(line for row in found for line in _said(row)))
+        say(f"{len(found) - len(wrong)} of {len(found)} files can be used" + ("" if wrong else f"\nnext     {_next(found)}"))
     return UNUSABLE if wrong else DONE
+
+
+def _files_read(given: Namespace) -> list[Path]:
+    """All that is read, the files that a list of runs names included; what cannot be read as one names none."""
+    from identify.campaign.runs import files_of
+    from measure.common.errors import InputError
+
+    found = [*given.files, *given.effects, *([given.mapping] if given.mapping else [])]
+    for path in given.files:
+        with suppress(InputError):
+            found += files_of([path])
+    return found
 
 
 def _looked_at(path: Path, given: Namespace) -> dict[str, Any]:

@@ -6,7 +6,6 @@ It calls the same functions as the commands and prints what came out of each.
 from __future__ import annotations
 
 import shutil
-import sys
 import time
 from argparse import Namespace
 from collections.abc import Sequence
@@ -14,7 +13,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from identify.commands.subcommands.shipped import shipped
-from measure.common.command_line import DONE, VERDICT_BAD, examples, parser, progress, run
+from measure.common.command_line import DONE, VERDICT_BAD, complain, examples, parser, progress, run, say
 
 if TYPE_CHECKING:
     from identify.gap.compare import Comparison
@@ -42,6 +41,7 @@ def _parser() -> Any:
 def _work(arguments: Sequence[str]) -> int:
     given = _parser().parse_args(arguments)
     from measure.common.errors import InputError
+    from measure.common.output_gate import Outputs
 
     if not (given.data / "campaign.toml").is_file():
         raise InputError(f"{given.data}: no campaign.toml; name the folder with the demonstration's data by --data.")
@@ -49,6 +49,7 @@ def _work(arguments: Sequence[str]) -> int:
         return _raw(given)
     given.output.mkdir(parents=True, exist_ok=True)
     work = given.output / "data"
+    Outputs({"--json": given.json}, {"--output": (work, ())}, [given.data]).require_usable()
     shutil.copytree(given.data, work, dirs_exist_ok=True)
     steps = _Steps(given, time.perf_counter())
     _measure(steps, work)
@@ -67,8 +68,8 @@ def _raw(given: Namespace) -> int:
 
     made = write_raw(given.data, given.raw)
     if not given.quiet:
-        print("\n".join(f"written   {path}" for path in made))
-        print(f"next      unspool init {given.raw} --like demo, then: unspool check {given.raw}/campaign.toml")
+        say(*(f"written   {path}" for path in made))
+        say(f"next      unspool init {given.raw} --like demo, then: unspool check {given.raw}/campaign.toml")
     return DONE
 
 
@@ -81,11 +82,11 @@ class _Steps:
 
     def under_way(self, text: str) -> None:
         if not self.quiet:
-            print(f"  {time.perf_counter() - self.start:5.1f} s  {text} ...", file=sys.stderr, flush=True)
+            complain(f"  {time.perf_counter() - self.start:5.1f} s  {text} ...")
 
     def say(self, step: str, what: str, figures: str) -> None:
         if not self.quiet:
-            print(f"{step:<9}{what:<38}  {figures}".rstrip(), flush=True)
+            say(f"{step:<9}{what:<38}  {figures}".rstrip())
 
 
 def _measure(steps: _Steps, work: Path) -> None:

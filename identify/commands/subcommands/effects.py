@@ -7,7 +7,7 @@ from argparse import Namespace
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
-from measure.common.command_line import DONE, examples, parser, run
+from measure.common.command_line import DONE, examples, parser, run, say
 
 if TYPE_CHECKING:
     from simulate.report.effect_text import EffectText
@@ -33,6 +33,7 @@ def _parser() -> Any:
 
 def _work(arguments: Sequence[str]) -> int:
     given = _parser().parse_args(arguments)
+    from measure.common.output_gate import Outputs
     from simulate.files.own_effects import catalogue_with
     from simulate.report.effect_text import text_of
 
@@ -40,9 +41,10 @@ def _work(arguments: Sequence[str]) -> int:
     _require_known(given.name, texts)
     chosen = [texts[name] for name in given.name] or list(texts.values())
     lines = [line for text in chosen for line in described(text)] if given.name else listed(chosen)
-    _write(given, chosen, lines)
+    with Outputs({"--output": given.output, "--json": given.json}, inputs=given.effects).held():
+        _write(given, chosen, lines)
     if not given.quiet:
-        print("\n".join(lines))
+        say(*lines)
     return DONE
 
 

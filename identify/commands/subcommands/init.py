@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from measure.common.command_line import DONE, examples, parser, run
+from measure.common.command_line import DONE, examples, parser, run, say
 
 NAME = "unspool init"
 DOES = "Write commented templates of the model, the film, the columns of the bench and the list of runs, with a schema of each for editors."
@@ -37,7 +37,7 @@ def _work(arguments: Sequence[str]) -> int:
     _require_absent(folder, texts)
     _write(given, folder, texts)
     if not given.quiet:
-        print("\n".join(_said(folder, texts)))
+        say(*_said(folder, texts))
     return DONE
 
 

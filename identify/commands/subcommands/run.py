@@ -8,7 +8,7 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from measure.common.command_line import UNUSABLE, VERDICT_BAD, examples, parser, run
+from measure.common.command_line import UNUSABLE, VERDICT_BAD, examples, parser, run, say
 
 if TYPE_CHECKING:
     from identify.campaign.campaign_file import Campaign, ListedRun
@@ -37,7 +37,7 @@ def _work(arguments: Sequence[str]) -> int:
 
     listed, folder = read_list(given.campaign), given.campaign.parent
     model = _model(given, listed)
-    _require_usable(given)
+    _require_usable(given, model)
     given.output.mkdir(parents=True, exist_ok=True)
     status = _films_measured(given, listed, folder, model)
     if status:
@@ -67,13 +67,16 @@ def _model(given: Namespace, listed: Campaign) -> Path:
     return path
 
 
-def _require_usable(given: Namespace) -> None:
-    """Everything that is wrong with the files of the list, before the long work begins."""
+def _require_usable(given: Namespace, model: Path) -> None:
+    """Everything that is wrong with the files of the list, or with --json, before the long work begins."""
+    from identify.campaign.runs import files_of
     from identify.commands.subcommands.understood import understood
+    from measure.common.output_gate import Outputs
     from measure.readers.column_mapping import ColumnMapping
     from simulate.files.own_effects import catalogue_with
 
     understood(given.campaign, ColumnMapping(), catalogue_with(given.effects))
+    Outputs({"--json": given.json}, inputs=[model, *given.effects, *files_of([given.campaign])]).require_usable()
 
 
 def _films_measured(given: Namespace, listed: Campaign, folder: Path, model: Path) -> int:
@@ -126,4 +129,4 @@ def _typed(given: Namespace, command: Callable[[Sequence[str]], int], words: Seq
 
 def _say(given: Namespace, text: str) -> None:
     if not given.quiet:
-        print(text, flush=True)
+        say(text)

@@ -12,7 +12,8 @@ import numpy as np
 
 from identify.campaign.run import Run
 from identify.campaign.runs import read_campaign
-from identify.estimation.least_squares import Fit, solve_from_afar
+from identify.estimation.fit import Fit
+from identify.estimation.least_squares import solve_from_afar
 from identify.estimation.problem import problem_of
 from identify.selection.candidate_fits import Candidate, carried_over, fit_screened
 from identify.selection.screening import kinds_to_try, screen

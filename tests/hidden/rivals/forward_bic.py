@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from identify.estimation.least_squares import Fit
+from identify.estimation.fit import Fit
 
 from .asking import Asked, Said, answer, candidates
 

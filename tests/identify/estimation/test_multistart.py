@@ -10,7 +10,8 @@ import pytest
 
 from identify.campaign.run import Run
 from identify.campaign.runs import read_campaign
-from identify.estimation.least_squares import Fit, before_the_stops, solve
+from identify.estimation.fit import Fit
+from identify.estimation.least_squares import before_the_stops, solve
 from identify.estimation.multistart import from_elsewhere, released_again, searched_everywhere
 from identify.estimation.problem import problem_of
 from identify.selection.gap_test import GAP_P, gap_test

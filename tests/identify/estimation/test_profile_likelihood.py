@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from identify.campaign.run import Run
-from identify.estimation.least_squares import Fit, solve
+from identify.estimation.fit import Fit
+from identify.estimation.least_squares import solve
 from identify.estimation.parameters import lines_of
 from identify.estimation.problem import problem_of
 from identify.estimation.profile_likelihood import REACH, profile_interval

@@ -10,7 +10,8 @@ import pytest
 from board.outside import Gust, SideWind
 
 from identify.campaign.runs import read_campaign
-from identify.estimation.least_squares import Fit, bic, solve_from_afar
+from identify.estimation.fit import Fit
+from identify.estimation.least_squares import bic, solve_from_afar
 from identify.gap.platform_force import ForceAlongTime, at_once
 from identify.gap.sparse_force import chance_of_push, is_bent, push
 from identify.report.result import sentence

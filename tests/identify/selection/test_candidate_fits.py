@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 from identify.campaign.runs import read_campaign
-from identify.estimation.least_squares import Fit, before_the_stops, solve
+from identify.estimation.fit import Fit
+from identify.estimation.least_squares import before_the_stops, solve
 from identify.estimation.parameters import POSE
 from identify.estimation.problem import problem_of
 from identify.selection import candidate_fits as candidates

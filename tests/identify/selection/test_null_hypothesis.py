@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from scipy.stats import chi2
 
-from identify.estimation.least_squares import Fit
+from identify.estimation.fit import Fit
 from identify.selection.candidate_fits import Candidate
 from identify.selection.comparison import best_first
 from identify.selection.gap_test import Gain, Signature
