@@ -37,11 +37,13 @@ def _versions() -> list[str]:
     import re
     from importlib import metadata
 
+    from measure.common.version import versions_of
+
     try:
         needed = [re.split(r"[ \[<>=!~;]", entry)[0] for entry in metadata.requires("unspool") or () if "extra ==" not in entry]
-        return [f"{package} {metadata.version(package)}" for package in ("unspool", *needed)]
     except metadata.PackageNotFoundError:
         return ["unknown"]
+    return [f"{package} {version}" for package, version in versions_of(("unspool", *needed)).items()]
 
 
 def sentence_of(name: str, arguments: Sequence[str], error: BaseException) -> str:

@@ -13,11 +13,11 @@ import sys
 import tempfile
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
-from importlib import metadata
 from pathlib import Path
 from typing import Any
 
 from measure.common.errors import InputError
+from measure.common.version import versions_of
 
 _KEY = ".unspool-"
 _LONGEST_SUFFIX = 12
@@ -211,7 +211,7 @@ def provenance(inputs: Iterable[Path] = (), seed: int | None = None, command: It
     note: dict[str, Any] = {
         "command": " ".join([Path(words[0]).name, *words[1:]]) if words else "",
         "inputs": [{"file": str(path), "sha256": sha256(path)} for path in inputs],
-        "versions": {"python": platform.python_version(), **_versions()},
+        "versions": {"python": platform.python_version(), **versions_of(_REPORTED_PACKAGES)},
     }
     if seed is not None:
         note["seed"] = seed
@@ -228,16 +228,6 @@ def write_provenance(path: Path, note: Mapping[str, Any]) -> Path:
 def provenance_beside(path: Path) -> Path:
     """Where the note on a table stands."""
     return Path(f"{path}.provenance.json")
-
-
-def _versions() -> dict[str, str]:
-    found = {}
-    for name in _REPORTED_PACKAGES:
-        try:
-            found[name] = metadata.version(name)
-        except metadata.PackageNotFoundError:
-            continue
-    return found
 
 
 def sha256(path: Path) -> str:

@@ -1,19 +1,27 @@
-"""`--version`, looked up only when it is asked for."""
+"""Versions of the program and its libraries, and `--version`, looked up only when they are asked for."""
 
 from __future__ import annotations
 
 import argparse
+from collections.abc import Iterable
+from contextlib import suppress
 from typing import Any, NoReturn
+
+
+def versions_of(packages: Iterable[str]) -> dict[str, str]:
+    """The versions of installed packages by their names; what is not installed is left out."""
+    from importlib import metadata
+
+    found = {}
+    for name in packages:
+        with suppress(metadata.PackageNotFoundError):
+            found[name] = metadata.version(name)
+    return found
 
 
 def installed_version() -> str:
     """The version of the installed distribution, or a sentence where it is not installed."""
-    from importlib import metadata
-
-    try:
-        return metadata.version("unspool")
-    except metadata.PackageNotFoundError:
-        return "unknown: not installed, used from its sources"
+    return versions_of(["unspool"]).get("unspool", "unknown: not installed, used from its sources")
 
 
 class ShowVersion(argparse.Action):

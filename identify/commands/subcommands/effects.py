@@ -34,18 +34,23 @@ def _parser() -> Any:
 def _work(arguments: Sequence[str]) -> int:
     given = _parser().parse_args(arguments)
     from measure.common.output_gate import Outputs
+
+    with Outputs({"--output": given.output, "--json": given.json}, inputs=given.effects).held():
+        chosen = _chosen(given)
+        lines = [line for text in chosen for line in described(text)] if given.name else listed(chosen)
+        _write(given, chosen, lines)
+    if not given.quiet:
+        say(*lines)
+    return DONE
+
+
+def _chosen(given: Namespace) -> list[EffectText]:
     from simulate.files.own_effects import catalogue_with
     from simulate.report.effect_text import text_of
 
     texts = {name: text_of(kind) for name, kind in catalogue_with(given.effects).items()}
     _require_known(given.name, texts)
-    chosen = [texts[name] for name in given.name] or list(texts.values())
-    lines = [line for text in chosen for line in described(text)] if given.name else listed(chosen)
-    with Outputs({"--output": given.output, "--json": given.json}, inputs=given.effects).held():
-        _write(given, chosen, lines)
-    if not given.quiet:
-        say(*lines)
-    return DONE
+    return [texts[name] for name in given.name] or list(texts.values())
 
 
 def _require_known(names: Sequence[str], texts: dict[str, EffectText]) -> None:

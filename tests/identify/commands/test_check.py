@@ -61,3 +61,19 @@ def test_it_ends_with_the_next_command(capsys, name, command):
     status, said = checked(capsys, DEMO / name)
     assert status == 0
     assert said.splitlines()[-1].startswith(f"next     {command} ")
+
+
+@pytest.mark.parametrize("option", ["-o", "--json"])
+@pytest.mark.parametrize("taken", ["runs.toml", "loop.csv", "same-loop.csv", "bench.toml", "mine.py"])
+def test_nothing_that_is_read_is_written_over(capsys, tmp_path, option, taken):
+    """Neither a file that is named, nor one that a list of runs names, nor one of them through a link."""
+    (tmp_path / "runs.toml").write_text('[[run]]\nfile = "loop.csv"\n')
+    (tmp_path / "loop.csv").write_bytes((DEMO / "loops" / "loop-1Hz-20mm.csv").read_bytes())
+    (tmp_path / "same-loop.csv").symlink_to(tmp_path / "loop.csv")
+    (tmp_path / "bench.toml").write_text('[units]\nforce = "N"\n')
+    (tmp_path / "mine.py").write_text("")
+    before = {path: path.read_bytes() for path in tmp_path.iterdir()}
+    words = ["--mapping", str(tmp_path / "bench.toml"), "--effects", str(tmp_path / "mine.py"), option, str(tmp_path / taken)]
+    assert main(["check", str(tmp_path / "runs.toml"), *words]) == 2
+    assert "inputs are never written" in capsys.readouterr().err
+    assert {path: path.read_bytes() for path in tmp_path.iterdir()} == before

@@ -103,3 +103,14 @@ def test_a_list_without_a_model_is_answered_with_the_line_to_add(rig, typed, cap
     assert run(rig) == 2
     assert 'Add --model MODEL, or at the top of the list\nmodel = "model.toml"' in capsys.readouterr().err
     assert run(rig, "--model", str(shipped("demo") / "rig.toml")) == 1
+
+
+def test_json_in_the_place_of_an_input_is_refused_before_any_work(tmp_path, capsys):
+    (tmp_path / "loop.csv").write_bytes((shipped("demo") / "loops" / "loop-1Hz-20mm.csv").read_bytes())
+    (tmp_path / "runs.toml").write_text('[[run]]\nfile = "loop.csv"\n')
+    before = {path: path.read_bytes() for path in tmp_path.iterdir()}
+    for taken in before:
+        words = ["--model", str(shipped("demo") / "rig.toml"), "-o", str(tmp_path / "results"), "--json", str(taken)]
+        assert main(["run", str(tmp_path / "runs.toml"), *words]) == 2
+    assert capsys.readouterr().err.count("inputs are never written") == len(before)
+    assert {path: path.read_bytes() for path in tmp_path.iterdir()} == before

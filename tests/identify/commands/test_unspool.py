@@ -71,3 +71,11 @@ def test_bash_completes_tasks_options_and_effects():
     assert completed("unspool", "ef") == ["effects"]
     assert "--bootstrap" in completed("fit-actuator", "--b")
     assert completed("unspool", "effects", "hub") == ["hub-inertia"]
+
+
+def test_a_file_of_effects_is_not_written_over(tmp_path, capsys):
+    mine = tmp_path / "mine.py"
+    mine.write_text("")
+    assert main(["effects", "hub-inertia", "--effects", str(mine), "--json", str(mine)]) == 2
+    assert "inputs are never written" in capsys.readouterr().err
+    assert mine.read_text() == ""
