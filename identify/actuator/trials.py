@@ -5,11 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import least_squares
 from scipy.stats import chi2
 
 from identify.actuator.effect_starts import amplitudes_of, starts_with_effects
@@ -18,6 +16,7 @@ from identify.actuator.rounding import rounded_only
 from identify.criteria import SURE_EFFECT
 from identify.estimation.estimates import away_from_turns
 from identify.estimation.fit import Fit
+from identify.estimation.least_squares import solve
 from identify.estimation.problem import Problem
 from identify.loops.loop_data import effective_number, first_cycles
 from measure.common.arrays import Array
@@ -243,25 +242,7 @@ def _is_sure(found: Fit, kind: type[Effect], first: int) -> bool:
 
 def roughly(problem: Problem, start: Array) -> Fit:
     """A fit that stops where the sum of squares hardly falls any more."""
-    moving = np.flatnonzero(~problem.held)
-    low, high = (bound[moving] for bound in problem.bounds)
-    q = np.where(problem.held, problem.start, start)
-
-    def whole(part: Array) -> Array:
-        filled = q.copy()
-        filled[moving] = part
-        return filled
-
-    def slopes(part: Array) -> Array:
-        return problem.jacobian(whole(part), moving.tolist())[1]
-
-    settings: dict[str, Any] = {"jac": slopes, "x_scale": "jac", "ftol": 1e-6, "xtol": 1e-8, "gtol": 1e-10, "max_nfev": _STEPS}
-    width = np.minimum(np.where(np.isfinite(high - low), high - low, 1.0), 1.0)
-    begun = np.clip(q[moving], low + 1e-6 * width, high - 1e-6 * width)
-    found = least_squares(lambda x: problem.gaps(whole(x)), begun, bounds=(low, high), **settings)
-    jacobian = np.zeros((len(found.fun), len(q)))
-    jacobian[:, moving] = found.jac
-    return Fit(problem, whole(found.x), found.fun, jacobian, True)
+    return solve(problem, start, most_steps=_STEPS, loosely=True)
 
 
 @dataclass(frozen=True)

@@ -174,5 +174,5 @@ def blank_loop(problem: Problem, condition: Condition) -> LoopRun:
     moved = harmonic_motion(time, blank.elongation_m, sigma_m)
     assert moved is not None
     used = data.used & (time > 1.0 / condition.frequency_Hz)
-    foreseen = replace(data, force_sigma_N=float(force_sigma_N), motion_errors=moved[1], used=used)
-    return LoopRun(Run(blank, name="further"), problem.model, foreseen)
+    predicted = replace(data, force_sigma_N=float(force_sigma_N), motion_errors=moved[1], used=used)
+    return LoopRun(Run(blank, name="further"), problem.model, predicted)

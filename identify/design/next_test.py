@@ -1,4 +1,4 @@
-"""Which further test would split a class best: each is foreseen with the rivals' own fits, before anyone measures it.
+"""Which further test would split a class best: each is predicted with the rivals' own fits, before anyone measures it.
 
 One of two rivals makes the measurement, the other is fitted to it along straight lines, with base, effects and the new run's
 release free as far as everything measured before lets them. What is left, in units of the noise, is what the test would show:
@@ -14,8 +14,8 @@ Nobody knows the true one's parameters better than its fit does, nor how a platf
 with others the test may show less. So each makes the measurement with several sets, drawn from its covariance (as far as what
 was measured bears them out) and from what `[nuisance]` says of releases, and the chance is the mean: a release just as it
 should be lands on all its stops at once, which none does, and shows a multiple of what others do. The most telling tests are
-foreseen once more with more releases and by full simulation: an effect can often bend farther than a straight line. Where a
-single run is not sure enough to tell, several of the same kind are foreseen together, as few as will do.
+predicted once more with more releases and by full simulation: an effect can often bend farther than a straight line. Where a
+single run is not sure enough to tell, several of the same kind are predicted together, as few as will do.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ from measure.common.arrays import Array
 
 _DRAWS, _SEED = 12, 2009
 _RELEASES, _AT_FIRST = 10, 2  # ways in which a further run may be let go; fewer until a test is among the most telling ones
-_CHECKED, _MOST_CHECKED = 3, 6  # tests, the most telling ones, that are foreseen by full simulation; more while none is likely
+_CHECKED, _MOST_CHECKED = 3, 6  # tests, the most telling ones, that are predicted by full simulation; more while none is likely
 _STEPS = 8
 _SURE, _MOST_RUNS = 0.9, 6  # a test is as many runs as split off a rival this often, but no more
 LIKELY = 0.8  # a test that splits off a rival less often than this is not worth being recommended
@@ -59,9 +59,9 @@ class NextTest:
 
 
 def next_tests(before: Fit, best: Fit, rivals: Sequence[Candidate]) -> tuple[NextTest, ...]:
-    """Every test that can be foreseen with these runs, the most telling first; `before` is the fit without any of the rivals.
+    """Every test that can be predicted with these runs, the most telling first; `before` is the fit without any of the rivals.
 
-    Those that were foreseen with more releases and by full simulation come before the others, whose chances are a first guess.
+    Those that were predicted with more releases and by full simulation come before the others, whose chances are a first guess.
     """
     price = price_of_words(before, best, best)
     foremost = _Side.of(best)
@@ -75,7 +75,7 @@ def next_tests(before: Fit, best: Fit, rivals: Sequence[Candidate]) -> tuple[Nex
 
 
 def worth_a_closer_look(guessed: NextTest, checked: Sequence[NextTest]) -> bool:
-    """Whether a test is foreseen by full simulation too, after those that were."""
+    """Whether a test is predicted by full simulation too, after those that were."""
     if not checked:
         return True
     enough = _CHECKED if any(test.surest >= LIKELY for test in checked) else _MOST_CHECKED

@@ -150,15 +150,15 @@ class Problem(Unknowns):
         return over_noise[film.counts[:, :n]]
 
     def _loop_gaps(self, q: Array) -> list[Array]:
-        return [whitened(gap, sways) for gap, sways in (self._loop_gap(q, k) for k in range(len(self.loops)))]
+        return [whitened(gap, of_motion) for gap, of_motion in (self._loop_gap(q, k) for k in range(len(self.loops)))]
 
     def _loop_gap(self, q: Array, index: int, data: LoopData | None = None) -> tuple[Array, Array]:
         """The gap of a loop, (n,), and what each error of its motion does to it, (n, k), over the noise; of its data in another state."""
         loop = self.loops[index]
         lines, zero_N = self.lines_at(q, self._z[index], loop.model), self._zero_of(q, index)
         effects = combined(loop.model.effects, self.effects_at(q))
-        left, sways = gap_and_motion_errors(lines, data or loop.data, effects, zero_N)
-        return left / loop.data.force_sigma_N, sways / loop.data.force_sigma_N
+        left, of_motion = gap_and_motion_errors(lines, data or loop.data, effects, zero_N)
+        return left / loop.data.force_sigma_N, of_motion / loop.data.force_sigma_N
 
     def _zero_of(self, q: Array, index: int) -> Array:
         """What the load cell shows of a loop without the actuator's force, N, (n,): its own zero, and the covariate's share."""
@@ -224,10 +224,10 @@ class Problem(Unknowns):
         """Slopes of all loops, (n, k). A coefficient of z^j acts as the line's constant one does, z^j times as strongly."""
         made = []
         for k in range(len(self.loops)):
-            (left, sways), sources = self._loop_gap(q, k), [self._source(i, k) for i in columns]
+            (left, of_motion), sources = self._loop_gap(q, k), [self._source(i, k) for i in columns]
             own = {source: self._loop_slope(q, k, source, left) for source in {source for source, _ in sources if source is not None}}
             table = [np.zeros_like(left) if source is None else share * own[source] for source, share in sources]
-            made.append(whitened(np.stack(table, axis=1), sways))
+            made.append(whitened(np.stack(table, axis=1), of_motion))
         return np.concatenate(made)
 
     def _source(self, index: int, loop: int) -> tuple[int | None, float]:
@@ -256,9 +256,9 @@ class Problem(Unknowns):
         """Change (m,) of the gaps `here` with all turning points of all loops one standard deviation further out."""
         change = np.zeros(len(here))
         for k, rows in enumerate(block.rows for block in self.blocks if block.channel == "force_N"):
-            left, sways = self._loop_gap(q, k)
+            left, of_motion = self._loop_gap(q, k)
             moved, _ = self._loop_gap(q, k, with_turns_moved(self._exact[k], self.loops[k].data.turns_sigma_m))
-            change[rows] = whitened(moved - left, sways)
+            change[rows] = whitened(moved - left, of_motion)
         return change
 
 

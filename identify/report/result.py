@@ -49,7 +49,7 @@ def result_of(found: Explanation, missing_force_file: str | None = None) -> dict
         "base": base_moves(found),
         "loop_zeros_N": zeros_of(found.after),
         "loop_drifts_N_per_s": drifts_of(found.after),
-        "unforeseen_runs": list(found.unforeseen),
+        "unforeseen_runs": list(found.unpredictable),
         "noise_added": [asdict(one) for one in found.noise_added],
         "noise_sentence": noise_sentence(found),
         "sentence": sentence(found),
@@ -194,10 +194,10 @@ def _nearest(found: Explanation) -> str:
 
 
 def _without_films(found: Explanation) -> str:
-    if not found.unforeseen:
+    if not found.unpredictable:
         return ""
     return (
-        f"; told by the loops alone: with it nobody can foresee {', '.join(found.unforeseen)}, where a release moved by a thousandth of "
+        f"; told by the loops alone: with it nobody can predict {', '.join(found.unpredictable)}, where a release moved by a thousandth of "
         "its spread or less takes another course"
     )
 
@@ -214,7 +214,7 @@ def next_experiment(found: Explanation) -> str | None:
         words = best.condition.words + (f", {best.runs} times" if best.runs > 1 else "")
         if best.surest < LIKELY:
             return f"No single further test is likely to tell {name} from its rivals; {words} would split off {split} of cases."
-        return f"To tell {name} from its rivals, add {words}; foreseen to split off {split} of cases."
+        return f"To tell {name} from its rivals, add {words}; predicted to split off {split} of cases."
     if found.verdict == "unknown":
         return f"Add {_other_condition(found)}: a force that follows time, place or speed moves differently then."
     return None

@@ -1,4 +1,4 @@
-"""Films whose course nobody can foresee, because it hangs on less than anyone knows of their release.
+"""Films whose course nobody can predict, because it hangs on less than anyone knows of their release.
 
 Behind a reversal a play takes a leg's force away for some milliseconds; whether a leg reverses at all then decides what comes after, and
 a release that is moved by a nanometre gives another film. Such films neither speak for an effect nor against it.
@@ -18,7 +18,7 @@ _RELEASES = 5  # within the spreads, that are looked at; one, where it is regula
 _MOST = 1e4  # noises for each spread; where the motion is regular it is some tens to some hundreds
 
 
-def unforeseen(problem: Problem, q: Array) -> tuple[str, ...]:
+def unpredictable(problem: Problem, q: Array) -> tuple[str, ...]:
     """Names of the films that a thousandth of what a release may differ by, or less, moves by more than ten times their noise.
 
     Parameters

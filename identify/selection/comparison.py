@@ -16,7 +16,7 @@ from identify.estimation.fit import Fit
 from identify.estimation.least_squares import ROUGHLY, before_the_stops, solve, to_the_end
 from identify.estimation.multistart import searched_everywhere
 from identify.selection.candidate_fits import Candidate, carried_on, carried_to_the_end, fit_screened, held_out_rms
-from identify.selection.gap_test import EFFECT_P, GAP_P, Gain, gap_test, likeness
+from identify.selection.gap_test import EFFECT_P, GAP_P, Gain, gap_test, similarity
 from identify.selection.null_hypothesis import (
     Family,
     chance_of_lead,
@@ -163,7 +163,7 @@ def _promising(look: Look) -> bool:
 def _hopeless(one: Screened, tried: Sequence[Candidate]) -> bool:
     """Whether an effect cannot rival one that has already closed the gap: its signature points elsewhere."""
     closed = [c for c in tried if gap_test(c.fit).p_value > GAP_P and c.gain.chi2 > _CLOSED_BY_FAR]
-    return any(likeness(one.signature, c.signature) ** 2 < _HOPELESS for c in closed)
+    return any(similarity(one.signature, c.signature) ** 2 < _HOPELESS for c in closed)
 
 
 def _foremost(before: Fit, quick: Sequence[Candidate], budget: Budget) -> list[Candidate]:

@@ -27,7 +27,7 @@ from identify.estimation.profile_likelihood import REACH, profile_interval
 from identify.gap.platform_force import MissingForce, at_once, estimate
 from identify.gap.sparse_force import is_bent
 from identify.selection.candidate_fits import Candidate, carried_over
-from identify.selection.chaotic_sensitivity import unforeseen
+from identify.selection.chaotic_sensitivity import unpredictable
 from identify.selection.comparison import BUDGETS, Budget, Rival, Say, Step
 from identify.selection.detection_limits import Sight, sight
 from identify.selection.equivalent_shapes import LocalMinimum, deepest_shape
@@ -78,9 +78,9 @@ class Explanation:
     """What came out. as_given : the model file itself; before : base refitted; after : with the findings.
 
     missing : the force that no effect explains, where the verdict is unknown. located : the force that was missing before
-    anything was named, as a first look along time; both None without deployments or without a gap. unforeseen : deployments that took
-    no part because with the findings nobody could foresee them, see `foreseen.unforeseen`; the loops alone have told then. nearest :
-    of an unknown gap the effect that came nearest, and its share of the gap. noise_added : what tables without noise were given.
+    anything was named, as a first look along time; both None without deployments or without a gap. unpredictable : deployments that took
+    no part because with the findings nobody could predict them, see `chaotic_sensitivity.unpredictable`; then the loops alone decide.
+    nearest : of an unknown gap the effect that came nearest, and its share of the gap. noise_added : what tables without noise were given.
     """
 
     verdict: str
@@ -97,7 +97,7 @@ class Explanation:
     located: MissingForce | None
     sights: tuple[Sight, ...]
     next_tests: tuple[NextTest, ...]
-    unforeseen: tuple[str, ...] = ()
+    unpredictable: tuple[str, ...] = ()
     nearest: tuple[str, float] | None = None
     noise_added: tuple[AddedNoise, ...] = ()
 
@@ -158,7 +158,7 @@ def _told(
     if tare != "auto" or problem.own_zeros or not left or not zeros_differ(found.after):
         return found
     again = _explained(_with_own_zeros(found.before.problem, say), runs, catalogue, budget, say)
-    return found if again.verdict == "unknown" else replace(again, unforeseen=found.unforeseen)
+    return found if again.verdict == "unknown" else replace(again, unpredictable=found.unpredictable)
 
 
 def _with_own_zeros(problem: Problem, say: Say) -> Problem:
@@ -180,15 +180,15 @@ def _asked_of_loops(problem: Problem, catalogue: Mapping[str, type[Effect]], bud
 def _told_by_loops(
     told: Fit | None, problem: Problem, runs: Sequence[Run], catalogue: Mapping[str, type[Effect]], budget: Budget, say: Say
 ) -> Explanation | None:
-    """What the loops name by themselves, where nobody could foresee any film with it, so that films say nothing against it; else None."""
+    """What the loops name by themselves, where nobody could predict any film with it, so that films say nothing against it; else None."""
     if told is None:
         return None
     films = problem_of(problem.model, [run for run in runs if not run.is_loop]).with_effects(told.problem.effects)
-    lost = unforeseen(films, laid_out(told, films))
+    lost = unpredictable(films, laid_out(told, films))
     if not {film.run.name for film in problem.films} <= set(lost):
         return None
     found = _explained(replace(problem, films=()), runs, catalogue, budget, say)
-    return replace(found, unforeseen=lost) if found.findings else None
+    return replace(found, unpredictable=lost) if found.findings else None
 
 
 def _explained(problem: Problem, runs: Sequence[Run], catalogue: Mapping[str, type[Effect]], budget: Budget, say: Say) -> Explanation:

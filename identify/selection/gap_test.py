@@ -131,7 +131,7 @@ def signature(fit: Fit, columns: Array) -> Signature:
     return Signature(free, np.flatnonzero(shows), max(gained, 0.0))
 
 
-def likeness(a: Signature, b: Signature) -> float:
+def similarity(a: Signature, b: Signature) -> float:
     """Largest cosine between what two effects can show, one where one can stand for the other."""
     if not a.parameters or not b.parameters:
         return 0.0

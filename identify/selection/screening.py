@@ -10,7 +10,7 @@ from scipy.optimize import lsq_linear
 
 from identify.estimation.fit import Fit
 from identify.estimation.problem import Problem
-from identify.selection.gap_test import Signature, likeness, signature
+from identify.selection.gap_test import Signature, signature, similarity
 from measure.common.arrays import Array
 from simulate.model.effect import Effect
 
@@ -120,7 +120,7 @@ def _far_apart(looks: Sequence[ShapeLook]) -> list[ShapeLook]:
     found = [best]
     for look in rest:
         near = look.gained > _NEARLY * best.gained and len(found) < _SHAPES
-        if near and all(look.branch != one.branch or likeness(look.signature, one.signature) < _UNLIKE for one in found):
+        if near and all(look.branch != one.branch or similarity(look.signature, one.signature) < _UNLIKE for one in found):
             found.append(look)
     return found
 

@@ -30,12 +30,12 @@ _FIRST_FILM = Seen(("x_m", "z_m", "theta_y_rad"), zeroed=True, tells_sigma=True)
 
 @dataclass(frozen=True)
 class Split:
-    """A class before and after the recommended test. foreseen : how likely the answer said that it would be split, at worst."""
+    """A class before and after the recommended test. predicted : how likely the answer said that it would be split, at worst."""
 
     spec: Spec
     before: Scored
     after: Scored
-    foreseen: float
+    predicted: float
 
     @property
     def smaller(self) -> bool:
@@ -70,8 +70,8 @@ def splits(rows: Sequence[Scored], answers: Sequence[Answer], method: str, folde
 
 def _recommends(answer: Answer) -> bool:
     """Whether the answer says that its best test is likely to split the class."""
-    foreseen = answer.result.get("next_experiments")
-    return bool(foreseen) and max(foreseen[0]["splits"].values()) >= LIKELY
+    predicted = answer.result.get("next_experiments")
+    return bool(predicted) and max(predicted[0]["splits"].values()) >= LIKELY
 
 
 def _maker(spec: Spec, test: Mapping[str, Any], folder: Path) -> Any:

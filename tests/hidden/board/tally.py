@@ -148,11 +148,11 @@ def split_rates(splits: Sequence[Split]) -> list[Rate]:
     """What became of classes once the recommended test was done."""
     if not splits:
         return []
-    foreseen = np.nanmean([found.foreseen for found in splits])
+    predicted = np.nanmean([found.predicted for found in splits])
     return [
         Rate("classes that the recommended test splits", sum(s.split for s in splits), len(splits), "at least 80 %"),
         Rate("there, something has gone, whatever else has come", sum(s.smaller for s in splits), len(splits)),
-        Rate("there, the truth left alone", sum(s.settled for s in splits), len(splits), f"foreseen: {100 * foreseen:.0f} %"),
+        Rate("there, the truth left alone", sum(s.settled for s in splits), len(splits), f"predicted: {100 * predicted:.0f} %"),
     ]
 
 

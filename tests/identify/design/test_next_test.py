@@ -30,18 +30,18 @@ DEMO = Path(__file__).resolve().parents[3] / "datasets" / "demo"
 
 @pytest.mark.parametrize(("before", "shown"), [(1.0, 9.0), (4.0, 16.0), (8.0, 5.0), (2.0, 40.0)])
 def test_the_foreseen_chance_is_how_often_the_test_splits(before, shown):
-    """Gaussian noise on what two rivals say, either of them true: what is foreseen before the test against what happens."""
-    chance, runs, foreseen, split = np.random.default_rng(7), 4000, [], []
+    """Gaussian noise on what two rivals say, either of them true: what is predicted before the test against what happens."""
+    chance, runs, predicted, split = np.random.default_rng(7), 4000, [], []
     for _ in range(runs):
         side = 1.0 if chance.random() < 0.5 else -1.0
         lead = side * before + 2.0 * np.sqrt(before) * chance.normal()
         side, lead = (side, lead) if lead > 0 else (-side, -lead)  # the foremost is the one that leads
         if lead > _excluding(before):
             continue  # a rival that is led by so much is none any more
-        foreseen.append(chance_of_split(lead, 0.0, before, _both(shown)))
+        predicted.append(chance_of_split(lead, 0.0, before, _both(shown)))
         split.append(abs(lead + side * shown + 2.0 * np.sqrt(shown) * chance.normal()) > _excluding(before + shown))
     assert RIVAL_P == 0.01
-    assert np.mean(foreseen) == pytest.approx(np.mean(split), abs=4.0 * np.std(split) / np.sqrt(len(split)))
+    assert np.mean(predicted) == pytest.approx(np.mean(split), abs=4.0 * np.std(split) / np.sqrt(len(split)))
 
 
 def _excluding(whole):

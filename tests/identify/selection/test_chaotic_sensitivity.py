@@ -12,7 +12,7 @@ import pytest
 from identify.campaign.runs import read_campaign
 from identify.commands import explain_gap
 from identify.estimation.problem import Problem, problem_of
-from identify.selection.chaotic_sensitivity import unforeseen
+from identify.selection.chaotic_sensitivity import unpredictable
 from simulate.effects import Backlash, GravityImbalance, HubInertia, LegDisparity, StribeckFriction
 from simulate.files.model_file import read_model
 from simulate.model.effect import LegEffect, parameter
@@ -40,7 +40,7 @@ class Grain(LegEffect):
 
 def test_with_a_force_that_changes_within_a_nanometre_no_film_can_be_predicted(films):
     grained = films.with_effects((Grain(1.0),))
-    assert unforeseen(grained, np.zeros(len(grained.parameters))) == ("deployment-1.csv", "deployment-2.csv", "deployment-3.csv")
+    assert unpredictable(grained, np.zeros(len(grained.parameters))) == ("deployment-1.csv", "deployment-2.csv", "deployment-3.csv")
 
 
 @pytest.mark.parametrize(
@@ -48,7 +48,7 @@ def test_with_a_force_that_changes_within_a_nanometre_no_film_can_be_predicted(f
 )
 def test_with_effects_of_the_catalogue_every_film_can(films, effect):
     acting = films.with_effects((effect,))
-    assert unforeseen(acting, np.zeros(len(acting.parameters))) == ()
+    assert unpredictable(acting, np.zeros(len(acting.parameters))) == ()
 
 
 @pytest.mark.slow

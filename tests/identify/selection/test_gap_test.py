@@ -11,7 +11,7 @@ from identify.campaign.run import Run
 from identify.estimation.least_squares import solve
 from identify.estimation.problem import problem_of
 from identify.gap.localise import locate
-from identify.selection.gap_test import gain, gap_test, likeness, signature
+from identify.selection.gap_test import gain, gap_test, signature, similarity
 from identify.selection.screening import kinds_to_try, screen
 from measure.tables.loop import Loop
 from simulate.effects import CATALOGUE, HubInertia, ViscousFriction
@@ -84,5 +84,5 @@ def test_a_signature_is_like_itself_and_unlike_one_across_it():
     fit = solve(problem_of(MODEL, loops(5)))
     chance = np.random.default_rng(0)
     a, b = (signature(fit, chance.normal(size=(len(fit.gaps), 1))) for _ in range(2))
-    assert likeness(a, a) == pytest.approx(1.0)
-    assert likeness(a, b) < 0.2
+    assert similarity(a, a) == pytest.approx(1.0)
+    assert similarity(a, b) < 0.2
