@@ -100,4 +100,5 @@ def _sentence(error: Mapping[str, Any], rows: list[Any]) -> str:
     if error["type"] == "missing":
         return f"{where}no {key}; {_WANTED[key]}"
     wanted = next((_WANTED[part] for part in reversed(place) if part in _WANTED), "mend it.")
-    return f"{where}{key} is {found(error['input'])}; {wanted}"
+    what = where.removesuffix(": ") if row is not None and len(place) == 2 else f"{where}{key}"  # the row itself, which is no table
+    return f"{what} is {found(error['input'])}; {wanted}"

@@ -130,3 +130,13 @@ def test_a_laboratorys_own_file_is_compared_beside_a_trajectory(laboratory, tabl
 def test_a_laboratorys_file_without_its_mapping_is_refused_with_the_options_that_help(laboratory):
     with pytest.raises(InputError, match="--column time=NUMBER"):
         read_campaign([laboratory])
+
+
+def test_a_run_that_is_no_table_is_named_by_its_number(tmp_path):
+    path = tmp_path / "runs.toml"
+    path.write_text('run = [1, "loop.csv"]\n')
+    with pytest.raises(InputError) as caught:
+        read_campaign([path])
+    first, second = str(caught.value).splitlines()
+    assert "[[run]] number 1 is 1; give a table" in first
+    assert "[[run]] number 2 is 'loop.csv'; give a table" in second
