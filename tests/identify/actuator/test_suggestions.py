@@ -109,6 +109,7 @@ def test_loops_of_the_law_alone_get_no_effect():
     assert not fit_actuator(campaign(drawn_lines(chance), chance), tare="auto").trials
 
 
+@pytest.mark.slow
 def test_an_effect_that_is_in_the_fit_is_not_suggested_again():
     chance = np.random.default_rng(3)
     loops = campaign(drawn_lines(chance), chance, (HubInertia(0.02), ViscousFriction(0.1)))
@@ -135,6 +136,7 @@ def test_one_frequency_says_that_it_cannot_tell_a_slope_from_an_inertia():
     assert not result_of(fit_actuator(loops), loops)["slopes"]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", ["backlash", "power-law-friction", "stribeck-friction"])
 def test_a_model_with_an_effect_more_never_fits_worse(kind):
     chance = np.random.default_rng(6)

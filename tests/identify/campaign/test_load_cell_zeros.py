@@ -55,6 +55,7 @@ def test_a_zero_and_its_drift_are_not_read_as_the_force_with_which_a_loop_starts
     assert drifts_of(fit)[slow] == pytest.approx(2e-3, rel=0.1)
 
 
+@pytest.mark.slow
 def test_common_zeros_stay_common(campaign):
     folder = campaign(ViscousFriction(0.0728 + 0.02), 821, deployments=())
     found = explain(read_model(folder / "model.toml"), read_campaign([folder / "campaign.toml"]))
