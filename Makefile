@@ -95,6 +95,6 @@ pins:
 	rm -rf out/pins
 	$(PYTHON) -m venv out/pins
 	out/pins/bin/python -m pip install --quiet --upgrade pip
-	out/pins/bin/python -m pip install --quiet hatchling editables --group dev --editable '.[dask,hdf5,labview]'
+	out/pins/bin/python -m pip install --quiet hatchling editables --group dev --editable '.[dask,excel,hdf5,labview,uff]'
 	out/pins/bin/python -m pip freeze --all --exclude unspool --exclude setuptools > constraints.txt
 	rm -rf out/pins

@@ -134,13 +134,14 @@ def _check_before(given: Namespace) -> None:
 
 
 def _read(given: Namespace, mapping: ColumnMapping) -> tuple[list[Loop], list[Understood], list[str]]:
+    from measure.common.every_error import for_each
     from measure.common.output import sha256
     from measure.readers.loop_file import read_loop_file
 
     loops, understood, notes = [], [], []
     seen: dict[str, Path] = {}
-    for path in given.loops:
-        loop, how = read_loop_file(path, mapping)
+    read = for_each(lambda path: read_loop_file(path, mapping), given.loops)
+    for path, (loop, how) in zip(given.loops, read, strict=True):
         twin = seen.setdefault(sha256(path), path)
         if twin is not path:
             notes.append(f"{path} is the same file as {twin}; it was left out")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import os
+import re
 import shlex
 import signal
 import sys
@@ -13,7 +14,7 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Any, NoReturn, TypeVar
 
-from measure.common.errors import InputError, nearest, visible
+from measure.common.errors import InputError, OptionsMissing, nearest, visible
 from measure.common.version import ShowVersion
 
 DONE, VERDICT_BAD, UNUSABLE = 0, 1, 2
@@ -100,11 +101,12 @@ def run(name: str, work: Callable[[Sequence[str]], int], arguments: Sequence[str
     """Call a command's work; unusable input becomes one message on standard error and status 2, a fault of the program a file and 70."""
     _occupy_standard_streams()
     before = _on_termination(_terminated)
+    words = sys.argv[1:] if arguments is None else arguments
     try:
         _settle_environment()
-        return _flushed(work(sys.argv[1:] if arguments is None else arguments))
+        return _flushed(work(words))
     except InputError as error:
-        complain(f"{name}: error: {error}")
+        complain(f"{name}: error: {error}{_whole_line(name, words, error)}")
         return UNUSABLE
     except Terminated:
         complain(f"{name}: ended from outside; nothing was written")
@@ -123,10 +125,20 @@ def run(name: str, work: Callable[[Sequence[str]], int], arguments: Sequence[str
     except Exception as error:
         from measure.common.fault import FAULT, sentence_of
 
-        complain(sentence_of(name, sys.argv[1:] if arguments is None else arguments, error))
+        complain(sentence_of(name, words, error))
         return FAULT
     finally:
         _on_termination(before)
+
+
+def _whole_line(name: str, words: Sequence[str], error: InputError) -> str:
+    """The command with the options that it lacks, ready to be copied; nothing where a part of them only the user knows."""
+    if not isinstance(error, OptionsMissing) or _TO_FILL_IN.search(error.options):
+        return ""
+    return f"\nThe whole line: {shlex.join([name, *words])} {error.options}"
+
+
+_TO_FILL_IN = re.compile(r"(?:=| )(NAME|UNIT|SECONDS)(?: |$)")
 
 
 def _settle_environment() -> None:

@@ -18,6 +18,17 @@ class InputError(ValueError):
     """
 
 
+class OptionsMissing(InputError):
+    """What could be read in more than one way, or in none, without some options more; commands show the whole line with them.
+
+    options : as they are typed; a word in capitals in them stands for something that only the user knows.
+    """
+
+    def __init__(self, text: str, options: str) -> None:
+        super().__init__(text)
+        self.options = options
+
+
 def nearest(word: str, known: Iterable[str]) -> str:
     """The hint that goes behind an unknown word: the known one it looks most like, or all of them."""
     names = list(known)

@@ -23,8 +23,8 @@ class ColumnMapping:
     """How the files of a rig are to be read; whatever is left out is found from the file.
 
     columns : name or number (from one) of the column, by quantity. units : by quantity, see `units.unit_of`.
-    delimiter, decimal : names as in `text_dialect`. header : False for a file without names. sample_period_s : where no time stands.
-    name_pattern : conditions that stand in the names of the files, such as "KDN_{pressure_bar}bar".
+    delimiter, decimal : names as in `text.dialect`. header : False for a file without names. sample_period_s : where no time stands.
+    name_pattern : conditions that stand in the names of the files, such as "KDN_{pressure_bar}bar". sheet : of a workbook.
 
     Raises
     ------
@@ -40,6 +40,7 @@ class ColumnMapping:
     header: bool | None = None
     sample_period_s: float | None = None
     name_pattern: str | None = None
+    sheet: str | None = None
 
     def __post_init__(self) -> None:
         wrong = [*_wrong_columns(self.columns), *_wrong_units(self.units), *_wrong_period(self.sample_period_s)]
@@ -124,6 +125,8 @@ class _MappingFile(BaseModel):
     """where the files hold no time"""
     name_pattern: str = ""
     """conditions in the names of the files, such as "KDN_{pressure_bar}bar"; they become columns"""
+    sheet: str = ""
+    """of a workbook with tables in several"""
 
 
 def json_schema() -> dict[str, Any]:

@@ -25,6 +25,7 @@ def add_reading_options(parser: argparse.ArgumentParser) -> argparse._ArgumentGr
     read.add_argument("--no-header", action="store_true", help="the first row is data")
     read.add_argument("--sample-period", type=number(), metavar="SECONDS", help="where the file holds no time")
     read.add_argument("--name-pattern", metavar="PATTERN", help='conditions in the file names, such as "KDN_{pressure_bar}bar"')
+    read.add_argument("--sheet", metavar="NAME", help="of a workbook; needed where several sheets hold a table")
     read.add_argument("--mapping", type=Path, metavar="FILE", help="all of the above from a file; options given beside it win")
     return read
 
@@ -49,6 +50,7 @@ def mapping_from(given: argparse.Namespace) -> ColumnMapping:
         "header": False if given.no_header else None,
         "sample_period_s": given.sample_period,
         "name_pattern": given.name_pattern,
+        "sheet": given.sheet,
     }
     columns = {**base.columns, **pairs("--column", given.column)}
     units = {**base.units, **pairs("--unit", given.unit)}

@@ -13,6 +13,8 @@ from measure.common.errors import InputError
 GAP = 5.0  # median steps, from which on a step is a gap
 _UNEVEN = 0.2  # of the median step, the spread of the steps from which on it is mentioned
 _LISTED = 3  # gaps that are reported one by one
+_LEAST_ROWS = 10  # of a recording
+_SHARED = 0.5  # of the shorter one of two runs of rows, from which on seconds that both cover make them two recordings
 _ONE_VALUE = 0.1  # of the elongation's range, within which rows of one instant are one sample
 
 
@@ -39,11 +41,36 @@ def in_order(columns: Mapping[str, Array], where: Callable[[int], str]) -> tuple
     order = np.argsort(time, kind="stable")
     back = int(np.sum(np.diff(time) < 0.0))
     if back:
+        _require_one_recording(time, u, where)
         if _distance(u[order]) > 1.001 * _distance(u):
             _refuse_two_recordings(time, where)
         said.append(f"time goes back at {back} of {len(time)} rows; the rows were sorted by time")
     ordered, more = _merged({name: values[order] for name, values in columns.items()}, order, where)
     return ordered, said + more
+
+
+def _require_one_recording(time: Array, u: Array, where: Callable[[int], str]) -> None:
+    """Refuse a time that starts again: runs of rows over the same seconds with other elongations are recordings of their own."""
+    starts = np.flatnonzero(np.diff(time, prepend=time[:1]) < 0.0)
+    runs = [run for run in np.split(np.arange(len(time)), starts) if len(run) >= _LEAST_ROWS]
+    if len(runs) < 2 or len(starts) >= 2 * len(runs):
+        return
+    first, second = runs[0], runs[1]
+    shared = min(time[first[-1]], time[second[-1]]) - max(time[first[0]], time[second[0]])
+    shorter = min(np.ptp(time[first]), np.ptp(time[second]))
+    if shared > _SHARED * shorter and not _is_repeated(time, u, first, second):
+        i = int(second[0])
+        count = "two" if len(runs) == 2 else str(len(runs))
+        raise InputError(
+            f"{where(i)}: time goes from {time[i - 1]:g} back to {time[i]:g} s and runs over the same seconds again: there are {count} "
+            "recordings in the file. Cut the file there, or leave its time out with --sample-period SECONDS."
+        )
+
+
+def _is_repeated(time: Array, u: Array, first: NDArray[np.intp], second: NDArray[np.intp]) -> bool:
+    """Whether the second run holds rows of the first one again."""
+    rows = {(t, x) for t, x in zip(time[first], u[first], strict=True)}
+    return all((t, x) in rows for t, x in zip(time[second], u[second], strict=True))
 
 
 def _distance(u: Array) -> float:

@@ -11,10 +11,50 @@ from measure.common.errors import InputError, nearest
 FACTORS = {
     "time": {"s": 1.0, "sec": 1.0, "ms": 1e-3, "us": 1e-6, "µs": 1e-6, "min": 60.0},
     "elongation": {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "um": 1e-6, "µm": 1e-6, "in": 0.0254},
-    "force": {"N": 1.0, "kN": 1e3, "mN": 1e-3, "uN": 1e-6, "µN": 1e-6, "lbf": 4.4482216152605, "kip": 4448.2216152605},
+    "force": {
+        "N": 1.0,
+        "kN": 1e3,
+        "mN": 1e-3,
+        "uN": 1e-6,
+        "µN": 1e-6,
+        "daN": 10.0,
+        "cN": 1e-2,
+        "kgf": 9.80665,  # exact: a kilogram under standard gravity
+        "gf": 9.80665e-3,
+        "ozf": 0.45359237 * 9.80665 / 16.0,
+        "lbf": 4.4482216152605,
+        "kip": 4448.2216152605,
+    },
 }
+# Other ways to write the same units, as the software of test machines has them; in small letters.
+_SPELLINGS = {
+    "time": {
+        "s": ("sec", "secs", "second", "seconds", "sek", "sekunden", "secondes", "秒"),
+        "ms": ("msec", "millisecond", "milliseconds", "毫秒"),
+        "us": ("\u03bcs", "usec", "微秒"),  # with the Greek letter instead of the sign
+        "min": ("mins", "minute", "minutes", "minuten", "分"),
+    },
+    "elongation": {
+        "m": ("metre", "metres", "meter", "meters", "米"),
+        "cm": ("厘米",),
+        "mm": ("mm", "millimetre", "millimetres", "millimeter", "millimeters", "毫米"),
+        "um": ("\u03bcm", "micron", "microns", "微米"),
+        "in": ("inch", "inches"),
+    },
+    "force": {
+        "N": ("newton", "newtons", "牛", "牛顿"),
+        "kN": ("kn", "kilonewton", "千牛"),
+        "uN": ("\u03bcn",),
+        "kgf": ("kgf", "kg-force", "kgforce", "kp", "kilopond", "公斤力", "千克力"),
+        "gf": ("g-force", "gram-force", "克力"),
+        "ozf": ("oz-force", "ounce-force"),
+        "lbf": ("lbf", "lb-force", "pound-force", "lbsf"),
+        "kip": ("kips",),
+    },
+}
+_WRITTEN = {q: {word: unit for unit, words in table.items() for word in words} for q, table in _SPELLINGS.items()}
 SI = {"time": "s", "elongation": "m", "force": "N"}
-_BRACKETED = re.compile(r"^(?P<name>.*?)\s*[\[(]\s*(?P<unit>[^\[\]()]*?)\s*[\])]$")
+_BRACKETED = re.compile(r"^(?P<name>.*?)\s*[\[(（]\s*(?P<unit>[^\[\]()（）]*?)\s*[\])）]$")
 
 
 @dataclass(frozen=True)
@@ -40,9 +80,15 @@ def unit_of(quantity: str, text: str) -> Unit:
             raise InputError(f"--unit {quantity}=V: volts need a factor; give {quantity}=V*FACTOR with FACTOR in {SI[quantity]} per volt.")
         return Unit(text, factor)
     table = FACTORS[quantity]
-    if symbol not in table:
+    known = known_unit(quantity, symbol)
+    if not known:
         raise InputError(f'--unit {quantity}={text}: "{symbol}" is no unit of {quantity} known here; {nearest(symbol, [*table, "V"])}')
-    return Unit(text, table[symbol] * factor)
+    return Unit(text, table[known] * factor)
+
+
+def known_unit(quantity: str, text: str) -> str:
+    """The unit of a quantity as `FACTORS` has it, for whatever way it is written in: `Sec`, `Newton`, `毫米`; or nothing."""
+    return text if text in FACTORS[quantity] else _WRITTEN[quantity].get(text.strip().lower(), "")
 
 
 def turned(text: str) -> str:
@@ -64,7 +110,7 @@ def _factor(quantity: str, text: str, factor_text: str) -> float:
 def split_unit(header: str) -> tuple[str, str]:
     """Name and unit of a column's header: `Load (kN)`, `Load [kN]`, `load_kN`; the unit is empty where none stands there."""
     found = _BRACKETED.match(header)
-    if found:
+    if found and not found["unit"].isdecimal():  # x[3] is a third column, not one in the unit 3
         return found["name"], found["unit"]
     name, underscore, unit = header.rpartition("_")
     return (name, unit) if underscore and quantity_of(unit) else (header, "")
@@ -72,4 +118,4 @@ def split_unit(header: str) -> tuple[str, str]:
 
 def quantity_of(unit: str) -> str:
     """Which quantity a unit measures, or nothing."""
-    return next((quantity for quantity, table in FACTORS.items() if unit in table), "")
+    return next((quantity for quantity in FACTORS if known_unit(quantity, unit)), "")

@@ -16,7 +16,7 @@ from hypothesis import strategies as st
 
 from measure.common.errors import InputError, clipped, found, visible
 from measure.common.inputs import LARGEST_TABLE, existing_file, number, number_in, parsed_toml, read_toml, whole
-from measure.readers.text_encoding import decoded
+from measure.readers.text.encoding import decoded
 from measure.tables.csv_cells import read_columns
 
 

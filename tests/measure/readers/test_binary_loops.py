@@ -8,8 +8,8 @@ import pytest
 from nptdms import ChannelObject, GroupObject, RootObject, TdmsWriter
 
 from measure import InputError
-from measure.readers import guarded
 from measure.readers.column_mapping import ColumnMapping
+from measure.readers.formats import guarded
 from measure.readers.loop_file import read_loop_file
 from measure.readers.stated_conditions import Claim
 
@@ -172,7 +172,7 @@ def test_a_file_that_promises_more_than_a_loop_holds_is_refused_unread(tmp_path)
 def test_a_file_on_which_the_library_hangs_or_falls_ends_in_a_sentence(tmp_path, monkeypatch, library, sentence):
     path = matlab73(tmp_path, Laser=U, Load=F)
     monkeypatch.setattr(guarded, "_PROCESSOR_S", 1)
-    call = guarded._CALL.replace("from measure.readers.guarded import write_vectors", library)
+    call = guarded._CALL.replace("from measure.readers.formats.guarded import write_vectors", library)
     monkeypatch.setattr(guarded, "_CALL", call)
     with pytest.raises(InputError, match=rf"new.mat: .* {sentence}.*; it is damaged. Save it"):
         read_loop_file(path, NAMED)

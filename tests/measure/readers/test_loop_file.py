@@ -8,8 +8,8 @@ from scipy.io import savemat
 
 from measure import InputError
 from measure.readers.column_mapping import ColumnMapping, pairs, read_mapping, write_mapping
+from measure.readers.formats.matlab import vectors
 from measure.readers.loop_file import read_loop_file
-from measure.readers.matlab import vectors
 from measure.readers.stated_conditions import Claim
 
 T = np.arange(40) * 0.5
@@ -196,9 +196,9 @@ def test_what_was_understood_is_shown_with_five_rows(tmp_path):
 
 REFUSED = {
     "no force, a likely one named": (
-        ["time_s,elongation_mm,Load (kN)", *rows(T, U, F)],
+        ["time_s,elongation_mm,Load (kN),Spare (kN)", *rows(T, U, F, F)],
         {},
-        'Add --column force="Load \\(kN\\)" --unit force=kN',
+        'no column for the force; found .*\nAdd --column force="Load \\(kN\\)" --unit force=kN, or rename it to force_N',
     ),
     "no unit": (["time_s,elongation,force_N", *rows(T, U, F)], {}, "which unit is the elongation in"),
     "unit of something else": (["time_s,elongation_mm,force_N", *rows(T, U, F)], {"units": {"force": "mm"}}, "no unit of force"),

@@ -1,5 +1,6 @@
 """Whatever bytes a file holds, the reader gives a loop or one sentence."""
 
+import json
 import random
 
 import h5py
@@ -36,6 +37,11 @@ _PIECES = [
     b"\n\n",
     b"#",
     b"1,000",
+    b"{",
+    b"]",
+    b"Cycle\n",
+    b"03:04:05",
+    b"2025-01-02 ",
 ]
 _MAPPINGS = [
     ColumnMapping(),
@@ -47,7 +53,20 @@ def seeds(folder):
     header = "time_s,elongation_mm,force_N\n"
     body = "\n".join(",".join(f"{value:.4f}" for value in row) for row in _TABLE) + "\n"
     texts = [header + body, body, (header + body).replace(",", ";").replace(".", ","), (header + "s,mm,N\n" + body).replace(",", "\t")]
-    return [text.encode() for text in texts] + [texts[0].encode("utf-16"), *of_labview(folder)]
+    wide = [texts[0].encode("utf-16"), texts[0].encode("utf-16-le"), ("时间" + texts[0]).encode("gb18030")]
+    return [text.encode() for text in [*texts, *of_benches(header, body)]] + [*wide, *of_labview(folder)]
+
+
+def of_benches(header, body):
+    """Blocks with text between them, date-time stamps, and JSON as rows, records and columns."""
+    lines = body.splitlines()
+    blocks = [f"Cycle {k}\nPoints,10\n{header}" + "\n".join(lines[k : k + 10]) + "\n\n" for k in (0, 10, 20)]
+    stamped = "Date,Time,Weg (mm),Kraft (N)\n" + "\n".join(f"2025-01-02,03:04:{line}" for line in lines)
+    names = header.strip().split(",")
+    rows = _TABLE.tolist()
+    columns = {name: list(column) for name, column in zip(names, _TABLE.T.tolist(), strict=True)}
+    documents = [{"data": rows}, {"columns": names, "data": rows}, [dict(zip(names, row, strict=True)) for row in rows], {"a": columns}]
+    return ["MTS\n" + "".join(blocks), stamped, *map(json.dumps, documents)]
 
 
 def seeds_read_apart(folder):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import zipfile
 from collections import Counter
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -13,7 +14,7 @@ import numpy as np
 
 from measure.common.arrays import Array
 from measure.common.errors import InputError
-from measure.readers.text_encoding import LARGEST_FILE
+from measure.readers.text.encoding import LARGEST_FILE
 from measure.tables.raw_table import RawTable, odd_numbers
 
 LARGEST_UNPACKED = 50_000_000  # numbers
@@ -104,6 +105,22 @@ def require_unpacked(path: Path, numbers: int) -> None:
     """
     if numbers > LARGEST_UNPACKED:
         raise InputError(f"{path}: holds {numbers} numbers, and {LARGEST_UNPACKED} are the most for a loop. Cut it to the test.")
+
+
+def require_unpacked_zip(path: Path) -> None:
+    """Refuse a packed workbook that would unpack to more than a table may have, before any of it is unpacked.
+
+    Raises
+    ------
+    InputError
+    """
+    require_size(path)
+    if not zipfile.is_zipfile(path):
+        return
+    with zipfile.ZipFile(path) as packed:
+        unpacked = sum(entry.file_size for entry in packed.infolist())
+    if unpacked > LARGEST_FILE:
+        raise InputError(f"{path}: unpacks to {unpacked / 1e6:.0f} MB, and {LARGEST_FILE / 1e6:g} MB are the most. Cut it to the test.")
 
 
 def numbers_of(array: object) -> Array | None:

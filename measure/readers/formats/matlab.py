@@ -1,4 +1,4 @@
-"""The vectors of a MATLAB file up to version 7, read by SciPy; `measure.readers.guarded` calls it in a process of its own."""
+"""The vectors of a MATLAB file up to version 7, read by SciPy; `measure.readers.formats.guarded` calls it in a process of its own."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from measure.common.arrays import Array
-from measure.readers.binary_vectors import Vectors, numbers_of, require_unpacked
+from measure.readers.formats.vectors import Vectors, numbers_of, require_unpacked
 
 _DEEPEST = 5  # structures within structures
 

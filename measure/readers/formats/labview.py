@@ -20,8 +20,8 @@ import numpy as np
 from measure.common.arrays import Array
 from measure.common.errors import InputError
 from measure.common.optional_packages import required
-from measure.readers.binary_vectors import Vectors, numbers_of, require_size, require_unpacked, table_of
-from measure.readers.text_encoding import decoded
+from measure.readers.formats.vectors import Vectors, numbers_of, require_size, require_unpacked, table_of
+from measure.readers.text.encoding import decoded
 from measure.tables.raw_table import RawTable
 
 _X = "X_Value"

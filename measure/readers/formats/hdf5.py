@@ -1,4 +1,4 @@
-"""The vectors of an HDF5 file, read by h5py, which is an extra; `measure.readers.guarded` calls it in a process of its own.
+"""The vectors of an HDF5 file, read by h5py, which is an extra; `measure.readers.formats.guarded` calls it in a process of its own.
 
 Only numbers that lie in the file itself are read: links to other files, storage in other files and virtual data sets, by which
 a file could have any other file on the machine read, are passed over.
@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from measure.readers.binary_vectors import Vectors, numbers_of, require_unpacked
+from measure.readers.formats.vectors import Vectors, numbers_of, require_unpacked
 
 
 def vectors(path: Path) -> Vectors:

@@ -1,0 +1,1 @@
+"""Text tables: encoding, delimiter and decimal sign, head, rows."""
