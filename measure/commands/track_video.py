@@ -31,8 +31,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     Returns
     -------
     int
-        Exit status: 0 done; 1 done, but the film is incomplete or the platform is not observed in every frame; 2
-        unusable input, nothing written.
+        Exit status: 0 done; 1 done, but the verdict is not ok: film incomplete, marks lost, nothing moves, no rigid
+        body; 2 unusable input, nothing written.
     """
     return command.run("track-video", _work, arguments)
 

@@ -138,38 +138,3 @@ def is_unique(picture: NDArray, patch: NDArray, x: float, y: float, distinct: fl
     coarse = None if mask is None else cv2.resize(mask.astype(np.float32), half[1].shape[::-1], interpolation=cv2.INTER_AREA) >= 0.5
     peak = search(half[0], np.ascontiguousarray(half[1]), x / 2, y / 2, None, coarse)
     return peak is not None and peak.second < distinct
-
-
-def find_marks(picture: NDArray, subset: int, most: int = 12) -> list[tuple[float, float]]:
-    """Find places whose texture can be tracked best: where the weaker of the two directions still has strong slopes.
-
-    The score is the smaller eigenvalue of the slopes' matrix summed over the subset (Shi and Tomasi, Good features to
-    track, IEEE Conference on Computer Vision and Pattern Recognition, 1994, 593). Places are at least a subset apart, and
-    none scores below a tenth of the best.
-
-    Parameters
-    ----------
-    picture : (rows, columns) array
-        The first frame.
-    subset : int
-        Side of the subset, px.
-    most : int
-        Number of places at most.
-
-    Returns
-    -------
-    list of (x, y)
-        px, best first.
-    """
-    smooth = cv2.GaussianBlur(picture.astype(np.float32), (0, 0), 1.0)
-    score = cv2.cornerMinEigenVal(smooth, subset, ksize=3)
-    half = subset // 2 + 8
-    inner = np.zeros_like(score)
-    inner[half:-half, half:-half] = score[half:-half, half:-half]
-    best = float(inner.max())
-    found: list[tuple[float, float]] = []
-    while len(found) < most and inner.max() > 0.1 * best > 0:
-        row, column = np.unravel_index(int(inner.argmax()), inner.shape)
-        found.append((float(column), float(row)))
-        inner[max(row - subset, 0) : row + subset + 1, max(column - subset, 0) : column + subset + 1] = 0.0
-    return found

@@ -12,9 +12,10 @@ from measure.common.errors import InputError
 from measure.correlation.mark_tracker import MarkTracker, mark_tracker
 from measure.correlation.marks import MISSING, Marks, Observation, gather, not_observed
 from measure.correlation.reference import Reference
+from measure.correlation.reference_image import reference
 from measure.correlation.rest_frames import at_rest, read_rest
 from measure.correlation.shape_function_bias import NODES, Response, node_weights
-from measure.correlation.steepest_descent import AFFINE
+from measure.correlation.steepest_descent import AFFINE, TRANSLATION
 from measure.footage.footage import Footage, Picture
 
 
@@ -28,6 +29,27 @@ def check_subset(subset: int) -> None:
     """
     if subset % 2 == 0 or not 9 <= subset <= 301:
         raise InputError(f"--subset {subset}: a subset has a centre pixel; give an odd number from 9 to 301.")
+
+
+def why_unusable(picture: Picture, place: tuple[float, float], subset: int, mask: NDArray[np.bool_] | None = None) -> str:
+    """Why a place cannot be tracked: too near the border, or too little texture. Empty where it can.
+
+    Parameters
+    ----------
+    picture : (rows, columns) array
+        The first frame.
+    place : (x, y)
+        px.
+    subset : int
+        Side of the subset, odd, px.
+    mask : (rows, columns) array of bool, optional
+        Pixels that belong to marks.
+    """
+    try:
+        reference(picture, *place, subset, TRANSLATION, mask)
+    except InputError as error:
+        return str(error)
+    return ""
 
 
 def track_marks(

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from measure.correlation.marks import MISSING, OK, Marks
+from measure.film.one_body import moves
 from measure.film.smoothing import instants, smooth
 from measure.footage.footage import Footage
 from measure.footage.integrity import IntegrityCheck
@@ -16,12 +17,19 @@ from measure.tables.trajectory import CHANNELS, Trajectory
 
 if TYPE_CHECKING:
     from measure.film.dispersion import Dispersion
+    from measure.film.one_body import Body
     from measure.geometry.film_project import Project
     from measure.geometry.rigid_body import Fit
     from measure.geometry.scale import PictureScale
 
 _NOT_RIGID = 10.0
 """Misfit of the marks to the fitted body, in their own standard deviations, from which the geometry is wrong and not the noise."""
+
+_NOT_RIGID_PX = 0.1
+"""The same in px: a misfit below is of the lens or the light, and the widened standard deviations hold it."""
+
+_SEEN_SHARE = 0.5
+"""Share of the sightings that must be there for a body to be known by its marks."""
 
 _FEWEST_FOR_INSTANTS = 8
 
@@ -33,6 +41,10 @@ _GEOMETRY = (
 _VERDICTS = {
     "ok": "ok",
     "lost": "the platform is not observed in every frame; those rows are empty",
+    "still": "nothing moves: no mark leaves its place by more than noise",
+    "few-marks": "most of the marks are lost; name others with --mark X,Y",
+    "not-rigid": "the marks do not move as one rigid body; check the geometry, or name the marks of the platform with --mark X,Y",
+    "several-bodies": "another body moves, with nearly as many marks; name those of the platform with --mark X,Y",
     "incomplete": "the film is incomplete: frames that it should have are missing or cannot be read; the others are written",
 }
 
@@ -41,7 +53,7 @@ def summarise(
     footage: Footage,
     project: Project,
     scale: PictureScale | None,
-    marks: Marks,
+    body: Body,
     fit: Fit | None,
     table: Trajectory | None,
     check: IntegrityCheck,
@@ -50,7 +62,7 @@ def summarise(
 
     Parameters
     ----------
-    footage, project, scale, marks, fit, table
+    footage, project, scale, body, fit, table
         The film and what was made of it; scale, fit and table are None without a scale.
     check : IntegrityCheck
         After the film has gone through it.
@@ -60,14 +72,16 @@ def summarise(
     dict
         What `track-video --json` writes.
     """
+    marks = body.marks
     read = int((marks.status != MISSING).any(axis=1).sum())
     return {
-        "verdict": _verdict(footage, marks, fit, read),
+        "verdict": _verdict(footage, body, fit, read),
         "film": {
             "file": footage.name, "frames": footage.frames, "frames_read": read, "fps": project.film.fps, "width_px": footage.width,
             "height_px": footage.height, "bits": footage.bits, "remarks": [*footage.remarks, *check.remarks],
         },
         "marks": [_mark_summary(marks, fit, i) for i in range(len(marks.names))],
+        "left_out": [dataclasses.asdict(one) for one in body.left_out],
         "subset_px": project.marks.subset_px,
         "sigma_px": marks.median_sigma_px if marks.observed.any() else None,
         "scale": {"mm_per_px": None, "relative_sigma": None} if scale is None else {**scale.summary(), "note": _NOTE},
@@ -78,11 +92,26 @@ def summarise(
 _NOTE = "relative_sigma is common to all lengths of the film; it is not contained in the sigmas of the frames"
 
 
-def _verdict(footage: Footage, marks: Marks, fit: Fit | None, read: int) -> str:
+def _verdict(footage: Footage, body: Body, fit: Fit | None, read: int) -> str:
+    marks = body.marks
     if read < footage.frames:
         return "incomplete"
+    if not moves(marks).any():
+        return "still"
     posed = fit.has_pose if fit is not None else marks.observed.any(axis=1)
-    return "ok" if posed.all() else "lost"
+    if not posed.all():
+        return "lost"
+    if marks.observed.mean() < _SEEN_SHARE or body.lost > len(marks.names):
+        return "few-marks"
+    if fit is not None and _astray(fit):
+        return "not-rigid"
+    return "several-bodies" if body.rivals else "ok"
+
+
+def _astray(fit: Fit) -> bool:
+    """Whether the marks fit the body worse than their own standard deviations and a small error of the lens allow."""
+    residual = fit.mark_residual_px
+    return fit.widened > _NOT_RIGID and bool(np.nanmedian(residual) > _NOT_RIGID_PX)
 
 
 def _mark_summary(marks: Marks, fit: Fit | None, i: int) -> dict[str, Any]:
@@ -149,12 +178,21 @@ def lines_for_people(result: dict[str, Any]) -> list[str]:
         *(f"          {remark}" for remark in film["remarks"]),
         f"marks     {len(marks)} of subset {result['subset_px']} px",
         *(_mark_line(mark) for mark in marks if list(mark["frames"]) != ["ok"]),
+        *_left_out_lines(result["left_out"]),
         *_scale_lines(result["scale"], result["sigma_px"]),
     ]
     if platform is not None:
         lines.append("platform  " + ", ".join(_channel(c, r, platform["median_sigma"][c]) for c, r in platform["range"].items()))
         lines += [f"          {remark}" for remark in platform["remarks"]]
     return [*lines, f"verdict   {_VERDICTS[result['verdict']]}"]
+
+
+def _left_out_lines(left_out: list[dict[str, Any]]) -> list[str]:
+    """One line for each reason."""
+    places: dict[str, list[str]] = {}
+    for one in left_out:
+        places.setdefault(one["reason"], []).append(f"{one['x_px']:.0f},{one['y_px']:.0f}")
+    return [f"left out  {' '.join(at[:6])}{' ...' if len(at) > 6 else ''}: {reason}" for reason, at in places.items()]
 
 
 def _scale_lines(scale: dict[str, Any], sigma_px: float | None) -> list[str]:

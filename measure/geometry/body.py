@@ -54,6 +54,23 @@ def body_points(marks: Marks, camera: Camera, radius_m: float | None) -> Array:
     return points
 
 
+def beside_cylinder(marks: Marks, camera: Camera, radius_m: float | None) -> NDArray[np.bool_]:
+    """Which marks reach beside the cylinder that should carry them.
+
+    Parameters
+    ----------
+    marks, camera, radius_m
+        As in `body_points`.
+
+    Returns
+    -------
+    (marks,) array of bool
+    """
+    if radius_m is None:
+        return np.zeros(len(marks.names), bool)
+    return np.asarray(np.isnan(on_cylinder(camera, marks.response.nodes_px, radius_m)[..., 0]).any(axis=1))
+
+
 @dataclass(frozen=True)
 class Body:
     """The platform in front of the camera. `points` : (marks, 9, 3) array, m, from `body_points`."""

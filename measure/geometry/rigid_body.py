@@ -73,6 +73,13 @@ class Fit:
         """(frames,): whether the frame has a pose."""
         return np.isfinite(self.covariance[:, 0, 0])
 
+    @property
+    def mark_residual_px(self) -> Array:
+        """(marks,): root mean square distance of each mark from the fitted body, px; NaN for a mark that took part in no frame."""
+        squares = np.where(self.used, (self.residual_px**2).sum(axis=-1), 0.0).sum(axis=0)
+        counts = self.used.sum(axis=0)
+        return np.sqrt(np.where(counts > 0, squares / np.maximum(counts, 1), np.nan))
+
 
 @dataclass(frozen=True)
 class _FramePose:
