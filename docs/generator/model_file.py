@@ -8,6 +8,8 @@ from types import NoneType, UnionType
 from typing import Annotated, Any, Literal, Union, get_args, get_origin, get_type_hints
 
 from generator.units import unit_of
+from simulate.control.catalogue import known_laws
+from simulate.model.control import Controller, SampledController
 from simulate.model.model import Model
 
 _HEAD = """# Model file
@@ -27,8 +29,37 @@ def page() -> str:
     hints = hints_of(Model)
     top = [item for item in fields(Model) if table_of(hints[item.name]) is None and item.name != "effects"]
     head = _HEAD + "".join(f"| `{item.name}` | {said_of(hints[item.name])} | {default_of(item)} |\n" for item in top)
-    tables = [(item.name, table_of(hints[item.name])) for item in fields(Model)]
-    return head + "\n" + "\n".join(section(name, kind) for name, kind in tables if kind is not None)
+    tables = [(item.name, table_of(hints[item.name])) for item in fields(Model) if item.name != "controller"]
+    return head + "\n" + "\n".join(section(name, kind) for name, kind in tables if kind is not None) + "\n" + _controllers()
+
+
+_CONTROLLERS = """## `[controller]`
+
+What acts on the legs beside their force law; absent: nothing does. `law` names one of the laws below (or one's own, loaded by
+`--effects`), its gains stand beside it, and so do these keys.
+
+"""
+
+
+def _controllers() -> str:
+    """The controller: what all laws share, what sampled ones share, and the gains of each."""
+    shared = [("every law", _rows(Controller, list(fields(Controller))))]
+    own = [item for item in fields(SampledController) if item.name not in {known.name for known in fields(Controller)}]
+    shared += [("laws with sensors and actuators", _rows(SampledController, own))]
+    parts = [f"### Keys of {title}\n\n{_TABLE_HEAD}\n" + "\n".join(rows) + "\n" for title, rows in shared]
+    for name, kind in known_laws().items():
+        gains = [item for item in fields(kind) if item.name in kind.gains()]
+        sampled = "" if kind.passive else "\n\nIt has sensors and actuators."
+        parts.append(f'### `law = "{name}"`\n\n{inspect.getdoc(kind)}{sampled}\n\n{_TABLE_HEAD}\n' + "\n".join(_rows(kind, gains)) + "\n")
+    return _CONTROLLERS + "\n".join(parts)
+
+
+_TABLE_HEAD = "| key | is | unit | value | default |\n| --- | --- | --- | --- | --- |"
+
+
+def _rows(kind: type, items: list[Any]) -> list[str]:
+    hints, about = hints_of(kind), _descriptions(kind)
+    return [f"| `{i.name}` | {about[i.name]} | {unit_of(i.name)} | {said_of(hints[i.name])} | {default_of(i)} |" for i in items]
 
 
 def section(name: str, kind: type) -> str:

@@ -168,7 +168,7 @@ def observe_beside(first: View, views: Sequence[View]) -> list[dict[str, Array]]
     samples: dict[Model, Array] = {}
     groups: dict[tuple, list[Model]] = {}
     for rig in dict.fromkeys(view.rig for view in views):
-        groups.setdefault((rig.simulation, *(type(effect) for effect in rig.effects)), []).append(rig)
+        groups.setdefault((rig.simulation, type(rig.controller), *(type(effect) for effect in rig.effects)), []).append(rig)
     for group in groups.values():
         runs = deploy_many([_with_step(rig, step) for rig in group], division, one_core=others_busy())
         samples |= {rig: run.samples for rig, run in zip(group, runs, strict=True)}

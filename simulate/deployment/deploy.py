@@ -11,9 +11,9 @@ from measure.common.arrays import Array
 from measure.common.errors import InputError
 from measure.tables.trajectory import CHANNELS
 from simulate.deployment.result import Deployment, StepError, channels_of
-from simulate.dispatch.formulas import count_with_power
+from simulate.dispatch.formulas import FormulaTable, count_with_power
 from simulate.kernel import integrator
-from simulate.kernel.layout import ALONE, FEW, MANY, SAMPLE_SIZE
+from simulate.kernel.layout import ALONE, FEW, LEGS, MANY, SAMPLE_SIZE
 from simulate.kernel.model_rows import effects_with_power, formula_table_of, row_of, without_idle
 from simulate.kernel.runge_kutta import compiled_stage
 from simulate.kernel.speed_polynomials import with_rate_as_effect
@@ -55,7 +55,7 @@ def _deploy_one(model: Model, division: StepDivision, *, divides: bool) -> Deplo
     step, stride, count = grid(model)
     acting = without_idle([model])[0]
     table = formula_table_of(acting)
-    samples, finite = np.empty((1, count, SAMPLE_SIZE + count_with_power(table))), np.empty(1, dtype=np.int64)
+    samples, finite = np.empty((1, count, _columns(table))), np.empty(1, dtype=np.int64)
     stage = compiled_stage(ALONE, True).address
     integrator.deploy_block(row_of(acting)[None], 0, table, stage, ALONE, step, stride, division, divides, samples, finite)
     return _deployment(model, acting, samples[0], step, int(finite[0]))
@@ -74,17 +74,22 @@ def deploy_many(models: Sequence[Model], division: StepDivision | None = None, *
     kernel = integrator.deploy_on_one_core if one_core else integrator.deploy_on_all_cores
     first = models[0]
     if any(_kinds(model) != _kinds(first) or model.simulation != first.simulation for model in models):
-        raise ValueError("deploy_many: models must share the kinds of their effects, and duration, rate and step.")
+        raise ValueError("deploy_many: models must share the kinds of their effects and controller, and duration, rate and step.")
     step, stride, count = min((grid(model) for model in models), key=lambda g: g[0])
     acting = without_idle(models)
     rows = np.array([row_of(model) for model in acting])
     table = formula_table_of(acting[0])
-    samples = np.empty((len(models), count, SAMPLE_SIZE + count_with_power(table)))
+    samples = np.empty((len(models), count, _columns(table)))
     finite = np.empty(len(models), dtype=np.int64)
     parts = UNDIVIDED if division is None else division
     for width, block in _widths(len(models)):
         kernel(rows[block], table, compiled_stage(width, True).address, width, step, stride, parts, samples[block], finite[block])
     return [_deployment(model, acting[0], samples[i], step, int(finite[i])) for i, model in enumerate(models)]
+
+
+def _columns(table: FormulaTable) -> int:
+    """Numbers in a sample: with the work of each formula that does any, and the forces of a controller."""
+    return SAMPLE_SIZE + count_with_power(table) + LEGS * len(table.control)
 
 
 def _deployment(model: Model, acting: Model, samples: Array, step: float, finite: int) -> Deployment:
@@ -104,7 +109,7 @@ def _widths(runs: int) -> list[tuple[int, slice]]:
 
 
 def _kinds(model: Model) -> list[type]:
-    return [type(effect) for effect in with_rate_as_effect(model).effects]
+    return [type(effect) for effect in with_rate_as_effect(model).effects] + [type(model.controller)]
 
 
 def deploy_checked(model: Model) -> Deployment:

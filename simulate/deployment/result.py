@@ -18,7 +18,7 @@ from simulate.kernel.layout import LEGS, SAMPLE_ELONGATION, SAMPLE_ENERGY, SAMPL
 from simulate.kernel.speed_polynomials import with_rate_as_effect
 from simulate.model.model import Model
 from simulate.model.possible import warnings_of
-from simulate.model.rig import geometry_of, leg_lengths
+from simulate.model.rig import geometry_of, leg_lengths, stroke_of
 
 if TYPE_CHECKING:
     from pandas import DataFrame
@@ -54,7 +54,8 @@ class StepError:
 class Deployment:
     """What a deployment did, sample by sample.
 
-    time_s : (n,). samples : (n, SAMPLE_SIZE + len(effects_with_power)), laid out as in `kernel.layout`, NaN from where the run diverged on.
+    time_s : (n,). samples : (n, SAMPLE_SIZE + len(effects_with_power)), six more with a controller, laid out as in `kernel.layout`,
+        NaN from where the run diverged on.
     diverged_at_s : when the state went non-finite, or None. effects_with_power : effects whose work stands in the last columns.
     step_error : how exact it is, by a run with half the step; None where that was not computed.
     """
@@ -103,11 +104,18 @@ class Deployment:
         return self.samples[:, SAMPLE_FORCE : SAMPLE_FORCE + LEGS]
 
     @property
+    def control_force_N(self) -> Array:
+        """(n, 6) force of the controller on the legs, part of `leg_force_N`; zero without one."""
+        if self.model.controller is None:
+            return np.zeros((len(self.time_s), LEGS))
+        return self.samples[:, SAMPLE_SIZE + len(self.effects_with_power) :]
+
+    @property
     def work_J(self) -> dict[str, Array]:
         """Kinetic energy, and the work done so far by legs, stops, weight and all effects, each (n,)."""
         names = ("kinetic", "by_legs", "by_stops", "by_weight")
         work = {name: self.samples[:, SAMPLE_ENERGY + i] for i, name in enumerate(names)}
-        return {**work, "by_effects": self.samples[:, SAMPLE_SIZE:].sum(axis=1)}
+        return {**work, "by_effects": self.samples[:, SAMPLE_SIZE : SAMPLE_SIZE + len(self.effects_with_power)].sum(axis=1)}
 
     @property
     def effects_J(self) -> dict[str, Array]:
@@ -133,6 +141,8 @@ class Deployment:
             columns[f"elongation_{i + 1}_m"] = self.elongation_m[:, i]
             columns[f"length_{i + 1}_m"] = self.elongation_m[:, i] + stowed[i]
             columns[f"force_{i + 1}_N"] = self.leg_force_N[:, i]
+            if self.model.controller is not None:
+                columns[f"control_{i + 1}_N"] = self.control_force_N[:, i]
         return columns
 
     @property
@@ -147,6 +157,13 @@ class Deployment:
         return float(self.time_s[np.argmax(there)]) if np.any(there) else None
 
     @property
+    def theta_z_before_stop_deg(self) -> float | None:
+        """The signed theta_z where its size is largest up to the first stop that a leg reaches, deg; behind it the stops decide."""
+        reached = np.any(self.elongation_m > stroke_of(self.model.adjusted()), axis=1) | ~np.isfinite(self.channels["theta_z_rad"])
+        before = self.channels["theta_z_rad"][: int(np.argmax(reached)) if reached.any() else len(reached)]
+        return float(np.degrees(before[np.argmax(np.abs(before))])) if len(before) else None
+
+    @property
     def summary(self) -> dict[str, Any]:
         """The run in a few numbers: what it reached, whether it can be trusted, and where the energy went."""
         theta_z = np.degrees(self.channels["theta_z_rad"])
@@ -159,6 +176,7 @@ class Deployment:
             "diverged_at_s": self.diverged_at_s,
             "time_to_full_height_s": self.time_to_full_height_s,
             "theta_z_deg": float(theta_z[good][np.argmax(np.abs(theta_z[good]))]) if np.any(good) else None,
+            "theta_z_before_stop_deg": self.theta_z_before_stop_deg,
             "energy_closure": self.energy_closure,
             "energy_J": {name: float(values[good][-1]) if np.any(good) else None for name, values in energies.items()},
             "step_error": None if self.step_error is None else self.step_error.report,

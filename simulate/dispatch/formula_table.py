@@ -33,7 +33,8 @@ def _formula_table(effects: tuple[type[Effect], ...], first_parameter: int) -> F
                 lanes = lanes_form(formula, kind).address if kind in LANE_SIGNATURES else 0
                 found.append((alone, place, lanes))
         place += len(effect.flat_names()) + effect.constants
-    return FormulaTable(**{kind: np.array(found, dtype=np.int64).reshape(-1, 3) for kind, found in rows.items()})
+    tables = {kind: np.array(found, dtype=np.int64).reshape(-1, 3) for kind, found in rows.items()}
+    return FormulaTable(**tables, control=np.empty((0, 3), dtype=np.int64))
 
 
 def flat_parameters(effects: Sequence[Effect], model: Rig | None = None) -> Array:

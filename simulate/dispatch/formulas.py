@@ -21,7 +21,7 @@ from measure.common.kernel_cache import discard_stale
 from simulate.dispatch.compiled_code import compiled_once
 from simulate.dispatch.intrinsics import caller, pointer, shifted, whole_at
 
-discard_stale(Path(__file__).resolve().parents[1], ".", "dispatch", "kernel")
+discard_stale(Path(__file__).resolve().parents[1], ".", "dispatch", "kernel", "control")
 
 _NUMBER = types.float64
 _NUMBERS = types.CPointer(types.float64)
@@ -50,8 +50,18 @@ LANE_SIGNATURES = {
 STAGE = types.void(_NUMBERS, types.int64, _NUMBERS, _NUMBERS, types.int64, types.int64, _NUMBER, _NUMBER, _NUMBER)
 
 
+# A law of control, and what calls it for every run of a block once all legs are known: see control.control_loop.
+LAW = types.void(_NUMBER, _NUMBERS, _NUMBERS, _NUMBERS, _NUMBERS, _NUMBERS, _NUMBERS)
+CONTROL = types.void(
+    _NUMBERS, types.int64, _NUMBERS, types.int64, types.int64, types.int64, types.int64, types.int64, types.int64, _NUMBER, _NUMBER
+)
+
+
 class FormulaTable(NamedTuple):
-    """The formulas that a kernel calls, by kind: rows of (address, place of the first parameter, address of the form for lanes)."""
+    """The formulas that a kernel calls, by kind: rows of (address, place of the first parameter, address of the form for lanes).
+
+    Of a controller it is (address of the law, place of the first parameter, address of what calls it), one row or none.
+    """
 
     leg_force: NDArray[np.int64]
     leg_mass: NDArray[np.int64]
@@ -63,6 +73,7 @@ class FormulaTable(NamedTuple):
     platform_mass: NDArray[np.int64]
     base_mass: NDArray[np.int64]
     base_force: NDArray[np.int64]
+    control: NDArray[np.int64]
 
 
 class FormulaPointers(NamedTuple):
@@ -82,6 +93,7 @@ class FormulaPointers(NamedTuple):
     platform_mass: tuple[int, int]
     base_mass: tuple[int, int]
     base_force: tuple[int, int]
+    control: tuple[int, int]
 
 
 @njit(cache=True)
@@ -107,13 +119,15 @@ def pointers_at(address: int) -> FormulaPointers:
         (whole_at(address, 14), whole_at(address, 15)),
         (whole_at(address, 16), whole_at(address, 17)),
         (whole_at(address, 18), whole_at(address, 19)),
+        (whole_at(address, 20), whole_at(address, 21)),
     )
 
 
 @njit(cache=True)
 def count_with_power(table: FormulaTable) -> int:
-    """Number of formulas that do work: forces along legs, moments in joints, wrenches, forces on the base, in this order."""
-    return table.leg_force.shape[0] + table.joint_resistance.shape[0] + table.platform_wrench.shape[0] + table.base_force.shape[0]
+    """Number of formulas that do work: forces along legs, moments in joints, wrenches, forces on the base, control, in this order."""
+    of_effects = table.leg_force.shape[0] + table.joint_resistance.shape[0] + table.platform_wrench.shape[0] + table.base_force.shape[0]
+    return of_effects + table.control.shape[0]
 
 
 @njit(cache=True, forceinline=True)
@@ -134,20 +148,23 @@ def lanes_formula_at(rows: tuple[int, int], row: int) -> int:
     return whole_at(rows[0], 3 * row + 2)
 
 
+_SIGNATURES = {**SIGNATURES, "law": LAW}
+
+
 def address(formula: Any, kind: str) -> int:
-    """Where the compiled formula stands in memory; `kind` is one of SIGNATURES."""
+    """Where the compiled formula stands in memory; `kind` is one of SIGNATURES, or "law"."""
     return _compiled(formula, kind).address
 
 
 @compiled_once
 def _compiled(formula: Any, kind: str) -> Any:
     try:
-        return cfunc(SIGNATURES[kind], cache=True, error_model="numpy")(formula)
+        return cfunc(_SIGNATURES[kind], cache=True, error_model="numpy")(formula)
     except NumbaError as error:
         raise InputError(_uncompilable(formula, error)) from error
     except (RuntimeError, ImportError, AttributeError):
         # defined at a prompt: there is no file to keep it beside; or kept for a module that had another name
-        return cfunc(SIGNATURES[kind], error_model="numpy")(formula)
+        return cfunc(_SIGNATURES[kind], error_model="numpy")(formula)
 
 
 def _uncompilable(formula: Any, error: NumbaError) -> str:
@@ -199,4 +216,6 @@ call_platform_wrench = caller(SIGNATURES["platform_wrench"])
 call_platform_mass = caller(SIGNATURES["platform_mass"])
 call_base_mass = caller(SIGNATURES["base_mass"])
 call_base_force = caller(SIGNATURES["base_force"])
+call_law = caller(LAW)
+call_control = caller(CONTROL)
 call_stage = caller(STAGE)

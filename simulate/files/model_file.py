@@ -16,13 +16,15 @@ from pydantic import ValidationError
 from measure.common.errors import InputError, found, nearest
 from measure.common.inputs import read_toml
 from measure.common.output import write_text
+from simulate.control.catalogue import known_laws
 from simulate.effects import CATALOGUE
+from simulate.model.control import Controller
 from simulate.model.effect import Catalogue, Effect, effect_from
 from simulate.model.model import Model
 from simulate.model.possible import impossible
 
 SCHEMA = 1
-_BESIDE_THE_MODEL = ("schema", "effect", "provenance")
+_BESIDE_THE_MODEL = ("schema", "effect", "controller", "provenance")
 
 
 def read_model(path: Path, catalogue: Catalogue = CATALOGUE) -> Model:
@@ -58,8 +60,9 @@ def model_from(document: Mapping[str, Any], where: str, catalogue: Catalogue = C
     base = {key: value for key, value in document.items() if key not in _BESIDE_THE_MODEL}
     known, unknown = _with_known_keys(base, Model, "")
     effects, of_effects = _effects(document.get("effect", []), catalogue)
-    model, of_values = _checked_model({**known, "effects": effects}, unknown)
-    wrong = [*_wrong_schema(document), *unknown, *of_values, *of_effects]
+    controller, of_controller = _controller(document.get("controller"))
+    model, of_values = _checked_model({**known, "effects": effects, "controller": controller}, unknown)
+    wrong = [*_wrong_schema(document), *unknown, *of_values, *of_effects, *of_controller]
     wrong = wrong or impossible(model)
     if model is None or wrong:
         raise InputError(f"{where}: " + "\n".join(wrong))
@@ -120,6 +123,25 @@ def _effects(rows: Any, catalogue: Catalogue) -> tuple[tuple[Effect, ...], list[
     return tuple(made), wrong
 
 
+def _controller(table: Any) -> tuple[Controller | None, list[str]]:
+    """The controller of a model file, and what is wrong with it."""
+    if table is None:
+        return None, []
+    if not isinstance(table, Mapping):
+        return None, ["controller is a value; it must be a table, [controller]."]
+    law, laws = table.get("law"), known_laws()
+    if not isinstance(law, str) or law not in laws:
+        hint = nearest(law, laws) if isinstance(law, str) else f"take one of {', '.join(laws)}."
+        return None, [f"controller.law is {'absent' if law is None else found(law)}; {hint}"]
+    kind = laws[law]
+    known, wrong = _with_known_keys({key: value for key, value in table.items() if key != "law"}, kind, "controller.")
+    try:
+        return kind(**known), wrong
+    except ValidationError as error:
+        texts = {f"controller.{key}": text for key, text in _sentences(error, "controller.").items()}
+        return None, [*wrong, *(text for key, text in texts.items() if not _only_misspelt(key, text, wrong))]
+
+
 def _with_known_keys(table: Mapping[str, Any], kind: type, place: str) -> tuple[dict[str, Any], list[str]]:
     """The table without keys that its class does not know, and a sentence for each of those."""
     hints = get_type_hints(kind)
@@ -146,12 +168,12 @@ def _table_kind(hint: Any) -> type | None:
     return next((option for option in options if isinstance(option, type) and is_dataclass(option)), None)
 
 
-def _sentences(error: ValidationError) -> dict[str, str]:
+def _sentences(error: ValidationError, table: str = "") -> dict[str, str]:
     """A sentence for each key that is wrong: key, what is wrong, what was found. Of several types that it might have, the first."""
     by_key: dict[str, str] = {}
     for one in error.errors():
         place = ".".join(str(part) for part in takewhile(lambda part: not _is_type_tag(part), one["loc"])) or "the model"
-        by_key.setdefault(place, _sentence(place, dict(one)))
+        by_key.setdefault(place, _sentence(table + place if one["loc"] else table.rstrip(".") or place, dict(one)))
     return by_key
 
 
@@ -183,8 +205,10 @@ def document_of(model: Model, provenance: Mapping[str, Any] | None = None) -> di
     tables |= {
         item.name: _plain(getattr(model, item.name))
         for item in fields(Model)
-        if item.name not in ("name", "effects") and getattr(model, item.name) is not None
+        if item.name not in ("name", "effects", "controller") and getattr(model, item.name) is not None
     }
+    if model.controller is not None:
+        tables["controller"] = model.controller.table()
     if model.effects:
         tables["effect"] = [{"name": effect.name, **_plain(effect)} for effect in model.effects]
     if provenance is not None:

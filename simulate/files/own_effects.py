@@ -10,12 +10,16 @@ from pathlib import Path
 
 from measure.common.errors import InputError
 from measure.common.inputs import LARGEST_TOML, existing_file
+from simulate.control.catalogue import add_law
 from simulate.effects import CATALOGUE
+from simulate.model.control import laws_among
 from simulate.model.effect import Effect, effects_among
 
 
 def catalogue_with(files: Iterable[Path]) -> dict[str, type[Effect]]:
-    """The catalogue and the effects that these files define. The files are run: name only such as you trust.
+    """The catalogue and the effects that these files define; laws of control that they define join the others.
+
+    The files are run: name only such as you trust.
 
     Raises
     ------
@@ -44,8 +48,12 @@ def _effects_in(file: Path) -> list[type[Effect]]:
     except Exception as error:
         raise InputError(f"{file}: could not be run: {type(error).__name__}: {error}. Mend it and try again.") from error
     found = [kind for kind in effects_among(vars(module)) if kind.__module__ == name]
-    if not found:
+    laws = [kind for kind in laws_among(vars(module)) if kind.__module__ == name]
+    if not found and not laws:
         raise InputError(
-            f"{file}: defines no effect. Derive a frozen dataclass from simulate.model.effect.LegEffect or another, with a name."
+            f"{file}: defines no effect and no law. Derive a frozen dataclass from simulate.model.effect.LegEffect or another, with a name."
         )
+    for kind in laws:
+        if add_law(kind) is not kind:
+            raise InputError(f'{file}: a law is named "{kind.law}", and there is one of that name already. Give it another.')
     return found

@@ -8,7 +8,9 @@ from typing import Any
 from pydantic import TypeAdapter
 
 from measure.tables.frames import unit_in_name
+from simulate.control.catalogue import known_laws
 from simulate.effects import CATALOGUE
+from simulate.model.control import Controller
 from simulate.model.effect import Catalogue, Effect
 from simulate.model.rig import Rig
 
@@ -32,10 +34,23 @@ def json_schema(catalogue: Catalogue = CATALOGUE) -> dict[str, Any]:
             "oneOf": [_of(kind) for kind in catalogue.values()],
         },
     }
+    controller = {
+        "type": "object",
+        "description": "What acts on the legs beside their force law; absent: nothing does.",
+        "required": ["law"],
+        "oneOf": [_of_law(kind) for kind in known_laws().values()],
+    }
     made_by = {"type": "object", "description": "what made the file; written by the commands", "readOnly": True}
     ordered = {"name": schema["properties"].pop("name"), **schema["properties"]}
-    schema["properties"] = {**head, **ordered, "effect": effects, "provenance": made_by}
+    schema["properties"] = {**head, **ordered, "controller": controller, "effect": effects, "provenance": made_by}
     return {**schema, "title": "Model of a tape-spring hexapod", "required": ["schema", "actuator"]}
+
+
+def _of_law(kind: type[Controller]) -> dict[str, Any]:
+    schema = TypeAdapter(kind).json_schema()
+    law = {"const": kind.law, "description": (kind.__doc__ or "").strip().splitlines()[0]}
+    required = ["law", *schema.get("required", [])]
+    return {"properties": {"law": law, **schema["properties"]}, "required": required, "additionalProperties": False}
 
 
 def _of(kind: type[Effect]) -> dict[str, Any]:

@@ -13,6 +13,8 @@ from measure.common.arrays import Array
 from simulate.dispatch.formulas import call_stage
 from simulate.dispatch.intrinsics import pointer
 from simulate.kernel.layout import (
+    CONTROL_MEMORY,
+    CONTROL_ROWS,
     ELONGATION,
     JOINT,
     LEG,
@@ -73,9 +75,9 @@ def lane_rows(by_run: Array, n: int) -> Array:
 
 
 @njit(cache=True, error_model="numpy")
-def memory_at_release(by_lane: Array, n: int, with_power: int) -> Array:
-    """Memory of a block at the release, with room for the work of so many formulas."""
-    w = np.zeros(ROWS * n + SCRATCH + 3 * with_power * n)
+def memory_at_release(by_lane: Array, n: int, with_power: int, controllers: int = 0) -> Array:
+    """Memory of a block at the release, with room for the work of so many formulas, and for a controller where there is one."""
+    w = np.zeros(ROWS * n + SCRATCH + 3 * with_power * n + controllers * (CONTROL_ROWS + CONTROL_MEMORY) * n)
     for k in range(RIGID * n):
         w[STATE * n + k] = w[TRIAL * n + k] = by_lane[POSITION * n + k]
     rotate(w, n)

@@ -9,6 +9,7 @@ from simulate.dispatch.formulas import (
     FormulaPointers,
     call_base_force,
     call_base_mass,
+    call_control,
     call_joint_resistance,
     call_leg_asymptotes,
     call_leg_force,
@@ -27,11 +28,16 @@ from simulate.dispatch.intrinsics import pointer
 from simulate.kernel.layout import (
     ADDED,
     AXIAL_MASS,
+    AXIS,
+    BIAS,
+    CONTROL_AXIS,
+    CONTROL_BIAS,
     EACH,
     FULL,
     LEG_BEFORE,
     LEG_VALUE,
     LENGTH,
+    LEVER,
     RIGHT,
     ROWS,
     SCRATCH,
@@ -62,7 +68,35 @@ def power_row(row: int, n: int) -> int:
 @njit(cache=True, error_model="numpy", forceinline=True)
 def count_working(formulas: FormulaPointers) -> int:
     """How many formulas do work."""
-    return formulas.leg_force[1] + formulas.joint_resistance[1] + formulas.platform_wrench[1] + formulas.base_force[1]
+    of_effects = formulas.leg_force[1] + formulas.joint_resistance[1] + formulas.platform_wrench[1] + formulas.base_force[1]
+    return of_effects + formulas.control[1]
+
+
+@njit(cache=True, error_model="numpy", forceinline=True)
+def control_place(formulas: FormulaPointers, n: int, with_work: bool) -> int:
+    """Where the memory of a controller begins, behind the work of all formulas."""
+    return power_row(3 * count_working(formulas) if with_work else 0, n)
+
+
+@njit(cache=True, error_model="numpy", forceinline=True)
+def keep_leg_for_control(w: Array, formulas: FormulaPointers, leg: int, n: int, with_work: bool) -> None:
+    """Direction, lever and c of the leg at hand, for a controller that acts when all legs are known."""
+    at = control_place(formulas, n, with_work)
+    for k in range(6 * n):
+        axis = w[AXIS * n + k] if k < 3 * n else w[LEVER * n + k - 3 * n]
+        w[at + (CONTROL_AXIS + 6 * leg) * n + k] = axis
+    for i in range(n):
+        w[at + (CONTROL_BIAS + leg) * n + i] = w[BIAS * n + i]
+
+
+@njit(cache=True, error_model="numpy", forceinline=True)
+def add_control(w: Array, by_run: Array, formulas: FormulaPointers, t: float, reach: float, n: int, with_work: bool) -> None:
+    """Forces of a controller along the legs, when all legs are known, and their power."""
+    at = control_place(formulas, n, with_work)
+    power = power_row(count_working(formulas) - 1, n) if with_work else -1
+    law, place, loop = formula_at(formulas.control, 0), parameter_place(formulas.control, 0), lanes_formula_at(formulas.control, 0)
+    every = len(by_run)
+    call_control(loop, (pointer(w, 0), len(w), pointer(by_run, 0), every, place, law, at, power, n, t, reach))
 
 
 @njit(cache=True, error_model="numpy", forceinline=True)

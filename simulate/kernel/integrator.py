@@ -18,6 +18,9 @@ from simulate.kernel.block import Block, bounded, first_stage, lane_rows, later_
 from simulate.kernel.layout import (
     BY_LEGS,
     CENTRE,
+    CONTROL_MEMORY,
+    CONTROL_ROWS,
+    FORCE,
     KINETIC,
     LEGS,
     OUT,
@@ -56,7 +59,8 @@ def deploy_on_all_cores(
 
     stage, n : address of a compiled stage that keeps account of work, and its width.
     division : into how many parts each step is divided.
-    samples : (runs, count, SAMPLE_SIZE + count_with_power(table)), one every `stride` steps, NaN from the one on that is not finite.
+    samples : (runs, count, SAMPLE_SIZE + count_with_power(table)), six columns more with a controller; one every `stride` steps, NaN from
+        the one on that is not finite.
     finite : (runs,) number of samples before the run diverged.
     """
     for block in prange((values.shape[0] + n - 1) // n):
@@ -98,7 +102,7 @@ def deploy_block(
     runs = min(n, values.shape[0] - first)
     by_run = rows_of_block(values, first, n)
     by_lane = lane_rows(by_run, n)
-    w, pointers = memory_at_release(by_lane, n, count_with_power(table)), pointers_of(table)
+    w, pointers = memory_at_release(by_lane, n, count_with_power(table), len(table.control)), pointers_of(table)
     block = Block(uncounted(w), uncounted(by_lane), uncounted(by_run), uncounted(pointers), stage, n, count_with_power(table))
     deploy_runs(block, step, stride, division, divides, samples[first : first + runs], finite[first : first + runs])
     w[0], by_lane[0], by_run[0], pointers[0] = 0.0, 0.0, 0.0, 0  # kept alive until here
@@ -159,6 +163,9 @@ def write_sample(block: Block, i: int, sample: Array) -> bool:
         sample[SAMPLE_ENERGY + BY_LEGS + k] = w[(SPENT + k) * n + i]
     for k in range(block.with_power):
         sample[SAMPLE_SIZE + k] = w[ROWS * n + SCRATCH + (2 * block.with_power + k) * n + i]
+    behind = SAMPLE_SIZE + block.with_power
+    for k in range(len(sample) - behind):
+        sample[behind + k] = w[ROWS * n + SCRATCH + 3 * block.with_power * n + CONTROL_ROWS * n + i * CONTROL_MEMORY + FORCE + k]
     for leg in range(LEGS):
         sample[SAMPLE_ELONGATION + leg] = w[(OUT + leg) * n + i]
         sample[SAMPLE_STORED + leg] = w[(OUT_R + leg) * n + i]

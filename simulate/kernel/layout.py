@@ -60,11 +60,33 @@ ROWS = OUT + 6 * LEGS
 SCRATCH_POSE, SCRATCH_TWIST, SCRATCH_WRENCH, SCRATCH_MATRIX, SCRATCH_PAIR = 0, 7, 13, 19, 55
 SCRATCH = 57
 
+# Parameters of a controller, its gains behind them.
+(
+    LAW_PASSIVE, LAW_FAILED, LAW_STUCK, LAW_FAILS_AT, LAW_BRAKE_SPEED, LAW_COUPLED_MASS, LAW_RATE, LAW_DELAY, LAW_LAG, LAW_NOISE, LAW_STEP,
+    LAW_CAMERA, LAW_NOISE_RAD, LAW_STEP_RAD, LAW_OBSERVER, LAW_LIMIT, LAW_MOTOR, LAW_FAILED_SENSOR, LAW_SEED, LAW_GAINS,
+) = range(20)  # fmt: skip
+
+# A controller's memory, behind the work of effects: of the six legs direction, lever (six rows a leg) and c of l'' = J a + c, and then
+# for each run by itself what it has sensed, commanded and done.
+CONTROL_AXIS, CONTROL_BIAS, CONTROL_ROWS = 0, 6 * LEGS, 7 * LEGS
+COUNTED, CLOCK, PEAK, TAKEN_OUT, POWER_BEFORE = (
+    0,
+    1,
+    2,
+    3,
+    4,
+)  # samples, time of the last step, largest force, energy taken out and its rate
+HELD, LEVEL, FORCE = 5, 11, 17  # command in force, force that follows it, force on the leg; six each
+TRUE_U, TRUE_V, READ, ESTIMATE, SPEED = 23, 29, 35, 41, 47  # of the legs: true, last reading, what the law is given
+TURN, OWN, OWN_SIZE = 53, 55, 16  # theta_z and its rate from a camera; what the law keeps
+QUEUED, TAKEN, QUEUE, QUEUE_LENGTH = 71, 72, 73, 64  # commands under way, each with the time from which it holds
+CONTROL_MEMORY = QUEUE + 7 * QUEUE_LENGTH
+
 # How many runs stand side by side: one alone, a few, or as many as fill the registers.
 ALONE, FEW, MANY = 1, 4, 16
 
 # Columns of a sample: pose (7), twist (6), elongation, hysteretic force and whole force of the legs (6 each), energies (4); behind them
-# the work of each formula that does any.
+# the work of each formula that does any, and last the six forces of a controller, where there is one.
 SAMPLE_POSE, SAMPLE_TWIST, SAMPLE_ELONGATION, SAMPLE_STORED, SAMPLE_FORCE, SAMPLE_ENERGY = 0, 7, 13, 19, 25, 31
 BY_LEGS, BY_STOPS, BY_WEIGHT = 1, 2, 3
 SAMPLE_SIZE = SAMPLE_ENERGY + 4

@@ -10,16 +10,34 @@ import numpy as np
 
 from measure.common.arrays import Array
 from measure.common.errors import InputError
+from simulate.control.control_loop import control_rows
 from simulate.dispatch.formula_table import WITH_POWER, flat_parameters, formula_table
 from simulate.dispatch.formulas import FormulaTable
-from simulate.kernel.layout import ANGULAR, CENTRE, INERTIA, LEG, MASS, PARAMETERS, POSITION, QUATERNION, STOP, VELOCITY, WEIGHT
+from simulate.kernel.layout import (
+    ANGULAR,
+    CENTRE,
+    INERTIA,
+    LAW_SEED,
+    LEG,
+    MASS,
+    PARAMETERS,
+    POSITION,
+    QUATERNION,
+    STOP,
+    VELOCITY,
+    WEIGHT,
+)
 from simulate.kernel.speed_polynomials import with_rate_as_effect
+from simulate.model.control import SampledController
 from simulate.model.model import Model
 from simulate.model.rig import Geometry, geometry_of, leg_lengths, per_leg
 
+CONTROLLER = "controller"
+"""Name of a controller among the effects whose work is accounted for."""
+
 
 def row_of(model: Model) -> Array:
-    """The row of a model: (PARAMETERS + number of effect parameters,).
+    """The row of a model: (PARAMETERS + number of effect parameters,), and behind them those of the controller.
 
     Effects that change the base model are worked in; of the others the parameters follow behind.
 
@@ -47,7 +65,8 @@ def _row(model: Model) -> Array:
     _put_release(row, at, geometry, centre)
     row[STOP : STOP + 3] = at.end_stop.stiffness_N_per_m, at.end_stop.damping_N_s_per_m, at.end_stop.smoothing_m
     row[LEG:PARAMETERS] = _legs(at, geometry, centre, row).ravel()
-    return np.concatenate([row, flat_parameters(model.effects, at)])
+    control = () if model.controller is None else (*model.controller.flat(), *model.controller.constants_of(at))
+    return np.concatenate([row, flat_parameters(model.effects, at), control])
 
 
 def without_idle(models: Sequence[Model]) -> list[Model]:
@@ -62,13 +81,25 @@ def without_idle(models: Sequence[Model]) -> list[Model]:
 
 def formula_table_of(model: Model) -> FormulaTable:
     """The formulas that the row of this model is read by."""
-    return formula_table(with_rate_as_effect(model).effects, PARAMETERS)
+    effects = with_rate_as_effect(model).effects
+    table = formula_table(effects, PARAMETERS)
+    if model.controller is None:
+        return table
+    return table._replace(control=control_rows(type(model.controller), PARAMETERS + len(flat_parameters(effects))))
 
 
 def effects_with_power(model: Model) -> tuple[str, ...]:
     """Names of the effects whose formulas do work, in the order of the kernel's energy balance; one stands there once a formula."""
     effects = with_rate_as_effect(model).effects
-    return tuple(effect.name for kind in WITH_POWER for effect in effects if getattr(type(effect), kind) is not None)
+    of_effects = tuple(effect.name for kind in WITH_POWER for effect in effects if getattr(type(effect), kind) is not None)
+    return of_effects if model.controller is None else (*of_effects, CONTROLLER)
+
+
+def seed_column(model: Model) -> int | None:
+    """Where a row has the seed of its controller's noise; None where nothing is drawn."""
+    controller = model.controller
+    drawn = isinstance(controller, SampledController) and (controller.sensor_noise_m or controller.sensor_noise_rad)
+    return len(row_of(replace(model, controller=None))) + LAW_SEED if drawn else None
 
 
 def _put_release(row: Array, model: Model, geometry: Geometry, centre: Array) -> None:

@@ -19,8 +19,27 @@ from simulate.kernel.block import (
     memory_at_release,
     rows_of_block,
 )
-from simulate.kernel.layout import CENTRE, LEGS, OUT_STOP, ROTATION, STATE
+from simulate.kernel.layout import (
+    CENTRE,
+    CONTROL_MEMORY,
+    CONTROL_ROWS,
+    FULL,
+    LEG,
+    LEG_SIZE,
+    LEGS,
+    OUT,
+    OUT_STOP,
+    PEAK,
+    ROTATION,
+    ROWS,
+    SCRATCH,
+    STATE,
+    TAKEN_OUT,
+)
 from simulate.model.responses import (
+    BEFORE_STOP,
+    CONTROL_ENERGY,
+    CONTROL_FORCE,
     DIVERGED,
     FULL_HEIGHT,
     LATERAL,
@@ -68,16 +87,18 @@ def respond_block(
     runs = min(n, values.shape[0] - first)
     by_run = rows_of_block(values, first, n)
     by_lane = lane_rows(by_run, n)
-    w, pointers = memory_at_release(by_lane, n, 0), pointers_of(table)
+    w, pointers = memory_at_release(by_lane, n, 0, len(table.control)), pointers_of(table)
     block = Block(uncounted(w), uncounted(by_lane), uncounted(by_run), uncounted(pointers), stage, n, 0)
     respond_runs(block, step, stride, count, full_height, answers[first : first + runs])
+    if len(table.control) > 0:
+        control_responses(w, n, answers[first : first + runs])
     w[0], by_lane[0], by_run[0], pointers[0] = 0.0, 0.0, 0.0, 0  # kept alive until here
 
 
 @njit(cache=True, error_model="numpy")
 def respond_runs(block: Block, step: float, stride: int, count: int, full_height: float, answers: Array) -> None:
     """The deployments of one block, from the release on."""
-    runs, turn = answers.shape[0], np.zeros((block.n, 2))
+    runs, turn = answers.shape[0], np.zeros((block.n, 3))
     answers[:] = 0.0
     answers[:, FULL_HEIGHT] = answers[:, DIVERGED] = np.nan
     for sample in range(count):
@@ -95,7 +116,7 @@ def respond_runs(block: Block, step: float, stride: int, count: int, full_height
 
 @njit(cache=True, error_model="numpy")
 def update_responses(w: Array, by_lane: Array, i: int, n: int, time: float, full_height: float, turn: Array, answer: Array) -> None:
-    """Work one sample of a run into its responses; turn holds theta_z so far, unwrapped, and its last raw value.
+    """Work one sample of a run into its responses; turn holds theta_z so far, unwrapped, its last raw value, and if a stop was reached.
 
     Lateral way and tilt stand there squared, the tilt as the squared sine of its half, until the run has ended.
     """
@@ -112,6 +133,11 @@ def update_responses(w: Array, by_lane: Array, i: int, n: int, time: float, full
     turn[1] = raw
     if abs(turn[0]) > abs(answer[THETA_Z]):
         answer[THETA_Z] = turn[0]
+    for leg in range(LEGS):
+        if w[(OUT + leg) * n + i] > by_lane[(LEG + leg * LEG_SIZE + FULL) * n + i]:
+            turn[2] = 1.0
+    if turn[2] == 0.0:
+        answer[BEFORE_STOP] = answer[THETA_Z]
     x, y, z = origin(w, by_lane, 0, i, n), origin(w, by_lane, 1, i, n), origin(w, by_lane, 2, i, n)
     answer[LATERAL] = max(answer[LATERAL], x * x + y * y)
     answer[TILT] = max(answer[TILT], b * b + c * c)
@@ -119,6 +145,15 @@ def update_responses(w: Array, by_lane: Array, i: int, n: int, time: float, full
         answer[FULL_HEIGHT] = time
     for leg in range(LEGS):
         answer[STOP_FORCE] = max(answer[STOP_FORCE], abs(w[(OUT_STOP + leg) * n + i]))
+
+
+@njit(cache=True, error_model="numpy")
+def control_responses(w: Array, n: int, answers: Array) -> None:
+    """Largest force and energy of the controllers of runs that did not diverge."""
+    for i in range(answers.shape[0]):
+        memory = ROWS * n + SCRATCH + CONTROL_ROWS * n + i * CONTROL_MEMORY
+        if math.isnan(answers[i, DIVERGED]):
+            answers[i, CONTROL_FORCE], answers[i, CONTROL_ENERGY] = w[memory + PEAK], w[memory + TAKEN_OUT]
 
 
 @njit(cache=True, error_model="numpy")

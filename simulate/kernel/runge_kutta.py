@@ -15,7 +15,7 @@ from numba.np.numpy_support import carray
 from measure.common.arrays import Array
 from simulate.dispatch.compiled_code import compiled_once
 from simulate.dispatch.formulas import STAGE, FormulaPointers, pointers_at
-from simulate.kernel.contributions import add_platform_wrenches, count_working, power_row
+from simulate.kernel.contributions import add_control, add_platform_wrenches, count_working, keep_leg_for_control, power_row
 from simulate.kernel.layout import (
     ELONGATION,
     HEADING,
@@ -65,21 +65,23 @@ def _stage(n: int, with_work: bool) -> Any:
         formulas = pointers_at(pointers)
         if reach == 0.0:
             finish_step(w, formulas, step, n, with_work)
-            derivative(w, by_lane, by_run, formulas, max(time - step, 0.0), time, n, with_work)
+            derivative(w, by_lane, by_run, formulas, max(time - step, 0.0), time, 0.0, n, with_work)
             carry_legs(w, n)
         else:
             set_trial_state(w, reach, n)
-            derivative(w, by_lane, by_run, formulas, time, time + reach, n, with_work)
+            derivative(w, by_lane, by_run, formulas, time, time + reach, reach, n, with_work)
         accumulate(w, formulas, reach, step, n, with_work)
 
     return compute
 
 
 @njit(cache=True, error_model="numpy", forceinline=True)
-def derivative(w: Array, by_lane: Array, by_run: Array, formulas: FormulaPointers, t0: float, t: float, n: int, with_work: bool) -> None:
+def derivative(
+    w: Array, by_lane: Array, by_run: Array, formulas: FormulaPointers, t0: float, t: float, reach: float, n: int, with_work: bool
+) -> None:
     """Rates of the trial states, and of the work done where account of it is kept, into the rows RATE; what the legs do into OUT.
 
-    t0 : time at which the legs stood as the rows ELONGATION and STORED say.
+    t0 : time at which the legs stood as the rows ELONGATION and STORED say. reach : how far the stage looks ahead in its step.
     """
     rotate(w, n)
     assemble_platform(w, by_lane, by_run, formulas, n)
@@ -94,7 +96,11 @@ def derivative(w: Array, by_lane: Array, by_run: Array, formulas: FormulaPointer
         add_leg(w, formulas, n, with_work)
         if formulas.leg_transverse[1] + formulas.joint_resistance[1] > 0:
             add_transverse(w, by_run, formulas, n, with_work)
+        if formulas.control[1] > 0:
+            keep_leg_for_control(w, formulas, leg, n, with_work)
         store_leg(w, leg, n)
+    if formulas.control[1] > 0:
+        add_control(w, by_run, formulas, t, reach, n, with_work)
     if formulas.base_mass[1] > 0:
         stand_on_base(w, by_lane, by_run, formulas, n, with_work)
     add_platform_wrenches(w, by_run, formulas, t, n, with_work)

@@ -33,6 +33,7 @@ def step_of(model: Model, longest: float = LONGEST_STEP_S) -> float:
     at = model.adjusted()
     mass = at.gravity.mass_factor * _lightest_mass(at)
     added = [_stiffness(effect, at) for effect in at.effects]
+    added += [] if at.controller is None else [tuple(LEGS * part for part in at.controller.stiffness(at))]
     spring = LEGS * at.end_stop.stiffness_N_per_m + sum(k for k, _ in added)
     damper = LEGS * at.end_stop.damping_N_s_per_m + sum(c for _, c in added)
     with np.errstate(over="ignore", divide="ignore", invalid="ignore"):

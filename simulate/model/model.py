@@ -8,6 +8,7 @@ from typing import Any
 
 from pydantic.dataclasses import dataclass
 
+from simulate.model.control import Controller
 from simulate.model.effect import Effect
 from simulate.model.rig import (
     CHECKED,
@@ -59,6 +60,7 @@ class Model(Rig):
     """Everything a deployment is computed from, or, without geometry, everything a loop is computed from."""
 
     effects: tuple[Effect, ...] = ()
+    controller: Controller | None = None
 
     def with_effect(self, effect: Effect) -> Model:
         """The model with this effect in place of the one of the same name, or behind the others."""

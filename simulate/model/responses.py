@@ -6,8 +6,8 @@ from typing import NamedTuple
 
 from measure.common.errors import InputError, nearest
 
-THETA_Z, LATERAL, TILT, FULL_HEIGHT, STOP_FORCE, DIVERGED = 0, 1, 2, 3, 4, 5
-COUNT = 6
+THETA_Z, LATERAL, TILT, FULL_HEIGHT, STOP_FORCE, BEFORE_STOP, CONTROL_FORCE, CONTROL_ENERGY, DIVERGED = range(9)
+COUNT = 9
 
 
 class Response(NamedTuple):
@@ -23,10 +23,13 @@ _DEGREE = 57.29577951308232
 
 RESPONSES = {
     "theta_z_deg": Response(THETA_Z, "deg", _DEGREE, "signed theta_z where its size is largest"),
+    "theta_z_before_stop_deg": Response(BEFORE_STOP, "deg", _DEGREE, "the same up to the first stop that is reached"),
     "lateral_mm": Response(LATERAL, "mm", 1e3, "largest distance of the platform from the vertical"),
     "tilt_deg": Response(TILT, "deg", _DEGREE, "largest tilt, the size of the swing"),
     "time_to_full_height_s": Response(FULL_HEIGHT, "s", 1.0, "first sample at the deployed height; none where it is not reached"),
     "stop_force_N": Response(STOP_FORCE, "N", 1.0, "largest force of one stop"),
+    "control_force_N": Response(CONTROL_FORCE, "N", 1.0, "largest force of one actuator of a controller; zero without one"),
+    "control_energy_J": Response(CONTROL_ENERGY, "J", 1.0, "energy that a controller has taken out"),
 }
 
 

@@ -71,7 +71,7 @@ class SweepResult:
     @property
     def limit(self) -> float | None:
         """The failure angle, where the response is one that fails."""
-        return self.failure_deg if self.response == "theta_z_deg" else None
+        return self.failure_deg if self.response in ("theta_z_deg", "theta_z_before_stop_deg") else None
 
     @property
     def letters(self) -> list[str]:
@@ -92,7 +92,7 @@ class SweepResult:
     @cached_property
     def counts(self) -> RunCounts:
         """Runs, diverged and failed."""
-        return sum((count_runs(answers, self.failure_deg) for answers in self.pieces), RunCounts(0, 0, 0))
+        return sum((count_runs(answers, self.failure_deg) for answers in self.pieces), RunCounts(0, 0, 0, 0))
 
     @cached_property
     def coefficients(self) -> dict[str, float]:
@@ -107,6 +107,7 @@ class SweepResult:
             "runs": counted.runs,
             "diverged": counted.diverged,
             "failed_percent": counted.failed_percent,
+            "failed_before_stop_percent": counted.failed_before_stop_percent,
             "failed_interval_percent": None if self.sweep.design.basic else counted.interval_percent(),
             "without_response": sum(int(np.isnan(values).sum()) for values in self.values()) - counted.diverged,
             "design": self.sweep.design.kind,

@@ -17,7 +17,7 @@ from measure.common.arrays import Array
 from measure.common.errors import InputError
 from simulate.dispatch.formulas import FormulaTable
 from simulate.kernel.layout import MANY
-from simulate.kernel.model_rows import formula_table_of, row_of, without_idle
+from simulate.kernel.model_rows import formula_table_of, row_of, seed_column, without_idle
 from simulate.kernel.response_kernel import respond_on_all_cores, respond_on_one_core
 from simulate.kernel.runge_kutta import compiled_stage
 from simulate.kernel.step_size import grid
@@ -81,12 +81,17 @@ class Sweep:
 
     def responses(self, first: int, last: int, alone: bool = False) -> Array:
         """Responses of some runs, (last - first, responses.COUNT), SI; NaN where there is none. On all cores, or alone on one."""
-        return self.responses_at(self.design.piece(first, last), alone)
+        return self._answered(self.rows_at(self.design.piece(first, last)), first, alone)
 
     def responses_at(self, coded: Array, alone: bool = False) -> Array:
         """Responses at any coded levels (runs, factors), whether the design has them or not."""
-        full_height = geometry_of(self.model).deployed_height_m
-        return _responses(self.rows_at(coded), self._formulas, self.grid, full_height, alone)
+        return self._answered(self.rows_at(coded), 0, alone)
+
+    def _answered(self, rows: Array, first: int, alone: bool) -> Array:
+        """Responses of rows; of noisy sensors each run, counted from `first`, has noise of its own."""
+        if self._seed is not None:
+            rows[:, self._seed] += np.arange(first, first + len(rows))
+        return _responses(rows, self._formulas, self.grid, geometry_of(self.model).deployed_height_m, alone)
 
     def rows_at(self, coded: Array) -> Array:
         """Rows of runs at these coded levels for the compiled kernel."""
@@ -105,6 +110,10 @@ class Sweep:
     def grid(self) -> tuple[float, int, int]:
         """Step, steps between samples, samples: the finest step that any single factor, as far out as it goes, asks for."""
         return min((grid(model) for model in self._extremes), key=lambda found: found[0])
+
+    @cached_property
+    def _seed(self) -> int | None:
+        return seed_column(self._acting)
 
     @cached_property
     def _formulas(self) -> FormulaTable:
@@ -197,11 +206,12 @@ def piece_of(sweep: Sweep, first: int, last: int) -> tuple[int, Array]:
 
 
 class RunCounts(NamedTuple):
-    """How many runs diverged, and how many failed of those that did not."""
+    """How many runs diverged, and how many failed of those that did not, in all and before the first stop."""
 
     runs: int
     diverged: int
     failed: int
+    failed_before_stop: int = 0
 
     def __add__(self, other: tuple[Any, ...]) -> RunCounts:  # type: ignore[override]
         """The counts of both together."""
@@ -210,8 +220,16 @@ class RunCounts(NamedTuple):
     @property
     def failed_percent(self) -> float:
         """Share of the runs that failed, diverged ones left out of both counts, %."""
+        return self._percent(self.failed)
+
+    @property
+    def failed_before_stop_percent(self) -> float:
+        """Share of those that had failed when the first leg reached its stop: the others failed in the rebound, %."""
+        return self._percent(self.failed_before_stop)
+
+    def _percent(self, failed: int) -> float:
         good = self.runs - self.diverged
-        return 100.0 * self.failed / good if good else math.nan
+        return 100.0 * failed / good if good else math.nan
 
     def interval_percent(self) -> tuple[float, float]:
         """95 % interval of the failure probability, %."""
@@ -232,5 +250,5 @@ def wilson(hits: int, of: int) -> tuple[float, float]:
 def count_runs(answers: Array, failure_deg: float) -> RunCounts:
     """Count runs that diverged, and runs whose theta_z goes beyond the failure angle."""
     diverged = ~np.isnan(answers[:, responses.DIVERGED])
-    failed = np.abs(np.degrees(answers[~diverged, responses.THETA_Z])) > failure_deg
-    return RunCounts(len(answers), int(diverged.sum()), int(failed.sum()))
+    failed, before = (np.abs(np.degrees(answers[~diverged, k])) > failure_deg for k in (responses.THETA_Z, responses.BEFORE_STOP))
+    return RunCounts(len(answers), int(diverged.sum()), int(failed.sum()), int(before.sum()))
