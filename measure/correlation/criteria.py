@@ -44,7 +44,11 @@ TUKEY = 4.685
 """Distance in standard deviations at which a pixel loses all weight: 95 % efficiency on normal noise (Huber, Robust Statistics)."""
 
 TEXTURE_OVER_NOISE = 2.0
-"""Times the slopes of noise that the texture's slopes must reach in the poorest direction to carry a parameter of the warp."""
+"""Times the slopes of noise that the texture's slopes must reach to determine a direction of the warp."""
+
+TEXTURE_SHARE = 0.03
+"""Share of what the texture's slopes give along a shift that they must give to determine another direction of the warp. The
+pixels' steps along the edge of a dot that should not determine its rotation give 0.005; quadrants give 0.011 along their edges."""
 
 LEAST_BLUR_PX = 0.75
 """Motion during the exposure that still looks like rest."""

@@ -56,9 +56,11 @@ class Reference:
     projected : (k, n) array of float32
         The same, projected off light and bending.
     inverse_hessian : (k, k) array
-        Of `projected`.
+        Of `projected`, along the determined directions.
     noise : (k, k) array
         Covariance of the parameters for pixel noise of variance one.
+    basis : (k, r) array
+        Directions of the warp that the texture determines; the warp moves along no other.
     uneven_light : Reference or None
         The same mark with light and sharpness that may change across it, where that can be distinguished from motion.
     """
@@ -71,6 +73,7 @@ class Reference:
     projected: NDArray[np.float32]
     inverse_hessian: NDArray[np.float64]
     noise: NDArray[np.float64]
+    basis: NDArray[np.float64]
     uneven_light: Reference | None = None
 
     @property
@@ -97,6 +100,19 @@ class Reference:
     def uneven(self) -> NDArray[np.float32]:
         """(u, n): orthonormal images that light changing across the mark adds; none where that cannot be distinguished from motion."""
         return self.light[:0] if self.uneven_light is None else self.uneven_light.light[2:]
+
+    @cached_property
+    def determined(self) -> NDArray[np.float32]:
+        """(r, n): steepest-descent images along the determined directions."""
+        return np.ascontiguousarray(self.basis.T @ self.descent, np.float32)
+
+    @property
+    def followed(self) -> NDArray[np.float64]:
+        """(4, 4): what the warp takes of a change of its matrix, row by row; only for an affine warp."""
+        if self.warp != AFFINE:
+            return np.eye(4)
+        axes = np.linalg.qr(self.basis[2:, 2:])[0]
+        return axes @ axes.T
 
     @cached_property
     def added(self) -> NDArray[np.float32]:

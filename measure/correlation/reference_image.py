@@ -14,7 +14,6 @@ from measure.correlation.reference import Reference, Subset
 from measure.correlation.spline import FILTER, coefficients, sample_shifted
 from measure.correlation.steepest_descent import (
     AFFINE,
-    EUCLIDEAN,
     TRANSLATION,
     covariance_of_unit_noise,
     curvatures,
@@ -23,7 +22,7 @@ from measure.correlation.steepest_descent import (
     orthonormal_in_order,
     project_off,
 )
-from measure.correlation.texture import carries, pixel_noise, require_texture
+from measure.correlation.texture import determined, pixel_noise, require_texture
 
 _MARGIN = 16
 _SLOPE_STEP_PX = 0.02
@@ -44,8 +43,8 @@ def reference(picture: NDArray, x: float, y: float, subset: int, warp: int = AFF
     subset : int
         Side of the subset, odd, px.
     warp : int
-        The richest warp allowed: 2, 3 or 6 parameters. A poorer one is taken where the texture cannot determine it (a
-        round dot has no rotation).
+        The richest warp allowed: 2, 3 or 6 parameters. Of these the mark moves along those directions only that its
+        texture determines (a round dot has no rotation).
     mask : (rows, columns) array of bool, optional
         Pixels that belong to marks; all without it.
 
@@ -69,8 +68,7 @@ def reference(picture: NDArray, x: float, y: float, subset: int, warp: int = AFF
     require_texture(f, fx, fy, picture.dtype, x, y)
     noise = pixel_noise(picture[square])
     pixels = Subset(column, row, half, np.array([x - column, y - row]), surface, kept)
-    made = (_prepared(pixels, images, k) for k in (AFFINE, EUCLIDEAN, TRANSLATION) if k <= warp)
-    return next(m for m in made if m.warp == TRANSLATION or carries(m.warp, m.inverse_hessian, half, len(kept), noise))
+    return _prepared(pixels, images, warp, noise)
 
 
 def blurred(mark: Reference, motion_px: NDArray[np.float64]) -> Reference:
@@ -89,7 +87,7 @@ def blurred(mark: Reference, motion_px: NDArray[np.float64]) -> Reference:
     length = float(np.hypot(*motion_px))
     motion = motion_px * min(1.0, LONGEST_BLUR_PX / max(length, 1e-9))
     images = _images(mark.subset.surface, mark.half, (float(motion[0]), float(motion[1])))
-    return _prepared(mark.subset, images, mark.warp)
+    return _prepared(mark.subset, images, mark.warp, basis=mark.basis)
 
 
 def _kept(mask: NDArray[np.bool_] | None, square: tuple[slice, slice], subset: int, x: float, y: float) -> NDArray[np.int64]:
@@ -123,7 +121,9 @@ def _at(surface: NDArray, half: int, x: float, y: float) -> NDArray[np.float64]:
     return values.astype(np.float64)
 
 
-def _prepared(subset: Subset, images: tuple[NDArray, NDArray, NDArray], warp: int) -> Reference:
+def _prepared(
+    subset: Subset, images: tuple[NDArray, NDArray, NDArray], warp: int, noise: float = 0.0, basis: NDArray | None = None
+) -> Reference:
     """With even light, and with light and sharpness that change across the mark where the texture distinguishes them from motion."""
     half, kept = subset.half, subset.kept
     f, fx, fy = (image[kept] for image in images)
@@ -136,21 +136,27 @@ def _prepared(subset: Subset, images: tuple[NDArray, NDArray, NDArray], warp: in
     bends = np.stack([slope * part for slope in (fx, fy) for part in (x * x, x * y, y * y)])
     moves = orthonormal_basis(project_off(descent, light))
     bending = orthonormal_basis(project_off(project_off(bends, light), moves))[: None if many else 0]
-    plain = _projected(subset, f, light, descent, bending)
+    if basis is None:
+        projected = project_off(project_off(descent, light), bending)
+        basis = determined(projected @ projected.T, half, f.size, noise)
+        if basis.shape[1] == TRANSLATION < warp:
+            return _prepared(subset, images, TRANSLATION)
+    plain = _projected(subset, f, light, descent, bending, basis)
     sharpness = [image[kept] for image in curvatures(*images[1:])] if many else []
     gradients = [side * image for side in (x, y) for image in (np.ones(f.size), even, *sharpness)]
     # With the same `bending` both answer alike to a motion that bends.
-    uneven = _projected(subset, f, orthonormal_in_order([np.ones(f.size), even, *sharpness, *gradients]), descent, bending)
+    uneven = _projected(subset, f, orthonormal_in_order([np.ones(f.size), even, *sharpness, *gradients]), descent, bending, basis)
     distinct = np.trace(uneven.noise[:2, :2]) < 4.0 * np.trace(plain.noise[:2, :2])
     return replace(plain, uneven_light=uneven if distinct else None)
 
 
-def _projected(subset: Subset, f: NDArray, light: NDArray, descent: NDArray, bending: NDArray) -> Reference:
+def _projected(subset: Subset, f: NDArray, light: NDArray, descent: NDArray, bending: NDArray, basis: NDArray) -> Reference:
     bending = orthonormal_basis(project_off(bending, light))
     projected = project_off(project_off(descent, light), bending)
-    noise, inverse_hessian = covariance_of_unit_noise(projected, 2 * subset.half + 1, subset.kept)
+    along = covariance_of_unit_noise(basis.T @ projected, 2 * subset.half + 1, subset.kept)
+    noise, inverse_hessian = (basis @ part @ basis.T for part in along)
     f32, l32, b32, d32, p32 = (np.ascontiguousarray(image, np.float32) for image in (f, light, bending, descent, projected))
-    return Reference(subset, f32, l32, b32, d32, p32, inverse_hessian, noise)
+    return Reference(subset, f32, l32, b32, d32, p32, inverse_hessian, noise, basis)
 
 
 def _require_inside(picture: NDArray, x: float, y: float, half: int) -> None:

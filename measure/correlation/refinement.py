@@ -211,7 +211,7 @@ def refine(near: Window, mark: Reference, guess: NDArray[np.float64], scale: flo
     if scale is None:
         found = solve(*place, mark.projected, mark.light, mark.values, mark.inverse_hessian, mark.bending, mark.uneven, _ROUNDED, kept)
     else:
-        found = solve_robust(*place, mark.descent, mark.added, mark.values, scale, kept)
+        found = solve_robust(*place, mark.determined, mark.added, mark.values, scale, kept, mark.basis)
     warp, gain, residual, explained, hidden, extra, settled = found
     if not (np.isfinite(warp).all() and residual > 0 and gain > 0):
         return None

@@ -36,6 +36,7 @@ def solve_robust(
     values: NDArray[np.float32],
     scale: float,
     kept: NDArray[np.int64],
+    basis: NDArray[np.float64],
 ) -> tuple[NDArray[np.float64], float, float, float, float, float, bool]:
     """Iterate with Tukey weights until a step moves no pixel by more than 0.002 px, 60 steps at most.
 
@@ -43,12 +44,14 @@ def solve_robust(
     ----------
     c, left, top, half, guess, values, kept
         As in `measure.correlation.gauss_newton.solve`.
-    descent : (k, n) array
-        Steepest-descent images.
+    descent : (r, n) array
+        Steepest-descent images along the determined directions.
     light : (m, n) array
         Orthonormal images of all that may change beside the warp.
     scale : float
         Least standard deviation of the noise, grey levels.
+    basis : (k, r) array
+        The determined directions, in parameters of the warp; the first two are the shifts.
 
     Returns
     -------
@@ -92,7 +95,7 @@ def solve_robust(
         gain = 0.0
         for j in range(m):
             gain += shares[j] * dot(light[j], even) / strength
-        dp = (solution[:k] / gain).astype(np.float64)
+        dp = basis @ (solution[:k] / gain)
         step = step_px(dp, half)
         warp = compose(warp, dp)
         if not (step < 4.0 and gain > 0.0):

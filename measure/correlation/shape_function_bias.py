@@ -43,24 +43,28 @@ class Response:
         Shift of the reference point for a shift of each node.
     parameters : (marks,) array of int
         Number of parameters of each mark's warp: 2 (shift), 3 (shift and rotation) or 6 (affine).
+    followed : (marks, 4, 4) array
+        What each affine warp takes of a change of its matrix, row by row; a texture may not determine all of it.
     """
 
     reference_px: Array
     nodes_px: Array
     weights: Array
     parameters: NDArray[np.int64]
+    followed: Array
 
     def only(self, kept: NDArray[np.bool_]) -> Response:
         """The same for some of the marks; kept : (marks,) array of bool."""
-        return Response(self.reference_px[kept], self.nodes_px[kept], self.weights[kept], self.parameters[kept])
+        return Response(self.reference_px[kept], self.nodes_px[kept], self.weights[kept], self.parameters[kept], self.followed[kept])
 
     def apparent(self, at_px: Array) -> Array:
         """Where the refinement puts the reference points.
 
             p' = A (p + sum_q W_q (A^-1 x_q - n_q))
 
-        with A the matrix of the warp (the least-squares one; its rotation where the warp can only shift and rotate, one
-        where it can only shift), n and x the nodes before and after, p the reference point, W the weights.
+        with A the matrix of the warp (the least-squares one, as far as the texture determines it; its rotation where the
+        warp can only shift and rotate, one where it can only shift), n and x the nodes before and after, p the reference
+        point, W the weights.
 
         Parameters
         ----------
@@ -83,6 +87,8 @@ class Response:
         affine = np.einsum("q,...nqi,nqj->...nij", SHARES, at_px, lever) / square[:, None, None]
         angle = np.arctan2(affine[..., 1, 0] - affine[..., 0, 1], affine[..., 0, 0] + affine[..., 1, 1])
         turn = np.stack([np.cos(angle), -np.sin(angle), np.sin(angle), np.cos(angle)], axis=-1).reshape(affine.shape)
+        change = (affine - np.eye(2)).reshape(*affine.shape[:-2], 4)
+        affine = np.eye(2) + np.einsum("nij,...nj->...ni", self.followed, change).reshape(affine.shape)
         kind = self.parameters[:, None, None]
         return np.where(kind == _SHIFT, np.eye(2), np.where(kind == _TURN, turn, affine))
 

@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from measure.common.errors import InputError
-from measure.correlation.criteria import BLUR_PX, TEXTURE_OVER_NOISE
-from measure.correlation.steepest_descent import AFFINE, EUCLIDEAN
+from measure.correlation.criteria import BLUR_PX, TEXTURE_OVER_NOISE, TEXTURE_SHARE
+from measure.correlation.steepest_descent import AFFINE, EUCLIDEAN, TRANSLATION
 
 _NOISE_SLOPE = 1.0 / (8.0 * math.pi * BLUR_PX**4)
 """Variance of a slope of blurred white noise of variance one."""
@@ -37,15 +37,17 @@ def pixel_noise(subset: NDArray) -> float:
     return float(np.median(np.abs(second)) / (0.6745 * 6.0)) + 0.3
 
 
-def carries(warp: int, inverse_hessian: NDArray, half: int, pixels: int, noise: float) -> bool:
-    """Whether rotation and stretch are determined by the texture, and not by noise whose slopes look like texture.
+def determined(hessian: NDArray, half: int, pixels: int, noise: float) -> NDArray[np.float64]:
+    """The directions of the warp that the texture determines: the shifts, and what else it fixes with the shifts left free.
+
+    A round dot fixes the stretches and not the rotation; two edges that cross fix the directions of both edges and not
+    the stretches along them. With the shifts eliminated, H_s - H_st H_t^-1 H_ts is decomposed into its eigenvectors,
+    and those are kept that stand out from the slopes of noise and from the steps of an edge from pixel to pixel.
 
     Parameters
     ----------
-    warp : int
-        Number of parameters: 3 (shift and rotation) or 6 (affine).
-    inverse_hessian : (warp, warp) array
-        Of the reference image.
+    hessian : (k, k) array
+        Of the reference image, for k = 2 (shift), 3 (and rotation) or 6 (affine) parameters.
     half : int
         The subset is 2 half + 1 px wide.
     pixels : int
@@ -55,14 +57,20 @@ def carries(warp: int, inverse_hessian: NDArray, half: int, pixels: int, noise: 
 
     Returns
     -------
-    bool
+    (k, r) array
+        Columns of unit motion: the two shifts, and the directions kept, root mean square 1 px over the subset.
     """
-    across = np.arange(-half, half + 1.0)
-    squares = float(np.mean(across**2))
-    lever = {EUCLIDEAN: [2 * squares], AFFINE: [squares] * 4}[warp]
-    by_noise = noise**2 * _NOISE_SLOPE * pixels * np.array([1.0, 1.0, *lever])
-    scaled = np.linalg.inv(inverse_hessian) / np.sqrt(np.outer(by_noise, by_noise))
-    return bool(np.linalg.eigvalsh(scaled)[0] > TEXTURE_OVER_NOISE)
+    k = len(hessian)
+    squares = float(np.mean(np.arange(-half, half + 1.0) ** 2))
+    scale = 1.0 / np.sqrt({TRANSLATION: [], EUCLIDEAN: [2.0 * squares], AFFINE: [squares] * 4}[k])
+    shape = hessian[2:, 2:] - hessian[2:, :2] @ np.linalg.solve(hessian[:2, :2], hessian[:2, 2:])
+    strength, axes = np.linalg.eigh(shape * np.outer(scale, scale))
+    by_noise = noise**2 * _NOISE_SLOPE * pixels
+    least = max(TEXTURE_OVER_NOISE * by_noise, TEXTURE_SHARE * 0.5 * float(np.trace(hessian[:2, :2])))
+    kept = scale[:, None] * axes[:, strength > least]
+    basis = np.zeros((k, 2 + kept.shape[1]))
+    basis[:2, :2], basis[2:, 2:] = np.eye(2), kept
+    return basis
 
 
 def require_texture(f: NDArray, fx: NDArray, fy: NDArray, dtype: np.dtype, x: float, y: float) -> None:

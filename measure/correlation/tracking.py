@@ -144,4 +144,5 @@ def responses(marks: Sequence[Reference]) -> Response:
     halves = np.array([mark.half + 0.5 for mark in marks])
     nodes = centres[:, None] + halves[:, None, None] * NODES
     weights = np.array([node_weights(mark.half, mark.subset.kept, mark.descent, mark.answer) for mark in marks])
-    return Response(np.array([mark.point_px for mark in marks]), nodes, weights, np.array([mark.warp for mark in marks]))
+    followed = np.array([mark.followed for mark in marks])
+    return Response(np.array([mark.point_px for mark in marks]), nodes, weights, np.array([mark.warp for mark in marks]), followed)

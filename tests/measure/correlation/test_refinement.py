@@ -133,6 +133,36 @@ def test_a_round_dot_cannot_tell_its_rotation():
     y, x = np.mgrid[:72, :72]
     dot = np.rint(60 + 130 / (1 + np.exp((np.hypot(x - 36, y - 36) - 12) / 0.7))).astype(np.uint8)
     assert reference(dot, 36, 36, 41, EUCLIDEAN).warp == TRANSLATION
+    assert reference(dot, 36, 36, 41).basis.shape == (6, 5)
+
+
+def test_crossed_edges_fix_their_directions_and_not_the_stretches_along_them(speckled):
+    y, x = np.mgrid[:72, :72] - 36.3
+    quadrant = np.rint(60 + 65 * (1 + np.tanh(x / 0.8) * np.tanh(y / 0.8))).astype(np.uint8)
+    basis = reference(quadrant, 36.3, 36.3, 41).basis
+    assert basis.shape == (6, 4)
+    assert np.abs(basis[[2, 5], 2:]).max() < 0.1 * np.abs(basis[3:5, 2:]).max()
+    assert reference(speckled(), CENTRE, CENTRE, SUBSET).basis.shape == (6, 6)
+
+
+def test_a_dot_in_noise_that_turns_with_its_plate_is_neither_lost_nor_moved():
+    """Its rotation is not fixed by its texture, so that nothing may make the warp wander along it."""
+    rng = np.random.default_rng(5)
+    y, x = np.mgrid[:90, :90] - 45.0
+    film = []
+    for n in range(14):
+        r = np.hypot(x - 0.61 * n + 4.0, y - 0.23 * n)
+        film.append(np.rint(170 - 140 / (1 + np.exp((r - 9) / 0.5)) + rng.normal(0.0, 1.5, r.shape)).clip(0, 255).astype(np.uint8))
+    mark = reference(film[0], 41.0, 45.0, 25)
+    guess = mark.start
+    for n, picture in enumerate(film):
+        near = surface_near(picture, mark.half, guess)
+        assert near is not None
+        match = refine(near, mark, guess)
+        assert match is not None
+        guess = match.warp
+        assert np.abs(mark.point(match.warp) - [41.0 + 0.61 * n, 45.0 + 0.23 * n]).max() < 0.06
+        assert np.abs(match.warp[[0, 1, 3, 4]] - [1.0, 0.0, 0.0, 1.0]).max() < 0.02
 
 
 def test_a_mark_on_bare_metal_is_refused(speckled):

@@ -29,7 +29,13 @@ CAMERA = Camera(0.5e-3, (100.0, 400.0), np.radians(3.0), 2.5, (160.0, 240.0))
 def even_response(reference_px, subset):
     """The response of marks whose texture is the same everywhere."""
     nodes = reference_px[:, None] + subset / 2 * NODES
-    return Response(reference_px, nodes, np.broadcast_to(EVEN, (len(nodes), 9, 2, 2)), np.full(len(nodes), 6))
+    return Response(
+        reference_px,
+        nodes,
+        np.broadcast_to(EVEN, (len(nodes), 9, 2, 2)),
+        np.full(len(nodes), 6),
+        np.broadcast_to(np.eye(4), (len(nodes), 4, 4)),
+    )
 
 
 def _still(places, subset=31):
