@@ -4,9 +4,12 @@ from __future__ import annotations
 
 # ---------------------------------------------------------------- estimation: parameters and their priors
 
-WEAK_PRIOR = 4.0
-"""Standard deviations, in scales, of the force law where films alone are there: a tenth to a fifth of the law each. It keeps a law that a
-film hardly tells the kind of spring that the model file has, and is too wide to bias one that it tells."""
+WEAK_PRIOR = 2.0
+"""Standard deviations, in scales, of the force law where films alone are there: a tenth of its forces each. It keeps a law that a film
+hardly tells the kind of spring that the model file has; twice as wide, a base bends so far that it hides an effect."""
+
+FORCES_DIFFER = 6.0
+"""Tolerances of [nuisance], one standard deviation of the stored force of a run where forces may differ: 3 % by default."""
 
 CAMERA_DISTANCE_M = 2.0
 """A release nearer to the camera by its spread makes every length of the film longer by spread over distance. The distance of a camera that
@@ -131,3 +134,34 @@ and some) and below a two-hundredth of the force range."""
 
 OTHER_RATE, STIFFNESS_CHANGE = 1.2, 0.10
 """Ratio of frequencies from which on friction is judged, and relative change of the effective stiffness over them that matters."""
+
+# ---------------------------------------------------------------- selection: probabilities
+
+CREDIBLE = 0.95
+"""The smallest set of hypotheses that holds so much of the probability is what may be said; the usual level of an interval."""
+
+NOTHING, WITHIN = 0.5, 0.1
+"""Prior probability that nothing is missing, and that the model file is wrong by no more than its tolerances."""
+
+WRONG_DRAWING = 0.15
+"""Prior probability that something of the model file is wrong by more than its tolerance, all kinds together."""
+
+UNNAMED = 0.02
+"""Prior probability of a force that no catalogue holds, all tables together."""
+
+ANOTHER = 0.25
+"""Prior probability of a second name beside a first one; of a third beside a second."""
+
+LARGER_PART = 0.5
+"""Share of the gap that names must close to be mentioned where something else is left beside them."""
+
+FEW_PARAMETERS = 3
+"""An effect with more parameters than this is never named alone from films alone: six legs can push the platform any way there is."""
+
+# ---------------------------------------------------------------- design: further tests
+
+RIVAL_P = 0.01
+"""A further test excludes a rival whose truth would let the lead be so long this rarely."""
+
+STRONG_BIC = 10.0
+"""A lead in the sum of squares from which evidence counts as very strong (Kass and Raftery 1995, table 1)."""

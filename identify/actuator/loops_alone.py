@@ -11,6 +11,7 @@ import numpy as np
 
 from identify.actuator.effect_starts import amplitudes_of, starts_with_effects
 from identify.actuator.rates_and_strokes import polynomials_for
+from identify.campaign.measures import measures_of_loops
 from identify.campaign.prepared import LoopRun, beta_bounds, loop_run
 from identify.campaign.run import Run
 from identify.estimation.fit import Fit
@@ -69,6 +70,7 @@ def problem_of_loops(
         own_zeros=own_zeros,
         zeros_at_will=True,
         rate=polynomials_for(loops, abscissa, order),
+        measures=measures_of_loops(loops),
         changes=(
             *_held(changes),
             *([] if drifting else [Change(f"{run.label}.drift_N_per_s", 0.0, held=True) for run in (r.run for r in runs)]),

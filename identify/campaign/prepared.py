@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 from identify.campaign.noise import channel_noise, lacking_in_force
 from identify.campaign.plausible import require_plausible, seen_channels
 from identify.campaign.run import Run
-from identify.criteria import ANYWHERE, CAMERA_DISTANCE_M, FARTHEST_OFF_ZERO
-from identify.estimation.parameters import POSE, Parameter
+from identify.criteria import ANYWHERE, CAMERA_DISTANCE_M, FARTHEST_OFF_ZERO, FORCES_DIFFER
+from identify.estimation.parameters import POSE, STORED_FORCE, Parameter
 from identify.loops.loop_data import LoopData, prepare
 from measure.common.arrays import Array
 from measure.tables.loop import Loop
@@ -124,17 +124,22 @@ def _onset_s(time_s: Array, elevation_m: Array) -> float:
     return max(2.0 * first - fourth, float(time[0]))
 
 
-def release_parameters(film: Film) -> list[Parameter]:
-    """What a film's own release, its first frame and its scale may be off by."""
+def release_parameters(film: Film, forces_differ: bool = False) -> list[Parameter]:
+    """What a film's own release, its first frame and its scale may be off by.
+
+    forces_differ : whether the stored force may differ from run to run by more than the model file says.
+    """
     spread = film.model.nuisance
     rows = list(zip(POSE, 3 * [spread.release_position_m] + 3 * [spread.release_theta_rad], strict=True))
     rows += [("instant_s", spread.release_instant_s)]
     rows += [(f"stored_force_N[{leg}]", spread.stored_force_N) for leg in range(LEGS)]
+    rows += [(STORED_FORCE, 0.01 * spread.stored_force_percent or 0.005 * forces_differ)]
     rows = [(f"release.{key}", sd) for key, sd in rows]
     rows += [(f"first_frame_{film.channels[i]}", float(np.nanmedian(film.sigma[i]))) for i in np.flatnonzero(film.zeroed)]
     if film.zeroed.any():
         rows += [("length_scale", spread.release_position_m / CAMERA_DISTANCE_M)]
-    return [Parameter(f"{film.run.label}.{name}", sd, 1.0, -np.inf, np.inf, film.run.name) for name, sd in rows if sd > 0]
+    wide = {f"release.{STORED_FORCE}": FORCES_DIFFER} if forces_differ else {}
+    return [Parameter(f"{film.run.label}.{n}", sd, wide.get(n, 1.0), -np.inf, np.inf, film.run.name) for n, sd in rows if sd > 0]
 
 
 def zero_parameters(loops: Sequence[LoopRun], *, at_will: bool = False) -> list[Parameter]:

@@ -87,7 +87,7 @@ def result_of(found: Comparison) -> dict[str, Any]:
 
 def summary(found: Comparison) -> list[str]:
     """What is printed for people."""
-    from identify.selection.gap_test import p_words
+    from identify.gap.gap_test import p_words
 
     lines = [f"{'run':<24}{'channel':<14}{'rmse':>11}{'largest':>11}{'nrmse %':>10}{'fit %':>9}{'noise':>11}"]
     for curve in found.curves:

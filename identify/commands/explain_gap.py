@@ -72,8 +72,8 @@ def _explained(given: Namespace) -> tuple[int, list[str]]:
     """Explain, and write all that was asked for; status, and the lines for people."""
     from identify.campaign.runs import read_campaign, remarks
     from identify.estimation.problem import problem_of
-    from identify.selection.comparison import BUDGETS
     from identify.selection.explain import explain
+    from identify.selection.search import BUDGETS
     from simulate.files.model_file import read_model
     from simulate.files.own_effects import catalogue_with
 

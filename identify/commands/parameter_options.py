@@ -64,7 +64,7 @@ def _tried(problem: Problem, effects: Iterable[type[Effect]]) -> list[Parameter]
 
     from identify.estimation.parameters import effect_parameters
 
-    return [parameter for kind in effects for parameter in effect_parameters(kind(), problem.model, np.inf)]
+    return [parameter for kind in effects for parameter in effect_parameters(kind(), problem.model, problem.measures, np.inf)]
 
 
 def _named(text: str, known: Mapping[str, Parameter]) -> tuple[str, str]:

@@ -27,14 +27,13 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import stats
 
+from identify.criteria import RIVAL_P, STRONG_BIC
 from identify.design.conditions import Condition, blank_film, blank_loop, deployments, loops
 from identify.estimation.fit import Fit
 from identify.estimation.least_squares import ROUGHLY, laid_out, solve
 from identify.estimation.problem import Problem
-from identify.estimation.threads import side_by_side
-from identify.selection.candidate_fits import Candidate
-from identify.selection.comparison import RIVAL_P, STRONG_BIC, price_of_words
 from measure.common.arrays import Array
+from measure.common.threads import side_by_side
 
 _DRAWS, _SEED = 12, 2009
 _RELEASES, _AT_FIRST = 10, 2  # ways in which a further run may be let go; fewer until a test is among the most telling ones
@@ -58,19 +57,18 @@ class NextTest:
         return max(self.chances.values())
 
 
-def next_tests(before: Fit, best: Fit, rivals: Sequence[Candidate]) -> tuple[NextTest, ...]:
-    """Every test that can be predicted with these runs, the most telling first; `before` is the fit without any of the rivals.
+def next_tests(best: Fit, rivals: Mapping[str, Fit]) -> tuple[NextTest, ...]:
+    """Every test that can be predicted with these runs, the most telling first, from the fits of the foremost and of its rivals by name.
 
     Those that were predicted with more releases and by full simulation come before the others, whose chances are a first guess.
     """
-    price = price_of_words(before, best, best)
     foremost = _Side.of(best)
-    others = {rival.name: _Side.of(rival.fit, price_of_words(before, rival.fit, best) - price) for rival in rivals}
+    others = {name: _Side.of(rival) for name, rival in rivals.items()}
     conditions = (*deployments(best.problem), *loops(best.problem))
-    found = sorted(side_by_side(lambda i: _foreseen(foremost, others, conditions[i]), len(conditions)), key=_most_telling)
+    found = sorted(side_by_side(lambda i: _predicted(foremost, others, conditions[i]), len(conditions)), key=_most_telling)
     checked: list[NextTest] = []
     while found and worth_a_closer_look(found[0], checked):
-        checked.append(_foreseen(foremost, others, found.pop(0).condition, closely=True))
+        checked.append(_predicted(foremost, others, found.pop(0).condition, closely=True))
     return (*sorted(checked, key=_most_telling), *found)
 
 
@@ -87,7 +85,7 @@ def _most_telling(test: NextTest) -> tuple[bool, float, str]:
     return test.surest < LIKELY, -sum(test.chances.values()) / test.runs, test.condition.words
 
 
-def _foreseen(best: _Side, rivals: Mapping[str, _Side], condition: Condition, *, closely: bool = False) -> NextTest:
+def _predicted(best: _Side, rivals: Mapping[str, _Side], condition: Condition, *, closely: bool = False) -> NextTest:
     """One run as a first guess; `closely`, with more releases and by full simulation, as many runs as it takes."""
     releases = likely_releases(best.fit.problem, condition, _RELEASES if closely else _AT_FIRST)
     by_best = _made(best, condition, releases)
@@ -112,20 +110,20 @@ def _chance(best: Fit, rival: _Side, shown: Sequence[Array]) -> float:
     """How likely a test that shows so much tells the two apart, whichever is true."""
     before = float(np.sum(rival.fit.free_of_parameters((best.gaps - rival.fit.gaps)[:, None]) ** 2))
     if_best, if_rival = shown
-    return chance_of_split(rival.fit.cost - best.cost, rival.dearer, before, (if_best, if_rival))
+    return chance_of_split(rival.fit.cost - best.cost, before, (if_best, if_rival))
 
 
-def chance_of_split(lead: float, dearer: float, before: float, shown: tuple[Array, Array]) -> float:
+def chance_of_split(lead: float, before: float, shown: tuple[Array, Array]) -> float:
     """How likely a further test excludes one of two effects, by the straight-line theory of the lead.
 
     Parameters
     ----------
-    lead : of the foremost over its rival so far, in the sum of squares. dearer : how much more the rival's numbers are charged for.
+    lead : of the foremost over its rival so far, in the sum of squares.
     before : delta^2 of what was measured.
     shown : delta^2 of the test if the foremost is true, and if the rival is, (n,) each: one for each set of parameters it may have.
     """
     if_best, if_rival = (_excludes(side * lead, before, one) for side, one in zip((1.0, -1.0), shown, strict=True))
-    odds = float(np.exp(-0.5 * np.clip(lead + dearer, -100.0, 100.0)))
+    odds = float(np.exp(-0.5 * np.clip(lead, -100.0, 100.0)))
     return (if_best + odds * if_rival) / (1.0 + odds)
 
 
@@ -149,21 +147,17 @@ def _excluding_lead(whole: Array) -> Array:
 
 @dataclass(frozen=True)
 class _Side:
-    """One of the rivals: its fit, parameters as it has them and as they might be, and the root (k, k) of the information so far.
-
-    dearer : how much more than those of the foremost its numbers are charged for.
-    """
+    """One of the rivals: its fit, parameters as it has them and as they might be, and the root (k, k) of the information so far."""
 
     fit: Fit
     parameters: Sequence[Array]
     root: Array
-    dearer: float
 
     @classmethod
-    def of(cls, fit: Fit, dearer: float = 0.0) -> _Side:
+    def of(cls, fit: Fit) -> _Side:
         """With its own parameters first."""
         root = np.asarray(np.linalg.qr(fit.jacobian, mode="r"))
-        return cls(fit, [fit.q, *likely_parameters(fit)], root, dearer)
+        return cls(fit, [fit.q, *likely_parameters(fit)], root)
 
 
 def likely_parameters(fit: Fit) -> list[Array]:

@@ -14,7 +14,7 @@ from identify.estimation.problem import Block, Problem
 from identify.loops.loop_data import effective_number
 from measure.common.arrays import Array
 
-AT_BOUND, WIDE = 1e-6, 100.0  # of the width between bounds, in scales where one is farther off than the second
+AT_BOUND = 1e-4  # in scales, or of the width between bounds where that is less than one
 _NOTHING, _UNDONE = 1e-3, 1e-6  # of the noise, by a typical size of a parameter; of what the parameter does
 
 
@@ -112,7 +112,7 @@ class Fit:
     def clear_of_bounds(self) -> NDArray[np.bool_]:
         """Which of the columns' parameters stand clear of their bounds, and are not held."""
         low, high = (bound[self.columns] for bound in self.problem.bounds)
-        width = np.minimum(np.where(np.isfinite(high - low), high - low, 1.0), WIDE)
+        width = np.minimum(high - low, 1.0)
         q = self.q[self.columns]
         return (q - low > AT_BOUND * width) & (high - q > AT_BOUND * width) & ~self.problem.held[self.columns]
 

@@ -24,7 +24,7 @@ _EARLY_SPREAD = 30.0  # typical sizes
 _FIRST_LEG, _NEXT_LEG, _LAST_LEG = 12, 6, 60
 _OF_LOOPS, _POLISHING, _POLISHED = 200, 12, 1e-11  # evaluations; further steps, and how long the last is, in units of the noise
 _OUTLIER = 2.0  # robust standard deviations from which on a gap counts less, where asked for
-_CLOSE = 1.5  # times the noise: worth being taken to the very end
+CLOSE = 1.5  # times the noise: worth being taken to the very end
 
 
 def solve(
@@ -170,7 +170,7 @@ def solve_from_afar(problem: Problem, start: Array | None = None, *, free: Seque
 
 def to_the_end(fit: Fit, free: Sequence[int] | None = None) -> Fit:
     """A fit that is close but was cut off, carried on until nothing improves any more."""
-    if fit.converged or fit.rms >= _CLOSE:
+    if fit.converged or fit.rms >= CLOSE:
         return fit
     return solve(fit.problem, fit.q, free=free, most_steps=_LAST_LEG)
 

@@ -12,13 +12,21 @@ from dataclasses import replace
 import numpy as np
 
 from identify.campaign.prepared import Film
-from identify.estimation.fit import Fit
-from identify.estimation.least_squares import NEAR, ROUGHLY, before_the_stops, first_stop_s, laid_out, solve, to_the_end
+from identify.estimation.least_squares import (
+    NEAR,
+    ROUGHLY,
+    Fit,
+    before_the_stops,
+    first_stop_s,
+    laid_out,
+    solve,
+    to_the_end,
+)
 from identify.estimation.parameters import POSE
 from identify.estimation.problem import Problem
-from identify.estimation.threads import side_by_side
-from identify.selection.gap_test import GAP_P, gap_test
+from identify.gap.gap_test import GAP_P, gap_test
 from measure.common.arrays import Array
+from measure.common.threads import side_by_side
 
 _MET = 1.25  # times the noise
 _DRAWS, _FIRST_STEPS, _STEPS = 10, 5, 20

@@ -9,15 +9,15 @@ from functools import cache, cached_property, lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from identify.estimation.threads import others_busy
 from measure.common.arrays import Array
+from measure.common.threads import others_busy
 from simulate.deployment.deploy import channels_of, deploy_many, deploy_with_division
 from simulate.kernel.layout import SAMPLE_POSE
 from simulate.kernel.model_rows import without_idle
 from simulate.kernel.step_division import StepDivision
 from simulate.kernel.step_size import step_of
 from simulate.model.effect import Effect
-from simulate.model.model import Model, Simulation
+from simulate.model.model import Model, Simulation, per_leg
 
 POSE_SIZE = 7
 _MARGIN_S = 0.05
@@ -34,6 +34,7 @@ class RunRelease:
     theta_rad: tuple[float, ...] = (0.0, 0.0, 0.0)
     instant_s: float = 0.0
     stored_force_N: tuple[float, ...] = (0.0,) * 6
+    stored_force_fraction: float = 0.0
 
 
 def released(model: Model, release: RunRelease) -> Model:
@@ -41,7 +42,8 @@ def released(model: Model, release: RunRelease) -> Model:
     at = model.release
     moved = replace(at, position_m=_sum(at.position_m, release.position_m), theta_rad=_sum(at.theta_rad, release.theta_rad))
     changed = replace(model, release=moved)
-    return replace(changed, actuator=changed.actuator.shifted(release.stored_force_N)) if any(release.stored_force_N) else changed
+    stored = release.stored_force_fraction * per_leg(changed.actuator.b_l_N) + np.asarray(release.stored_force_N)
+    return replace(changed, actuator=changed.actuator.shifted(tuple(stored.tolist()))) if np.any(stored) else changed
 
 
 def _sum(a: Sequence[float], b: Sequence[float]) -> tuple[float, ...]:

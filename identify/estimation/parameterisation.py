@@ -17,6 +17,7 @@ from identify.estimation.observation import RunRelease
 from identify.estimation.parameters import (
     BASE,
     POSE,
+    STORED_FORCE,
     Change,
     Parameter,
     base_parameters,
@@ -29,6 +30,7 @@ from identify.estimation.rate import NO_RATE, RatePolynomials
 from measure.common.arrays import Array
 from simulate.files.model_file import add_effects
 from simulate.model.effect import Effect
+from simulate.model.measures import PROTOTYPE, Measures
 from simulate.model.model import LEGS, Model
 
 LOOPS = -1  # in place of a film's number: what is common to no film
@@ -41,8 +43,10 @@ class Unknowns:
     covariate : a further column of the loops to which a part of their force is proportional, none unless given.
     own_zeros : whether the load cell was set to zero for each loop anew, from where it may drift. zeros_at_will : to any level.
     rate : what the four lines of the loops follow, nothing unless given. changes : which parameters are held, bounded, or begin elsewhere.
+    forces_differ : whether the stored force may differ from run to run by more than the model file says.
     until_s : films are cut there. effect_spread : prior of an effect's parameter around the model's value, in typical sizes;
     none unless given.
+    measures : how large what was measured is: sizes and bounds of effects follow it, also where a problem goes on with other runs.
     """
 
     model: Model
@@ -52,10 +56,12 @@ class Unknowns:
     covariate: str = ""
     own_zeros: bool = False
     zeros_at_will: bool = False
+    forces_differ: bool = False
     until_s: float = np.inf
     effect_spread: float = np.inf
     rate: RatePolynomials = NO_RATE
     changes: tuple[Change, ...] = ()
+    measures: Measures = PROTOTYPE
 
     @cached_property
     def parameters(self) -> tuple[Parameter, ...]:
@@ -63,7 +69,7 @@ class Unknowns:
         law = base_parameters(self.model, beta_bounds([loop.data for loop in self.loops]) if self.loops else None)
         base = [*law, *self._covariate_parameters, *rate_parameters(law[:4], self.rate.order)]
         nuisance = [*(parameter for own in self.own_parameters for parameter in own), *self._zero_parameters]
-        of_effects = [k for effect in self.effects for k in effect_parameters(effect, self.model, self.effect_spread)]
+        of_effects = [k for effect in self.effects for k in effect_parameters(effect, self.model, self.measures, self.effect_spread)]
         return changed((*base, *nuisance, *of_effects), self.changes)
 
     @cached_property
@@ -81,7 +87,7 @@ class Unknowns:
     @cached_property
     def own_parameters(self) -> tuple[tuple[Parameter, ...], ...]:
         """The parameters of each film's own release."""
-        return tuple(tuple(release_parameters(film)) for film in self.films)
+        return tuple(tuple(release_parameters(film, self.forces_differ)) for film in self.films)
 
     @cached_property
     def _zero_parameters(self) -> tuple[Parameter, ...]:
@@ -155,7 +161,7 @@ class Unknowns:
         for effect in self.effects:
             size = len(effect.flat())
             values = effect.flat() + q[place : place + size] * self.scales[place : place + size]
-            bounds = np.array(list(effect.own_bounds(self.model).values()))
+            bounds = np.array(list(effect.own_bounds(self.model, self.measures).values()))
             made.append(effect.with_flat(np.clip(values, bounds[:, 0], bounds[:, 1])))
             place += size
         return tuple(made)
@@ -169,7 +175,9 @@ class Unknowns:
         values = self._own_values(q, index)
         pose = tuple(values.get(key, 0.0) for key in POSE)
         stored = tuple(values.get(f"stored_force_N[{leg}]", 0.0) for leg in range(LEGS))
-        return RunRelease(pose[:3], pose[3:], self.films[index].expected_s + values.get("instant_s", 0.0), stored)
+        return RunRelease(
+            pose[:3], pose[3:], self.films[index].expected_s + values.get("instant_s", 0.0), stored, values.get(STORED_FORCE, 0.0)
+        )
 
     def zeros_at(self, q: Array) -> tuple[Array, Array]:
         """What the load cell showed without force in the middle of each loop, N, and by how much that drifted, N/s; (loops,) each.

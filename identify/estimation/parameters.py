@@ -10,12 +10,14 @@ import numpy as np
 from identify.criteria import WEAK_PRIOR
 from measure.common.arrays import Array
 from simulate.model.effect import Effect
+from simulate.model.measures import Measures
 from simulate.model.model import Model, per_leg
 
 LINE_NAMES = ("a_l_N_per_m", "b_l_N", "a_u_N_per_m", "b_u_N")
 BETA_NAME = "beta_per_m"
 BASE = (*LINE_NAMES, BETA_NAME, "initial_force_N")
 POSE = (*(f"position_{axis}_m" for axis in "xyz"), *(f"theta_{axis}_rad" for axis in "xyz"))
+STORED_FORCE = "stored_force_fraction"
 
 
 @dataclass(frozen=True)
@@ -135,10 +137,12 @@ def rate_parameters(lines: Sequence[Parameter], order: int) -> list[Parameter]:
     return [Parameter(f"rate.{line.name}[{j}]", line.scale, np.inf, -np.inf, np.inf) for line in lines for j in range(1, order + 1)]
 
 
-def effect_parameters(effect: Effect, model: Model, spread: float) -> list[Parameter]:
-    """The parameters of an effect within their bounds; zero is where the effect has them."""
-    rows = zip(effect.flat_names(), effect.flat(), effect.typical(), effect.own_bounds(model).values(), strict=True)
+def effect_parameters(effect: Effect, model: Model, measures: Measures, spread: float) -> list[Parameter]:
+    """The parameters of an effect within their bounds on a rig of these measures; zero is where the effect has them."""
+    bounds = effect.own_bounds(model, measures).values()
+    rows = zip(effect.flat_names(), effect.flat(), effect.typical(measures), bounds, strict=True)
+    narrowest = min(spread, effect.prior_spread(model, measures))
     return [
-        Parameter(f"{effect.name}.{name}", float(t), spread, float((low - value) / t), float((high - value) / t), start=float(value))
+        Parameter(f"{effect.name}.{name}", float(t), narrowest, float((low - value) / t), float((high - value) / t), start=float(value))
         for name, value, t, (low, high) in rows
     ]

@@ -5,23 +5,24 @@ All that is unknown is fitted together: fitted to a residual, the base would alr
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
+from identify.campaign.measures import measures_of
 from identify.campaign.noise import whitened
 from identify.campaign.prepared import Film, film_of, lengths_of, loop_of
 from identify.campaign.run import Run
 from identify.estimation.observation import View, observe, observe_beside
 from identify.estimation.parameterisation import Unknowns
 from identify.estimation.parameters import BASE, Change
-from identify.estimation.threads import side_by_side
 from identify.loops.loop_data import LoopData, gap_and_motion_errors, with_turns_moved
 from measure.common.arrays import Array
 from measure.common.errors import InputError, nearest
+from measure.common.threads import side_by_side
 from simulate.model.effect import Effect
 from simulate.model.model import Model
 
@@ -72,6 +73,12 @@ class Problem(Unknowns):
     def with_another(self, effect: Effect) -> Problem:
         """The same measurements with one unknown effect more, behind the others."""
         return self.with_effects((*self.effects, effect))
+
+    def with_model(self, change: Callable[[Model], Model]) -> Problem:
+        """The same measurements of a changed model, in every run alike."""
+        films = tuple(replace(film, model=change(film.model)) for film in self.films)
+        loops = tuple(replace(loop, model=change(loop.model)) for loop in self.loops)
+        return replace(self, model=change(self.model), films=films, loops=loops)
 
     def with_exact_motion(self) -> Problem:
         """The same with the motion of each loop taken as exact: its gaps are then plain differences."""
@@ -137,6 +144,7 @@ class Problem(Unknowns):
 
     def _view(self, q: Array, index: int) -> View:
         film, model = self.films[index], self.model_at(q, self.films[index].model)
+        model = replace(model, effects=tuple(effect.in_run(index) for effect in model.effects))
         onset_s = film.expected_s if film.by_onset else None
         return View(model, film.time_s[film.time_s <= self.until_s], self.release_at(q, index), film.turned, onset_s)
 
@@ -292,4 +300,7 @@ def problem_of(
     for loop in loops:
         if covariate and covariate not in loop.data.other:
             raise InputError(f'{loop.run.name}: no column "{covariate}" for the covariate; {nearest(covariate, loop.data.other)}')
-    return Problem(model, films, loops, covariate=covariate if loops else "", own_zeros=own_zeros, changes=tuple(changes))
+    measures = measures_of(model, [loop.data for loop in loops], with_films=bool(films))
+    return Problem(
+        model, films, loops, covariate=covariate if loops else "", own_zeros=own_zeros, changes=tuple(changes), measures=measures
+    )

@@ -15,7 +15,7 @@ from identify.estimation.fit import Fit
 from identify.estimation.least_squares import solve
 from identify.estimation.parameters import Change
 from identify.estimation.problem import Block, problem_of
-from identify.selection.gap_test import GAP_P, GapTest, gap_test
+from identify.gap.gap_test import GAP_P, GapTest, gap_test
 from measure.common.arrays import Array
 from simulate.model.model import Model
 

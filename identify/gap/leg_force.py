@@ -1,104 +1,117 @@
-"""Whether a force is missing in every leg that goes with its elongation and has no name.
+"""A force in every leg that has no name: a table along its elongation, or along its speed.
 
-A ripple of the spool, a drive in the middle of the stroke: the gap that they leave is not slow enough for a test of slow against
-fast parts, and it is not a force on the platform. A table along the elongation is as keen on them as such a test can be.
+A ripple of the spool, a drive in the middle of the stroke, a brake of an unknown law: what six legs do alike is no force on the
+platform. The table has no physics and is never a name; that it suits the measurements says what the missing force goes with.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, ClassVar, Self
 
 import numpy as np
 
-from identify.estimation.fit import Fit
 from identify.estimation.problem import Problem
-from identify.selection.gap_test import GAP_P
-from identify.selection.null_hypothesis import chance_of_columns, gained_by
 from measure.common.arrays import Array
 from simulate.model.effect import LegEffect, parameter
-from simulate.model.rig import stroke_of
+from simulate.model.rig import Rig, stroke_of
 
 PLACES = 24
-_LARGER_PART = 0.5
 _AS_WELL = 3.0  # times the median standard deviation
 
 
 @dataclass(frozen=True)
-class ForceAlongElongation(LegEffect):
-    """A force in every leg at evenly spaced elongations, linear between, steady beyond."""
+class LegTable(LegEffect):
+    """A force in every leg at evenly spaced places, linear between, steady beyond; the abscissa by its code, 0 elongation, 1 speed."""
 
-    name = "missing-force-along-elongation"
+    name = "missing-leg-force"
+    code: ClassVar[float]
+    unit: ClassVar[str]
+    words: ClassVar[str]
+    constants = 1
     force_N: tuple[float, ...] = parameter((0.0,) * PLACES, low=-1e3, high=1e3, typical=0.01, doc="at the places")
-    first_m: float = parameter(0.0, low=-1e3, high=1e3, typical=1.0, doc="elongation at the first place")
-    spacing_m: float = parameter(0.01, low=1e-9, high=1e3, typical=1.0, doc="from place to place")
+    first: float = parameter(0.0, low=-1e3, high=1e3, typical=1.0, doc="first place")
+    spacing: float = parameter(0.01, low=1e-9, high=1e3, typical=1.0, doc="from place to place")
+
+    def constants_of(self, model: Rig) -> tuple[float, ...]:
+        """The code of the abscissa."""
+        del model
+        return (self.code,)
 
     @staticmethod
     def leg_force(u: float, v: float, t: float, R: float, travel: float, p: Any) -> float:
-        """The force at this elongation, N."""
-        place = min(max((u - p[24]) / p[25], 0.0), 22.999999)
+        """The force at this elongation or speed, N."""
+        at = u if p[26] < 0.5 else v
+        place = min(max((at - p[24]) / p[25], 0.0), 22.999999)
         left = int(place)
         return p[left] + (place - left) * (p[left + 1] - p[left])
 
+    @classmethod
+    def over(cls, first: float, last: float) -> Self:
+        """Places from one end to the other."""
+        return cls(first=first, spacing=max(last - first, 1e-9) / (PLACES - 1))
 
-def chance_of_leg_force(fit: Fit) -> float:
-    """How likely such a force gains as much as it does if what is left is noise."""
-    return chance_of_columns(fit, _free_columns(fit))
+    @property
+    def places(self) -> Array:
+        """The places of the table, (PLACES,), m or m/s."""
+        return self.first + self.spacing * np.arange(PLACES)
 
 
-def closed_by_leg_force(fit: Fit) -> float:
-    """What such a force would take off the sum of squares, along straight lines, beyond what as many places take off white noise."""
-    free = _free_columns(fit)
-    return max(0.0, float(gained_by(free, fit.gaps[:, None])[0]) - free.shape[1])
+@dataclass(frozen=True)
+class ForceAlongElongation(LegTable):
+    """From the smallest to the largest elongation of a leg in any run."""
+
+    name = "missing-force-along-elongation"
+    code, unit, words = 0.0, "mm", "elongation"
+
+
+@dataclass(frozen=True)
+class ForceAlongLegSpeed(LegTable):
+    """From the fastest coiling to the fastest uncoiling of a leg in any run."""
+
+    name = "missing-force-along-leg-speed"
+    code, unit, words = 1.0, "mm/s", "speed"
+
+
+LEG_TABLES: tuple[type[LegTable], ...] = (ForceAlongElongation, ForceAlongLegSpeed)
+
+
+def leg_table_over(problem: Problem, kind: type[LegTable]) -> LegTable:
+    """A table of nothing over what the legs pass through in any run."""
+    if kind is ForceAlongElongation:
+        ends = [float(end) for loop in problem.loops for end in (loop.data.elongation_m.min(), loop.data.elongation_m.max())]
+        for film in problem.films:
+            ends += [0.0, float(np.max(stroke_of(film.model)))]
+        return kind.over(min(ends), max(ends))
+    fastest = [float(np.max(np.abs(loop.data.speed_m_per_s))) for loop in problem.loops]
+    fastest += [_fastest_m_per_s(film) for film in problem.films if "z_m" in film.channels]
+    top = max(fastest, default=1.0)
+    return kind.over(-top, top)
+
+
+def _fastest_m_per_s(film: Any) -> float:
+    """Largest speed of the elevation over a twentieth of a film; a leg is not faster than the platform."""
+    z = film.values[film.channels.index("z_m")]
+    good = np.isfinite(z)
+    time, z = film.time_s[good], z[good]
+    apart = max(len(z) // 20, 1)
+    return float(np.max(np.abs(z[apart:] - z[:-apart]) / (time[apart:] - time[:-apart]), initial=1e-3))
 
 
 @dataclass(frozen=True)
 class LegForce:
-    """What such a force would have to be: elongation_m, force_N, sigma_N (PLACES,) each, free of what the force law can say itself.
+    """What such a force would have to be: force_N, sigma_N (PLACES,) at the places of its table."""
 
-    share : of the gap's excess over noise that it closes, along straight lines.
-    """
-
-    elongation_m: Array
+    table: LegTable
     force_N: Array
     sigma_N: Array
-    share: float
 
     @property
     def sentence(self) -> str:
         """Where it is strongest to either side, among the places that are known as well as most."""
         known = np.flatnonzero(self.sigma_N <= _AS_WELL * np.median(self.sigma_N))
         ends = [known[np.argmax(self.force_N[known])], known[np.argmin(self.force_N[known])]]
-        said = " and ".join(f"{self.force_N[i]:+.2g} N (sigma {self.sigma_N[i]:.1g}) at {1e3 * self.elongation_m[i]:.0f} mm" for i in ends)
-        return f"A force in every leg that goes with its elongation would close {100 * self.share:.0f} % of it: {said}."
-
-
-def leg_force(fit: Fit) -> LegForce | None:
-    """The force that a fit misses in the legs, where it is beyond noise and closes the larger part of the gap."""
-    free = _free_columns(fit)
-    closed, excess = float(gained_by(free, fit.gaps[:, None])[0]), fit.cost - fit.problem.measured
-    if closed < _LARGER_PART * excess or excess <= 0.0 or chance_of_columns(fit, free) > GAP_P:
-        return None
-    spread = np.linalg.pinv(free.T @ free, rcond=1e-8, hermitian=True)
-    typical = ForceAlongElongation.typical()[:PLACES]
-    first, last = _reach(fit.problem)
-    sigma = typical * np.sqrt(np.diag(spread) * fit.variance_inflation)
-    return LegForce(np.linspace(first, last, PLACES), -typical * (spread @ (free.T @ fit.gaps)), sigma, min(1.0, closed / excess))
-
-
-def _free_columns(fit: Fit) -> Array:
-    """What the table can do to the gaps, (m, PLACES), freed of what the parameters can do themselves."""
-    first, last = _reach(fit.problem)
-    table = ForceAlongElongation(first_m=first, spacing_m=(last - first) / (PLACES - 1))
-    problem = fit.problem.with_another(table)
-    old = len(fit.q)
-    start = np.concatenate([fit.q, np.zeros(len(table.flat()))])
-    return fit.free_of_parameters(problem.jacobian(start, range(old, old + PLACES), fit.gaps)[1])
-
-
-def _reach(problem: Problem) -> tuple[float, float]:
-    """Smallest and largest elongation that a leg has in any run, m."""
-    ends = [float(end) for loop in problem.loops for end in (loop.data.elongation_m.min(), loop.data.elongation_m.max())]
-    for film in problem.films:
-        ends += [0.0, float(np.max(stroke_of(film.model)))]
-    return min(ends), max(ends)
+        parts = [
+            f"{self.force_N[i]:+.2g} N (sigma {self.sigma_N[i]:.1g}) at {1e3 * self.table.places[i]:.0f} {self.table.unit}" for i in ends
+        ]
+        return f"A force in every leg that goes with its {self.table.words}: {' and '.join(parts)}."

@@ -10,27 +10,25 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, ClassVar, Self
 
 import numpy as np
+from numpy.typing import NDArray
 
+from identify.campaign.prepared import Film
 from identify.estimation.fit import Fit
-from identify.estimation.least_squares import ROUGHLY, before_the_stops, laid_out, solve
+from identify.estimation.least_squares import ROUGHLY, laid_out, solve
 from identify.estimation.problem import Problem
-from identify.selection.gap_test import GAP_P, gap_test
-from identify.selection.null_hypothesis import chance_of_columns
 from measure.common.arrays import Array
 from simulate.model.effect import PlatformEffect, parameter
 from simulate.model.rig import Rig
 
-KNOTS, SPACING_S = 16, 0.05
+KNOTS = 16
 _MOVES = ("z_m", "x_m", "theta_y_rad")  # what vertical force, lateral force and moment move
 AXES = len(_MOVES)
 _BAND = 3.0
-_CLEAR_LEAD = 0.25
-_STROKES_PER_S = 4.0  # the fastest knot
+_CLEAR_LEAD = 3.0  # nats, one to twenty
 _MOST_STEPS = 12
-_SHOWN = 1e-2  # of the best seen combination of knots: what shows less is not told from a straight line's own error
 
 
 def _table(typical: float, doc: str) -> Any:
@@ -41,20 +39,29 @@ def _table(typical: float, doc: str) -> Any:
 class ForceTable(PlatformEffect):
     """A force on the platform along an abscissa: F_z, F_x and M_y at evenly spaced places, linear between, steady beyond.
 
-    The abscissa is time since the release, height, or upward speed, by its code 0, 1, 2; its origin and spacing follow.
+    The abscissa is time since the release, height, or upward speed, by its code 0, 1, 2.
     """
 
     name = "missing-force"
-    constants = 3
+    code: ClassVar[float]
+    words: ClassVar[str]
+    constants = 1
     vertical_N: tuple[float, ...] = _table(0.02, "F_z at the places")
     lateral_N: tuple[float, ...] = _table(0.02, "F_x at the places")
     moment_N_m: tuple[float, ...] = _table(0.001, "M_y at the places")
+    first: float = parameter(0.0, low=-1e3, high=1e3, typical=1.0, doc="first place, in the unit of the abscissa")
+    spacing: float = parameter(0.05, low=1e-9, high=1e3, typical=1.0, doc="from place to place")
+
+    def constants_of(self, model: Rig) -> tuple[float, ...]:
+        """The code of the abscissa."""
+        del model
+        return (self.code,)
 
     @staticmethod
     def platform_wrench(t: float, pose: Any, twist: Any, p: Any, wrench: Any) -> None:
         """Adds the force of this instant, height or speed, N and N m."""
-        at = t if p[48] < 0.5 else (pose[2] if p[48] < 1.5 else twist[2])
-        place = min(max((at - p[49]) / p[50], 0.0), 14.999999)
+        at = t if p[50] < 0.5 else (pose[2] if p[50] < 1.5 else twist[2])
+        place = min(max((at - p[48]) / p[49], 0.0), 14.999999)
         left = int(place)
         share = place - left
         wrench[2] += p[left] + share * (p[left + 1] - p[left])
@@ -62,22 +69,23 @@ class ForceTable(PlatformEffect):
         wrench[4] += p[32 + left] + share * (p[33 + left] - p[32 + left])
 
     @classmethod
-    def places(cls, model: Rig) -> Array:
-        """The places of the table, (KNOTS,), in the abscissa's own unit."""
-        _, origin, spacing = cls().constants_of(model)
-        return origin + spacing * np.arange(KNOTS)
+    def over(cls, first: float, last: float) -> Self:
+        """Places from one end to the other."""
+        return cls(first=first, spacing=(last - first) / (KNOTS - 1))
+
+    @property
+    def places(self) -> Array:
+        """The places of the table, (KNOTS,), in the unit of the abscissa."""
+        return self.first + self.spacing * np.arange(KNOTS)
 
 
 @dataclass(frozen=True)
 class ForceAlongTime(ForceTable):
-    """At 0, 0.05, 0.1 ... s after the release."""
+    """From the release to the last frame of any film."""
 
     name = "missing-force-along-time"
-
-    def constants_of(self, model: Rig) -> tuple[float, ...]:
-        """Code, first instant and spacing, s."""
-        del model
-        return 0.0, 0.0, SPACING_S
+    words = "time"
+    code = 0.0
 
 
 @dataclass(frozen=True)
@@ -85,25 +93,17 @@ class ForceAlongHeight(ForceTable):
     """From the lowest start to full height."""
 
     name = "missing-force-along-height"
-
-    def constants_of(self, model: Rig) -> tuple[float, ...]:
-        """Code, lowest height and spacing, m."""
-        g = model.geometry
-        low, high = (0.0, 1.0) if g is None else (g.stowed_height_m, g.deployed_height_m)
-        return 1.0, low, (high - low) / (KNOTS - 1)
+    words = "height"
+    code = 1.0
 
 
 @dataclass(frozen=True)
 class ForceAlongSpeed(ForceTable):
-    """From rest to four strokes a second."""
+    """From rest to the largest upward speed that was seen."""
 
     name = "missing-force-along-speed"
-
-    def constants_of(self, model: Rig) -> tuple[float, ...]:
-        """Code, rest and spacing, m/s."""
-        g = model.geometry
-        stroke = 1.0 if g is None else g.deployed_height_m - g.stowed_height_m
-        return 2.0, 0.0, _STROKES_PER_S * stroke / (KNOTS - 1)
+    words = "speed"
+    code = 2.0
 
 
 Along = type[ForceTable]
@@ -120,12 +120,31 @@ _DOES = (
 )
 
 
+def table_over(problem: Problem, along: Along) -> ForceTable:
+    """A table of nothing over what the films of a problem pass through."""
+    if along is ForceAlongTime:
+        return along.over(0.0, max(float(film.time_s[-1]) - film.expected_s for film in problem.films))
+    heights = [film.model.geometry for film in problem.films if film.model.geometry is not None]
+    low, high = min(g.stowed_height_m for g in heights), max(g.deployed_height_m for g in heights)
+    if along is ForceAlongHeight:
+        return along.over(low, high)
+    return along.over(0.0, max([_fastest(film) for film in problem.films if "z_m" in film.channels], default=4.0 * (high - low)))
+
+
+def _fastest(film: Film) -> float:
+    """Largest upward speed over a twentieth of the film, m/s."""
+    z = film.values[film.channels.index("z_m")]
+    good = np.isfinite(z)
+    time, z = film.time_s[good], z[good]
+    apart = max(len(z) // 20, 1)
+    return float(np.max((z[apart:] - z[:-apart]) / (time[apart:] - time[:-apart]), initial=1e-3))
+
+
 @dataclass(frozen=True)
 class MissingForce:
     """The estimated force: places (n,) of its abscissa, force and one standard deviation (n, 3): vertical and lateral, N; moment, N m.
 
-    leads : what the same table along each other abscissa leaves of what this one closes, by name. A table is coarse, so only a
-    clear lead says anything.
+    leads : by how much the log evidence leads that along each other abscissa, by name. spacing : from one place to the next.
     """
 
     along: Along
@@ -134,6 +153,7 @@ class MissingForce:
     sigma_N: Array
     fit: Fit
     leads: dict[str, float]
+    spacing: float
 
     @property
     def sentence(self) -> str:
@@ -172,11 +192,6 @@ class MissingForce:
         """The abscissa with its unit, for a figure."""
         return {"time": "time after the release, s", "height": "height, m", "speed": "upward speed, m/s"}[_WORDS[self.along][2]]
 
-    @property
-    def spacing(self) -> float:
-        """From one place of the table to the next: beyond its neighbours a force at a single place has no part."""
-        return self.along().constants_of(self.fit.problem.model)[2]
-
     def _axis(self, axis: int, positive: str, negative: str, force_unit: str) -> str:
         force, sigma = self.force_N[:, axis], self.sigma_N[:, axis]
         strong = np.abs(force) > _BAND * sigma
@@ -198,45 +213,40 @@ class MissingForce:
         )
 
 
-def estimate(before: Fit) -> MissingForce:
-    """The missing force along that abscissa which suits all runs best, on top of base and releases.
+def estimate(before: Fit, along: Along, leads: Mapping[str, float]) -> MissingForce:
+    """The missing force along an abscissa on top of base and releases, by full simulation.
 
-    The abscissas are compared up to the stops, where the motion is steady, if the gap shows there.
+    Parameters
+    ----------
+    leads : by how much the log evidence of this abscissa leads each other one.
     """
-    early = before_the_stops(before.problem)
-    hint = before if early is before.problem else solve(early, before.q)
-    hint = hint if gap_test(hint).p_value < GAP_P else before
-    costs = {along: fitted(hint, along, seen_parameters(hint, along)).cost for along in _WORDS}
-    best = min(costs, key=lambda along: costs[along])
-    leads = named_leads(best, {along: cost - costs[best] for along, cost in costs.items()}, hint.cost - costs[best])
-    return read(fitted(before, best, seen_parameters(before, best)), best, leads)
-
-
-def named_leads(best: Along, short: Mapping[Along, float], closed: float) -> dict[str, float]:
-    """What the other abscissas leave of what the best one closes, by name."""
-    return {_WORDS[along][2]: left / max(closed, 1e-12) for along, left in short.items() if along is not best}
+    table = table_over(before.problem, along)
+    problem = before.problem.with_another(table)
+    free = [*range(len(before.q)), *(len(before.q) + seen_places(before.problem)).tolist()]
+    found = solve(problem, laid_out(before, problem), free=free, most_steps=_MOST_STEPS, enough=ROUGHLY)
+    return _read(replace(found, jacobian=_spread_out(found.jacobian, free, len(found.q)), moved=None), table, dict(leads))
 
 
 def at_once(before: Fit) -> MissingForce:
     """The missing force along time by a single step along a fit's straight lines: where the gap is, before anything is named."""
-    problem, start = with_table(before, ForceAlongTime)
-    free = seen_parameters(before, ForceAlongTime)
-    new = [i for i in free if i >= len(before.q)]
-    jacobian = np.hstack([before.jacobian, problem.jacobian(start, new, before.gaps)[1]])
+    table = table_over(before.problem, ForceAlongTime)
+    problem = before.problem.with_another(table)
+    start, new = laid_out(before, problem), len(before.q) + seen_places(before.problem)
+    jacobian = np.hstack([before.jacobian, problem.jacobian(start, new.tolist(), before.gaps)[1]])
+    free = [*range(len(before.q)), *new.tolist()]
     step = np.linalg.lstsq(jacobian, -before.gaps, rcond=1e-12)[0]
     start[free] += step
-    return read(Fit(problem, start, before.gaps + jacobian @ step, _spread_out(jacobian, free, len(start)), False), ForceAlongTime, {})
+    return _read(Fit(problem, start, before.gaps + jacobian @ step, _spread_out(jacobian, free, len(start)), False), table, {})
 
 
-def chance_of_force(fit: Fit) -> float:
-    """How likely a force along time gains as much as it does if what is left is noise; one without films.
+def seen_places(problem: Problem) -> NDArray[np.intp]:
+    """Of a table's parameters those of the axes along which films tell the motion.
 
-    It is keener than the test of slow against fast parts, for it looks only at what a force on the platform can do.
+    A moment moves the platform sideways as a lateral force does; without its rotation the two would only stand against each other.
     """
-    if not fit.problem.films:
-        return 1.0
-    found = at_once(fit).fit
-    return chance_of_columns(fit, fit.free_of_parameters(found.jacobian[:, len(fit.q) :]))
+    seen = {channel for film in problem.films for channel in film.channels}
+    axes = np.array([channel in seen for channel in _MOVES])
+    return np.flatnonzero(np.repeat(axes, KNOTS))
 
 
 def _spread_out(jacobian: Array, columns: list[int], size: int) -> Array:
@@ -245,39 +255,14 @@ def _spread_out(jacobian: Array, columns: list[int], size: int) -> Array:
     return whole
 
 
-def with_table(before: Fit, along: Along) -> tuple[Problem, Array]:
-    """The problem with a table that is unknown, and its parameters where the table is zero."""
-    problem = before.problem.with_another(along())
-    return problem, laid_out(before, problem)
-
-
-def fitted(before: Fit, along: Along, free: list[int]) -> Fit:
-    """A table fitted with base and releases; only the parameters `free` may move."""
-    problem, start = with_table(before, along)
-    found = solve(problem, start, free=free, most_steps=_MOST_STEPS, enough=ROUGHLY)
-    return replace(found, jacobian=_spread_out(found.jacobian, free, len(found.q)), moved=None)
-
-
-def seen_parameters(before: Fit, along: Along) -> list[int]:
-    """All parameters that were there, and of the table those behind which a film still runs, of the axes along which films tell the motion.
-
-    A moment moves the platform sideways as a lateral force does; without its rotation the two would only stand against each other.
-    """
-    last = max(float(film.time_s[film.time_s <= before.problem.until_s][-1]) for film in before.problem.films)
-    seen = np.arange(KNOTS) * SPACING_S <= last if along is ForceAlongTime else np.ones(KNOTS, dtype=bool)
-    told = {channel for film in before.problem.films for channel in film.channels}
-    axes = np.array([channel in told for channel in _MOVES])
-    return [*range(len(before.q)), *(len(before.q) + np.flatnonzero(np.outer(axes, seen))).tolist()]
-
-
-def read(found: Fit, along: Along, leads: dict[str, float]) -> MissingForce:
+def _read(found: Fit, table: ForceTable, leads: dict[str, float]) -> MissingForce:
     """A table that was fitted, from the first to the last place that had a say; what was not estimated there has no band (NaN)."""
-    first = len(found.q) - AXES * KNOTS
-    estimated = (np.linalg.norm(found.jacobian[:, first:], axis=0) > 0).reshape(AXES, KNOTS).T
+    rows = found.problem.rows_of(table.name)[: AXES * KNOTS]
+    estimated = (np.linalg.norm(found.jacobian[:, rows], axis=0) > 0).reshape(AXES, KNOTS).T
     had_a_say = np.flatnonzero(estimated.any(axis=1))
     used = slice(had_a_say[0], had_a_say[-1] + 1) if len(had_a_say) else slice(0)
     spread = np.sqrt(np.maximum(np.diag(found.covariance), 0.0))
-    scale = found.problem.scales[first:]
-    values, sigma = ((row[first:] * scale).reshape(AXES, KNOTS).T for row in (found.q, spread))
-    band = np.where(estimated, sigma, np.nan)
-    return MissingForce(along, along.places(found.problem.model)[used], values[used], band[used], found, leads)
+    values, sigma = ((row[rows] * found.problem.scales[rows]).reshape(AXES, KNOTS).T for row in (found.q, spread))
+    return MissingForce(
+        type(table), table.places[used], values[used], np.where(estimated, sigma, np.nan)[used], found, leads, table.spacing
+    )

@@ -125,14 +125,14 @@ def ranking_figure(found: Explanation) -> Any:
     """How much each effect that was tried gains, on a scale that shows small and large."""
     from matplotlib.figure import Figure
 
-    rows = list(reversed(found.ranking))
+    rows = list(reversed(found.ranking[:20]))
     figure = Figure(figsize=(8.0, 0.8 + 0.28 * len(rows)), layout="constrained")
     axes = figure.subplots()
     named = {finding.name for finding in found.findings} | {e for finding in found.findings for e in finding.equivalents}
     colours = [AFTER if row.name in named else "0.7" for row in rows]
     axes.barh([row.name for row in rows], [max(row.delta_bic, 0.0) for row in rows], color=colours)
     axes.set_xscale("symlog", linthresh=10)
-    axes.set_xlabel("evidence gained (delta BIC; 10 is strong)")
+    axes.set_xlabel("twice the log evidence gained (10 is very strong)")
     axes.tick_params(labelsize="small")
     return figure
 

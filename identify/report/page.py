@@ -8,10 +8,10 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+from identify.gap.gap_test import p_words
 from identify.report import gap_plots
 from identify.report.result import result_of
 from identify.selection.explain import Explanation
-from identify.selection.gap_test import p_words
 
 _PAGE = Path(__file__).with_name("page.html.j2")
 

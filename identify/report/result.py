@@ -10,12 +10,13 @@ import numpy as np
 from identify.campaign.load_cell_zeros import drifts_of, zeros_of
 from identify.design.next_test import LIKELY, NextTest
 from identify.gap.formula import described
-from identify.gap.leg_force import leg_force
 from identify.gap.localise import force_in_loops, locate
 from identify.loops.covariates import hint, shares
-from identify.selection.explain import Explanation, Finding
+from identify.selection.explain import Explanation, Ranked
+from identify.selection.findings import Finding
 
 _PLACES = 12
+_RANKED = 30
 
 
 def result_of(found: Explanation, missing_force_file: str | None = None) -> dict[str, Any]:
@@ -23,46 +24,60 @@ def result_of(found: Explanation, missing_force_file: str | None = None) -> dict
 
     Parameters
     ----------
-    missing_force_file : where the table of the missing force was written, if the verdict is unknown.
+    found : what `explain` found.
+    missing_force_file : where the table of the missing force was written, where something is left.
+
+    Returns
+    -------
+    dict
+        As in the contract of the command; only plain numbers, texts, lists and tables.
     """
     return {
         "verdict": found.verdict,
-        "effects": [_finding(finding, found) for finding in found.findings],
+        "weights": dict(found.weights),
+        "noise": [
+            {"run": one.run, "channel": one.channel, "sigma": one.sigma, "lag1": one.lag1, "outliers_percent": one.outliers_percent}
+            for one in found.noise
+        ],
+        "effects": [_finding(finding) for finding in found.findings],
         "where": [_place(place) for place in locate(found.before)[:_PLACES]] if found.verdict != "no-gap" else [],
         "gap": _gaps(found),
-        "ranking": [
-            {
-                "name": rival.name,
-                "delta_bic": rival.delta_bic,
-                "held_out_rms_over_noise": rival.held_out_rms,
-                "fitted_jointly": rival.fitted,
-                "chance_of_lead": rival.chance,
-            }
-            for rival in found.ranking
-        ],
+        "ranking": [_ranked(row, found) for row in found.ranking[:_RANKED]],
         "missing_force": _missing_force(found, missing_force_file),
         "next_experiment": next_experiment(found),
-        "next_experiments": [_foreseen(test) for test in found.next_tests],
+        "next_experiments": [_predicted(test) for test in found.next_tests],
         "detectable": [
-            {"name": one.effect.name, "parameters": dict(one.sizes), "easiest_shape": dict(one.easiest)} for one in found.sights
+            {"name": one.effect.name, "parameters": dict(one.sizes), "easiest_shape": dict(one.easiest)} for one in found.limits
         ],
         "base": base_moves(found),
         "loop_zeros_N": zeros_of(found.after),
         "loop_drifts_N_per_s": drifts_of(found.after),
-        "unforeseen_runs": list(found.unpredictable),
         "noise_added": [asdict(one) for one in found.noise_added],
         "noise_sentence": noise_sentence(found),
+        "left": left_sentence(found),
         "sentence": sentence(found),
     }
 
 
-def _finding(finding: Finding, found: Explanation) -> dict[str, Any]:
+def _ranked(row: Ranked, found: Explanation) -> dict[str, Any]:
+    held = [found.over_noise(one.after) for one in found.held if row.name in [finding.name for finding in found.findings]]
+    return {
+        "name": row.name,
+        "delta_bic": row.delta_bic,
+        "weight": row.weight,
+        "held_out_rms_over_noise": held[0] if held else float("nan"),
+        "fitted_jointly": row.fitted,
+    }
+
+
+def _finding(finding: Finding) -> dict[str, Any]:
     return {
         "name": finding.name,
         "equivalents": list(finding.equivalents),
         "parameters": parameters_of(finding),
-        "p_value": finding.gain.p_value,
-        "delta_bic": finding.gain.delta_bic,
+        "at_bound": list(finding.at_bound),
+        "p_value": finding.p_value,
+        "delta_bic": finding.delta_bic,
         "share_of_gap_percent": 100.0 * finding.share,
     }
 
@@ -83,17 +98,23 @@ def _place(place: Any) -> dict[str, Any]:
 
 def _gaps(found: Explanation) -> dict[str, Any]:
     gaps: dict[str, Any] = {
-        "as_given": {"rms_over_noise": found.as_given.rms},
-        "before": {"rms_over_noise": found.before.rms, "p_value": found.gap_before.p_value},
-        "after": {"rms_over_noise": found.after.rms, "p_value": found.gap_after.p_value},
+        "as_given": {"rms_over_noise": found.over_noise(found.as_given)},
+        "before": {"rms_over_noise": found.over_noise(found.before)},
+        "after": {"rms_over_noise": found.over_noise(found.after)},
         "by_run": by_run(found),
     }
     if found.held:
         gaps["held_out"] = {
-            "before": {"rms_over_noise": _pooled([held.before.measured_gaps for held in found.held])},
-            "after": {"rms_over_noise": _pooled([held.after.measured_gaps for held in found.held])},
+            "before": {"rms_over_noise": _pooled([held.before.measured_gaps for held in found.held]) / _of_kind(found)},
+            "after": {"rms_over_noise": _pooled([held.after.measured_gaps for held in found.held]) / _of_kind(found)},
         }
     return gaps
+
+
+def _of_kind(found: Explanation) -> float:
+    """Noise over what tables were taken to have, of the channels of runs held out as of those that took part."""
+    channels = {block.channel for held in found.held for block in held.before.problem.blocks}
+    return float(np.median([one.over for one in found.noise if one.channel in channels] or [1.0]))
 
 
 def _pooled(parts: list[Any]) -> float:
@@ -131,13 +152,12 @@ def base_moves(found: Explanation) -> dict[str, Any]:
 
 
 def _missing_force(found: Explanation, file: str | None) -> str | None:
-    if found.verdict != "unknown":
+    if found.verdict not in ("unknown", "partly"):
         return None
     texts = [f"Table: {file}"] if file else []
-    in_legs = leg_force(found.before)
-    texts[:0] = [in_legs.sentence] if in_legs else []
-    if found.before.problem.loops:
-        texts[:0] = [force_in_loops(found.before)[0], *_column_worth_trying(found)]
+    texts[:0] = [found.in_legs.sentence] if found.in_legs else []
+    if found.after.problem.loops:
+        texts[:0] = [force_in_loops(found.after)[0], *_column_worth_trying(found)]
     if found.missing is not None:
         formula = described(found.missing, found.before.problem.films[0])
         texts = [found.missing.sentence, *([f"{formula}."] if formula else []), *texts]
@@ -146,7 +166,7 @@ def _missing_force(found: Explanation, file: str | None) -> str | None:
 
 def _column_worth_trying(found: Explanation) -> list[str]:
     """The sentence on a further column of the loops that goes with what is left, if there is one."""
-    fit, problem = found.before, found.before.problem
+    fit, problem = found.after, found.after.problem
     if problem.covariate:
         return []
     loops = [(loop.data, block) for loop, block in zip(problem.loops, problem.blocks[-len(problem.loops) :], strict=True)]
@@ -159,22 +179,43 @@ def _column_worth_trying(found: Explanation) -> list[str]:
 
 def missing_table(found: Explanation) -> dict[str, Any] | None:
     """The force that no effect explains, as a table: on the platform, or in the loops where no deployment was given."""
-    if found.verdict != "unknown":
+    if found.verdict not in ("unknown", "partly"):
         return None
-    return found.missing.columns if found.missing is not None else force_in_loops(found.before)[1]
+    return found.missing.columns if found.missing is not None else force_in_loops(found.after)[1]
 
 
 def sentence(found: Explanation) -> str:
     """The finding in a sentence."""
-    words = {
-        "no-gap": "what is left between model and measurement is noise",
-        "unknown": "there is a gap, and no effect of the catalogue closes it",
+    plain = {
+        "no-gap": "what is left between model and measurement is noise" + _colour(found),
+        "unknown": "there is a gap, and nothing in the catalogue explains it",
     }
-    if found.verdict in words:
-        return words[found.verdict] + _nearest(found)
+    if found.verdict in plain:
+        return plain[found.verdict]
     names = ", ".join(_named(finding) for finding in found.findings)
-    lead = {"named": "missing effect: ", "class": "missing effect, one of a class: ", "several": "missing effects: "}[found.verdict]
-    return lead + names + _without_films(found)
+    lead = {"named": "missing effect: ", "class": "missing effect, one of a class: ", "several": "missing effects: ", "partly": "mainly "}
+    tail = f"; {left_sentence(found)}" if found.verdict == "partly" else ""
+    return lead[found.verdict] + names + _at_bound(found) + tail
+
+
+def left_sentence(found: Explanation) -> str | None:
+    """What is left where names explain a part only."""
+    if found.verdict != "partly":
+        return None
+    share, over = 100.0 * found.share_closed, found.over_noise(found.after)
+    goes = f", {found.missing.goes_with}" if found.missing is not None else ""
+    return f"{share:.0f} % of the gap; {over:.3g} times the noise is left{goes}"
+
+
+def _at_bound(found: Explanation) -> str:
+    ends = [f"{finding.name}.{name}" for finding in found.findings for name in finding.at_bound]
+    return f" ({', '.join(ends)} at its bound)" if ends else ""
+
+
+def _colour(found: Explanation) -> str:
+    """The noise's memory, where it has some."""
+    most = max((one.lag1 for one in found.noise), default=0.0)
+    return f", correlated up to {most:.1f} from sample to sample" if most >= 0.15 else ""
 
 
 def noise_sentence(found: Explanation) -> str | None:
@@ -184,22 +225,6 @@ def noise_sentence(found: Explanation) -> str | None:
         return None
     given = ", ".join(f"{name} {sigma:.2g}" for name, sigma in {one.channel: one.sigma for one in found.noise_added}.items())
     return f"{', '.join(runs)}: values without noise, as a simulation writes them; noise of a fine instrument was added ({given})"
-
-
-def _nearest(found: Explanation) -> str:
-    if found.nearest is None:
-        return ""
-    name, share = found.nearest
-    return f"; {name} comes nearest, closing {100.0 * share:.1f} % of it"
-
-
-def _without_films(found: Explanation) -> str:
-    if not found.unpredictable:
-        return ""
-    return (
-        f"; told by the loops alone: with it nobody can predict {', '.join(found.unpredictable)}, where a release moved by a thousandth of "
-        "its spread or less takes another course"
-    )
 
 
 def _named(finding: Finding) -> str:
@@ -220,7 +245,7 @@ def next_experiment(found: Explanation) -> str | None:
     return None
 
 
-def _foreseen(test: NextTest) -> dict[str, Any]:
+def _predicted(test: NextTest) -> dict[str, Any]:
     """A further test for programs: what to change, and how likely it splits off each rival."""
     of = test.condition
     row: dict[str, Any] = {"condition": of.words, "runs": test.runs, "model": dict(of.changes), "splits": dict(test.chances)}

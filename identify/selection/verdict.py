@@ -1,59 +1,84 @@
-"""What may be said of the effects that joined: no-gap, named, class, several, or unknown."""
+"""What may be said, from the probabilities of all hypotheses: one rule.
+
+no-gap     nothing missing is in the smallest set that holds 0.95
+named      one name is in every member of that set
+class      the foremost name and those that may stand in its place hold it together
+several    the foremost hypothesis has more than one name
+partly     a force without a name is in that set, and the foremost names close the larger part of the gap
+unknown    a force without a name is in that set, and names close little; or a run held out speaks against the names
+"""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 
-from identify.estimation.fit import Fit
-from identify.estimation.least_squares import bic
-from identify.gap.leg_force import chance_of_leg_force, closed_by_leg_force
-from identify.gap.platform_force import MissingForce, chance_of_force
-from identify.selection.comparison import Step
-from identify.selection.forward_selection import share_closed
-from identify.selection.gap_test import GAP_P, gap_test
+from identify.criteria import CREDIBLE
+from identify.selection.unknown_force import is_unnamed
 
-_CLOSED_SHARE, _CLOSED_BY_FORCE = 2 / 3, 0.9
-_FEW = 3  # numbers of an effect
+Names = tuple[str, ...]
 
 
-def more_than_noise(fit: Fit) -> bool:
-    """Whether anything is left that is not noise: a force, or releases that are farther from the plan than they can be."""
-    return gap_test(fit).p_value < GAP_P or _lacks_a_force(fit)
+@dataclass(frozen=True)
+class Verdict:
+    """word : see above. names : what is said to be missing. equivalents : for each of these the names that may stand in its place.
 
-
-def _lacks_a_force(fit: Fit) -> bool:
-    """Whether a force is left that nobody has named: slow against fast, on the platform or in the legs."""
-    return gap_test(fit).slow_p < GAP_P or chance_of_force(fit) < GAP_P or chance_of_leg_force(fit) < GAP_P
-
-
-def verdict_of(before: Fit, after: Fit, steps: Sequence[Step], missing: MissingForce | None, *, left: bool) -> str:
-    """What may be said.
-
-    Several effects that leave a gap are not taken, for together they can imitate much. A single one that leaves a gap must close
-    most of it, and do as well as a force without any physics; with many numbers, of which no loop says anything, it must leave no
-    force, for six legs can push the platform any way there is.
+    weights : probability of each name or set of names, the unnamed force of all tables together as `unknown`.
     """
-    if not steps:
-        return "unknown" if left else "no-gap"
-    if left and (_may_imitate(steps[0], after) or not _closes_most(before, after, missing)):
-        return "unknown"
-    if len(steps) > 1:
-        return "several"
-    return "class" if steps[0].equivalents else "named"
+
+    word: str
+    names: Names
+    equivalents: Mapping[str, Names]
+    weights: Mapping[str, float]
 
 
-def _may_imitate(step: Step, after: Fit) -> bool:
-    """Whether an effect has the numbers to bend itself around something else, which shows in a force that it leaves."""
-    effect = step.best.effect
-    return len(effect.flat()) > _FEW and not effect.acts_on_shaker() and _lacks_a_force(after)
+def verdict_of(weights: Mapping[Names, float], *, closes_most: bool) -> Verdict:
+    """The verdict before the runs held out are asked.
+
+    Parameters
+    ----------
+    weights : probability of each hypothesis; they add up to one.
+    closes_most : whether the names of the foremost hypothesis close the larger part of the gap.
+    """
+    listed = _listed(weights)
+    credible = credible_set(weights)
+    if () in credible:
+        return Verdict("no-gap", (), {}, listed)
+    foremost = max(credible, key=lambda names: weights[names])
+    names = tuple(name for name in foremost if not is_unnamed(name))
+    if any(is_unnamed(name) for member in credible for name in member):
+        return Verdict("partly" if names and closes_most else "unknown", names, _rivals(names, credible), listed)
+    rivals = _rivals(names, credible)
+    word = "several" if len(names) > 1 else "class" if any(rivals.values()) else "named"
+    return Verdict(word, names, rivals, listed)
 
 
-def _closes_most(before: Fit, after: Fit, missing: MissingForce | None) -> bool:
-    """Whether a fit closes most of the gap, and nearly all of what a force without any physics closes, in the legs or on the platform."""
-    closed = before.cost - after.cost
-    if share_closed(before, after) < _CLOSED_SHARE or closed < _CLOSED_BY_FORCE * closed_by_leg_force(before):
-        return False
-    if missing is None:
-        return True
-    by_force = before.cost - min(missing.fit.cost, after.cost)
-    return closed > _CLOSED_BY_FORCE * by_force and bic(after) < bic(missing.fit)
+def credible_set(weights: Mapping[Names, float]) -> list[Names]:
+    """The most probable hypotheses that hold 0.95 together."""
+    chosen, held = [], 0.0
+    for names in sorted(weights, key=lambda one: -weights[one]):
+        chosen.append(names)
+        held += weights[names]
+        if held >= CREDIBLE:
+            break
+    return chosen
+
+
+def _rivals(names: Names, credible: Sequence[Names]) -> dict[str, Names]:
+    """For each name what stands in its place in those members of the credible set that do without it."""
+    found = {}
+    for name in names:
+        others = set(names) - {name}
+        found[name] = tuple(
+            dict.fromkeys(one for member in credible if name not in member for one in member if one not in others and not is_unnamed(one))
+        )
+    return found
+
+
+def _listed(weights: Mapping[Names, float]) -> dict[str, float]:
+    """Probabilities by the words of a result: names joined by `+`, nothing as `no-gap`, all tables together as `unknown`."""
+    rows: dict[str, float] = {}
+    for names, weight in weights.items():
+        word = "no-gap" if not names else "unknown" if any(is_unnamed(name) for name in names) else " + ".join(names)
+        rows[word] = rows.get(word, 0.0) + weight
+    return dict(sorted(rows.items(), key=lambda row: -row[1]))

@@ -39,6 +39,11 @@ from simulate.effects.ripple import Ripple as Ripple
 from simulate.effects.sensor_filter import SensorFilter as SensorFilter
 from simulate.effects.lens_distortion import LensDistortion as LensDistortion
 from simulate.effects.flexible_base import FlexibleBase as FlexibleBase
+from simulate.effects.platform_mass import PlatformMass as PlatformMass
+from simulate.effects.platform_inertia import PlatformInertia as PlatformInertia
+from simulate.effects.geometry_error import GeometryError as GeometryError
+from simulate.effects.stop_stiffness import StopStiffness as StopStiffness
+from simulate.effects.stored_force_per_run import StoredForcePerRun as StoredForcePerRun
 from simulate.model.effect import Catalogue, effects_among
 
 CATALOGUE: Catalogue = {kind.name: kind for kind in effects_among(globals())}

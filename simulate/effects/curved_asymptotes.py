@@ -19,8 +19,8 @@ class CurvedAsymptotes(LegEffect):
     """
 
     name = "curved-asymptotes"
-    quadratic_N_per_m2: float = parameter(0.0, low=-100.0, high=100.0, typical=1.0, doc="c2, added to both asymptotes times u^2")
-    cubic_N_per_m3: float = parameter(0.0, low=-1000.0, high=1000.0, typical=2.0, doc="c3, added to both asymptotes times u^3")
+    quadratic_N_per_m2: float = parameter(0.0, low=-1.0e4, high=1.0e4, typical=1.0, doc="c2, added to both asymptotes times u^2")
+    cubic_N_per_m3: float = parameter(0.0, low=-1.0e5, high=1.0e5, typical=2.0, doc="c3, added to both asymptotes times u^3")
 
     @staticmethod
     def leg_asymptotes(u: float, v: float, t: float, p: Any, h: Any) -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 from simulate.model.effect import Bounds, ModelEffect, RigT, parameter
+from simulate.model.measures import PROTOTYPE, Measures
 from simulate.model.rig import Rig
 
 
@@ -28,7 +29,7 @@ class EndStopDissipation(ModelEffect):
         return replace(model, end_stop=replace(model.end_stop, damping_N_s_per_m=model.end_stop.damping_N_s_per_m + self.damping_N_s_per_m))
 
     @classmethod
-    def bounds(cls, model: Rig | None = None) -> Bounds:
+    def bounds(cls, model: Rig | None = None, measures: Measures = PROTOTYPE) -> Bounds:
         """As declared, and never below what leaves the stop without any damping."""
-        (name, (low, high)), *_ = super().bounds().items()
+        (name, (low, high)), *_ = super().bounds(None, measures).items()
         return {name: (low if model is None else -model.end_stop.damping_N_s_per_m, high)}

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from simulate.model.effect import Bounds, LegEffect, parameter
+from simulate.model.measures import PROTOTYPE, Measures
 from simulate.model.rig import Rig
 
 BELOW, ABOVE = 0.8, 1.3
@@ -25,14 +26,14 @@ class PowerLawFriction(LegEffect):
     """
 
     name = "power-law-friction"
-    coefficient: float = parameter(0.0, low=0.0, high=1e6, typical=0.05, doc="force at 1 m/s, k, in N s^n/m^n")
+    coefficient: float = parameter(0.0, low=0.0, high=1e6, typical=0.05, doc="force at 1 m/s, k, in N s^n/m^n", units=("N",))
     exponent: float = parameter(
         2.0, low=0.3, high=3.0, typical=2.0, starts=(0.5, 1.5, 2.0, 2.8), doc="n; meant for 0.3 to 0.8 and 1.3 to 3"
     )
 
-    def own_bounds(self, model: Rig | None = None) -> Bounds:
+    def own_bounds(self, model: Rig | None = None, measures: Measures = PROTOTYPE) -> Bounds:
         """A search that starts below 0.8 or above 1.3 stays there: between, the law is viscous friction under another name."""
-        found = type(self).bounds(model)
+        found = type(self).bounds(model, measures)
         low, high = found["exponent"]
         if self.exponent <= BELOW:
             high = BELOW

@@ -7,9 +7,11 @@ from typing import Any
 
 from simulate.model.effect import LegEffect, parameter
 
+_PAPER = "Fig. 12"
 _SLOPE = "added to the slope, times |v| and v^2 (N s/m^2, N s^2/m^3)"
 _LEVEL = "added to the level, times |v| and v^2 (N s/m, N s^2/m^2)"
 _OFF = (0.0, 0.0)
+_SLOPES, _LEVELS = ("N_s_per_m2", "N_s2_per_m3"), ("N_s_per_m", "N_s2_per_m2")
 
 
 @dataclass(frozen=True)
@@ -27,10 +29,10 @@ class RateDependentAsymptotes(LegEffect):
     """
 
     name = "rate-dependent-asymptotes"
-    a_l: tuple[float, ...] = parameter(_OFF, low=-100.0, high=100.0, typical=0.05, doc=_SLOPE + ", uncoiling", source="Fig. 12")
-    b_l: tuple[float, ...] = parameter(_OFF, low=-100.0, high=100.0, typical=0.02, doc=_LEVEL + ", uncoiling", source="Fig. 12")
-    a_u: tuple[float, ...] = parameter(_OFF, low=-100.0, high=100.0, typical=0.05, doc=_SLOPE + ", coiling", source="Fig. 12")
-    b_u: tuple[float, ...] = parameter(_OFF, low=-100.0, high=100.0, typical=0.02, doc=_LEVEL + ", coiling", source="Fig. 12")
+    a_l: tuple[float, ...] = parameter(_OFF, low=-100.0, high=100.0, typical=0.05, doc=_SLOPE + ", uncoiling", source=_PAPER, units=_SLOPES)
+    b_l: tuple[float, ...] = parameter(_OFF, low=-100.0, high=100.0, typical=0.02, doc=_LEVEL + ", uncoiling", source=_PAPER, units=_LEVELS)
+    a_u: tuple[float, ...] = parameter(_OFF, low=-100.0, high=100.0, typical=0.05, doc=_SLOPE + ", coiling", source=_PAPER, units=_SLOPES)
+    b_u: tuple[float, ...] = parameter(_OFF, low=-100.0, high=100.0, typical=0.02, doc=_LEVEL + ", coiling", source=_PAPER, units=_LEVELS)
 
     @staticmethod
     def leg_asymptotes(u: float, v: float, t: float, p: Any, h: Any) -> None:

@@ -26,7 +26,7 @@ class Ripple(LegEffect):
 
     name = "ripple"
     force_N: float = parameter(0.0, low=-10.0, high=10.0, typical=0.01, doc="amplitude of the wave, A")
-    period_m: float = parameter(0.05, low=5e-4, high=2.0, typical=0.02, starts=_PERIODS_M, doc="elongation from one wave to the next, p")
+    period_m: float = parameter(0.05, low=5e-4, high=0.3, typical=0.02, starts=_PERIODS_M, doc="elongation from one wave to the next, p")
     phase_rad: float = parameter(0.0, low=-7.0, high=7.0, typical=0.5, starts=(0.0, 1.57), doc="phase of the stowed leg, phi")
 
     def stiffness(self, model: Rig) -> tuple[float, float]:

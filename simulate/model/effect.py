@@ -20,10 +20,12 @@ import numpy as np
 
 from measure.common.arrays import Array
 from measure.common.errors import InputError, found, nearest
+from simulate.model.measures import NUMBER, PROTOTYPE, Exponents, Measures, unit_of
 from simulate.model.rig import Rig
 
 Bounds = dict[str, tuple[float, float]]
 RigT = TypeVar("RigT", bound=Rig)
+ANY_RIG = 1e6  # times the bounds for the prototype: no rig is so much larger or smaller
 
 
 def parameter(
@@ -36,6 +38,7 @@ def parameter(
     source: str = "",
     starts: tuple[float | tuple[float, ...], ...] = (),
     linear: bool = True,
+    units: tuple[str, ...] = (),
 ) -> Any:
     """A parameter of an effect; its unit stands in its name.
 
@@ -43,13 +46,15 @@ def parameter(
     ----------
     default : the value that switches the effect off; a tuple for a vector.
     low, high : bounds, the same for every entry of a vector. A sign that physics excludes is excluded here.
-    typical : a size at which the effect would be noticed; a search starts there.
+    typical : a size at which the effect would be noticed; a search starts there. Sizes and bounds that have a unit are those for
+        a rig of the prototype's measures, see `measures`.
     doc, source : what it is, and where the formula or the bounds come from.
     starts : values from which a search starts, for a parameter that shapes an effect (a time constant, a frequency) and shows
         nothing of itself while the effect is off; of an effect that is not linear, sizes at which it is tried.
     linear : whether the effect grows in proportion to it from where it is switched off; a gap that opens does not.
+    units : of each entry, `N_per_m`, where the name does not end with it.
     """
-    limits = {"low": low, "high": high, "typical": typical, "doc": doc, "source": source}
+    limits = {"low": low, "high": high, "typical": typical, "doc": doc, "source": source, "units": units}
     return field(default=default, metadata={**limits, "starts": starts, "linear": linear})
 
 
@@ -121,12 +126,26 @@ class Effect(Formulas):
         for entry in entries:
             if isinstance(entry, bool) or not isinstance(entry, int | float | np.floating) or not math.isfinite(entry):
                 raise InputError(f'effect "{self.name}": {key} is {found(entry)}; give a finite number.')
-            if not limits["low"] <= entry <= limits["high"]:
-                raise InputError(f'effect "{self.name}": {key} is {entry:g}; it must lie within {limits["low"]:g} and {limits["high"]:g}.')
+            low, high = self._allowed(key, limits)
+            if not low <= entry <= high:
+                raise InputError(f'effect "{self.name}": {key} is {entry:g}; it must lie within {low:g} and {high:g}.')
+
+    @staticmethod
+    def _allowed(key: str, limits: Mapping[str, Any]) -> tuple[float, float]:
+        """Between which values an entry may lie on any rig: a number between its bounds, a size with a unit far beyond them."""
+        low, high = limits["low"], limits["high"]
+        if all(unit_of(f"_{unit}") == NUMBER for unit in limits["units"] or (key,)):
+            return low, high
+        return low * ANY_RIG if low < 0.0 else low / ANY_RIG, high * ANY_RIG
 
     def adjust(self, model: RigT) -> RigT:
         """The base model as this effect changes it; most effects leave it alone."""
         return model
+
+    def in_run(self, index: int) -> Effect:
+        """The effect as it is in one deployment of a campaign, by its place there; most effects are the same in all."""
+        del index
+        return self
 
     def constants_of(self, model: Rig) -> tuple[float, ...]:
         """What the formulas need to know of the base model; most effects need nothing."""
@@ -153,14 +172,20 @@ class Effect(Formulas):
         return force_N
 
     @classmethod
-    def bounds(cls, model: Rig | None = None) -> Bounds:
-        """Lower and upper bound of each flat parameter; an effect may narrow them for the model at hand."""
+    def bounds(cls, model: Rig | None = None, measures: Measures = PROTOTYPE) -> Bounds:
+        """Lower and upper bound of each flat parameter for a rig of these measures; an effect may narrow them for the model at hand."""
         del model
-        return {name: (meta["low"], meta["high"]) for name, meta in cls._flat_metadata()}
+        rows = zip(cls._flat_metadata(), cls._ratios(measures), strict=True)
+        return {name: (meta["low"] * ratio, meta["high"] * ratio) for (name, meta), ratio in rows}
 
-    def own_bounds(self, model: Rig | None = None) -> Bounds:
+    def own_bounds(self, model: Rig | None = None, measures: Measures = PROTOTYPE) -> Bounds:
         """The bounds within which a search that starts from this effect may move; most effects may go wherever their kind may."""
-        return type(self).bounds(model)
+        return type(self).bounds(model, measures)
+
+    def prior_spread(self, model: Rig, measures: Measures = PROTOTYPE) -> float:
+        """One standard deviation of each parameter's prior, in typical sizes, of an effect that needs one to be fitted at all."""
+        del model, measures
+        return math.inf
 
     @classmethod
     def acts_on_shaker(cls) -> bool:
@@ -169,9 +194,23 @@ class Effect(Formulas):
         return any(formula is not None for formula in formulas) or cls.observe_force is not Effect.observe_force
 
     @classmethod
-    def typical(cls) -> Array:
-        """A noticeable size of each flat parameter."""
-        return np.array([meta["typical"] for _, meta in cls._flat_metadata()])
+    def typical(cls, measures: Measures = PROTOTYPE) -> Array:
+        """A noticeable size of each flat parameter on a rig of these measures."""
+        return np.array([meta["typical"] for _, meta in cls._flat_metadata()]) * cls._ratios(measures)
+
+    @classmethod
+    def _ratios(cls, measures: Measures) -> Array:
+        """By how much each flat parameter is larger on a rig of these measures than on the prototype."""
+        return np.array([measures.of(unit) for unit in cls._units()])
+
+    @classmethod
+    def _units(cls) -> list[Exponents]:
+        """The unit of each flat parameter."""
+        found = []
+        for name, meta in cls._flat_metadata():
+            units, (key, _, place) = meta["units"], name.partition("[")
+            found.append(unit_of(f"_{units[int(place[:-1]) if place else 0]}") if units else unit_of(key))
+        return found
 
     @classmethod
     def is_linear(cls) -> bool:
@@ -196,9 +235,14 @@ class Effect(Formulas):
         values = [getattr(self, item.name) for item in fields(self)]
         return np.array([entry for value in values for entry in (value if isinstance(value, tuple) else (value,))], dtype=float)
 
-    def starts(self) -> tuple[Self, ...]:
+    def starts(self, measures: Measures = PROTOTYPE) -> tuple[Self, ...]:
         """The effect with its shape at every combination of the values from which a search starts; itself where there are none."""
-        shapes = [(item.name, item.metadata["starts"]) for item in fields(self) if item.metadata["starts"]]
+        ratios = {item.name: measures.of(unit_of(item.name)) for item in fields(self)}
+        shapes = [
+            (item.name, [_times(value, ratios[item.name]) for value in item.metadata["starts"]])
+            for item in fields(self)
+            if item.metadata["starts"]
+        ]
         return tuple(
             replace(self, **dict(zip([name for name, _ in shapes], values, strict=True)))
             for values in product(*(values for _, values in shapes))
@@ -214,6 +258,10 @@ class Effect(Formulas):
             changed[item.name] = tuple(entries) if isinstance(item.default, tuple) else entries[0]
             place += size
         return replace(self, **changed)
+
+
+def _times(value: float | tuple[float, ...], ratio: float) -> float | tuple[float, ...]:
+    return tuple(ratio * entry for entry in value) if isinstance(value, tuple) else ratio * value
 
 
 Catalogue = Mapping[str, type[Effect]]

@@ -179,7 +179,10 @@ class Simulation:
 
 @dataclass(frozen=True, config=CHECKED)
 class Nuisance:
-    """What may differ from run to run without meaning anything: one standard deviation each."""
+    """What may differ without meaning anything, one standard deviation each: first from run to run, then in the model file itself.
+
+    stored_force_N is each leg's by itself, stored_force_percent that of all legs together; both are drawn anew for each run.
+    """
 
     release_position_m: NotNegative = 0.001
     """where the platform stands at the release, each axis"""
@@ -189,6 +192,20 @@ class Nuisance:
     """when it is let go, on the clock of the table"""
     stored_force_N: NotNegative = 0.0
     """stored force of each leg by itself; 0: the legs repeat"""
+    stored_force_percent: NotNegative = 0.5
+    """stored force of all legs together"""
+    platform_mass_percent: NotNegative = 0.5
+    """mass of the platform in this file; the same in all runs"""
+    inertia_percent: NotNegative = 5.0
+    """each principal moment of inertia in this file"""
+    centre_of_mass_m: NotNegative = 0.0005
+    """each coordinate of the centre of mass in this file"""
+    joints_m: NotNegative = 0.0003
+    """each coordinate of each joint in this file"""
+    end_stop_percent: NotNegative = 30.0
+    """stiffness and damping of the stops in this file"""
+    camera_scale_percent: NotNegative = 0.0
+    """scale of the film beyond what the tables say"""
 
 
 @dataclass(frozen=True, config=CHECKED)

@@ -13,10 +13,10 @@ import numpy as np
 from identify.campaign.run import Run
 from identify.campaign.runs import read_campaign
 from identify.estimation.fit import Fit
-from identify.estimation.least_squares import solve_from_afar
+from identify.estimation.least_squares import laid_out, solve, solve_from_afar
 from identify.estimation.problem import problem_of
-from identify.selection.candidate_fits import Candidate, carried_over, fit_screened
-from identify.selection.screening import kinds_to_try, screen
+from identify.selection.promises import promises
+from identify.selection.weighing import weighed
 from measure.common.output import json_text, write_text
 from simulate.effects import CATALOGUE
 from simulate.files.model_file import read_model
@@ -64,10 +64,23 @@ def answer(arguments: Sequence[str], think: Callable[[Asked], Said]) -> int:
     return 0
 
 
+@dataclass(frozen=True)
+class Candidate:
+    """An effect fitted on top of a fit."""
+
+    name: str
+    fit: Fit
+
+
 def candidates(fit: Fit, only: Sequence[str] | None = None) -> list[Candidate]:
     """Each effect of the catalogue fitted alone on top of a fit, those that show at all; or only some of them."""
-    kinds = [effect for effect in kinds_to_try(CATALOGUE, fit) if only is None or effect.name in only]
-    return [fit_screened(fit, one) for one in screen(fit, kinds)]
+    kinds = {name: kind for name, kind in CATALOGUE.items() if only is None or name in only}
+    found = []
+    for one in promises(weighed(fit), kinds):
+        if one.shape is not None:
+            start = np.concatenate([fit.q[: fit.problem.first_effect], fit.q[fit.problem.first_effect :], one.sizes])
+            found.append(Candidate(one.name, solve(fit.problem.with_another(one.shape), start)))
+    return found
 
 
 def _result(asked: Asked, said: Said) -> dict[str, Any]:
@@ -93,7 +106,8 @@ def held_gaps(asked: Asked, fit: Fit) -> np.ndarray:
 
 def held_fit(asked: Asked, run: Run, fit: Fit) -> Fit:
     """A held-out run seen with the base and effects of a fit."""
-    return carried_over(fit, problem_of(asked.model, [run]).with_effects(fit.problem.effects))
+    problem = problem_of(asked.model, [run]).with_effects(fit.problem.effects)
+    return solve_from_afar(problem, laid_out(fit, problem), free=range(problem.first_nuisance, problem.first_effect))
 
 
 def _parameters(name: str, fit: Fit | None) -> dict[str, Any]:

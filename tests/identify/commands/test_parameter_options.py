@@ -22,7 +22,8 @@ def fitted(tmp_path, *options):
 
 def test_a_mass_is_held_and_beta_kept_within_bounds(tmp_path):
     found = fitted(tmp_path, "--fix", "hub-inertia.mass_kg=0.01", "--bound", "beta_per_m=..350")
-    assert found["parameters"]["hub-inertia.mass_kg"] == {"value": 0.01, "stderr": 0.0, "ci95": [0.01, 0.01], "verdict": "ok"}
+    held = found["parameters"]["hub-inertia.mass_kg"]
+    assert held == {"value": pytest.approx(0.01), "stderr": 0.0, "ci95": pytest.approx([0.01, 0.01]), "verdict": "ok"}
     assert found["at_bound"] == {"beta_per_m": "upper bound 350"}
     assert found["verdict"] == "at-bound"
     assert "upper bound 350" in found["reason"]

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from identify.campaign.runs import read_campaign
+from identify.criteria import RIVAL_P, STRONG_BIC
 from identify.design.conditions import Condition
 from identify.design.next_test import (
     LIKELY,
@@ -21,7 +22,6 @@ from identify.design.next_test import (
 from identify.estimation.least_squares import refitted, solve_from_afar
 from identify.estimation.problem import problem_of
 from identify.report.result import next_experiment
-from identify.selection.comparison import RIVAL_P, STRONG_BIC
 from simulate.effects import HubInertia, PowerLawFriction, ViscousFriction
 from simulate.files.model_file import read_model
 
@@ -29,7 +29,7 @@ DEMO = Path(__file__).resolve().parents[3] / "datasets" / "demo"
 
 
 @pytest.mark.parametrize(("before", "shown"), [(1.0, 9.0), (4.0, 16.0), (8.0, 5.0), (2.0, 40.0)])
-def test_the_foreseen_chance_is_how_often_the_test_splits(before, shown):
+def test_the_predicted_chance_is_how_often_the_test_splits(before, shown):
     """Gaussian noise on what two rivals say, either of them true: what is predicted before the test against what happens."""
     chance, runs, predicted, split = np.random.default_rng(7), 4000, [], []
     for _ in range(runs):
@@ -38,7 +38,7 @@ def test_the_foreseen_chance_is_how_often_the_test_splits(before, shown):
         side, lead = (side, lead) if lead > 0 else (-side, -lead)  # the foremost is the one that leads
         if lead > _excluding(before):
             continue  # a rival that is led by so much is none any more
-        predicted.append(chance_of_split(lead, 0.0, before, _both(shown)))
+        predicted.append(chance_of_split(lead, before, _both(shown)))
         split.append(abs(lead + side * shown + 2.0 * np.sqrt(shown) * chance.normal()) > _excluding(before + shown))
     assert RIVAL_P == 0.01
     assert np.mean(predicted) == pytest.approx(np.mean(split), abs=4.0 * np.std(split) / np.sqrt(len(split)))
@@ -55,24 +55,24 @@ def _both(shown):
 
 
 def test_a_test_that_shows_nothing_splits_nothing():
-    assert chance_of_split(3.0, 0.0, 2.0, _both(0.0)) < 1e-6
-    assert chance_of_split(0.0, 0.0, 0.0, _both(1e4)) > 0.999
+    assert chance_of_split(3.0, 2.0, _both(0.0)) < 1e-6
+    assert chance_of_split(0.0, 0.0, _both(1e4)) > 0.999
 
 
 def test_a_lead_that_has_not_excluded_a_rival_lets_no_test_exclude_it_that_shows_nothing():
-    assert chance_of_split(40.0, 0.0, 60.0, (np.array([0.0]), np.array([0.0]))) < 1e-6
-    assert chance_of_split(40.0, 0.0, 60.0, (np.array([100.0]), np.array([100.0]))) > 0.99
+    assert chance_of_split(40.0, 60.0, (np.array([0.0]), np.array([0.0]))) < 1e-6
+    assert chance_of_split(40.0, 60.0, (np.array([100.0]), np.array([100.0]))) > 0.99
 
 
 def test_a_test_that_shows_only_if_one_of_the_two_is_true_is_half_as_likely_to_split():
-    assert chance_of_split(0.0, 0.0, 0.0, (np.array([1e4]), np.array([0.0]))) == pytest.approx(0.5, abs=1e-3)
+    assert chance_of_split(0.0, 0.0, (np.array([1e4]), np.array([0.0]))) == pytest.approx(0.5, abs=1e-3)
     # here the rival is hardly the true one any more
-    assert chance_of_split(8.0, 0.0, 0.0, (np.array([0.0]), np.array([1e4]))) < 0.05
+    assert chance_of_split(8.0, 0.0, (np.array([0.0]), np.array([1e4]))) < 0.05
 
 
 def test_a_test_that_shows_only_with_some_of_the_parameters_that_may_be_true_splits_as_seldom():
     shown = np.array([1e4, 1e4, 1e4, 0.0])
-    assert chance_of_split(0.0, 0.0, 0.0, (shown, shown)) == pytest.approx(0.75, abs=1e-3)
+    assert chance_of_split(0.0, 0.0, (shown, shown)) == pytest.approx(0.75, abs=1e-3)
 
 
 @pytest.fixture(scope="module")
@@ -94,7 +94,7 @@ def test_parameters_are_likely_as_far_as_the_measurements_bear_them_out(on_the_s
         assert float(np.sum(bends.problem.gaps(q) ** 2)) < parabola + 12.0  # kept once in 400 times there
 
 
-def test_a_platform_is_not_foreseen_to_be_let_go_just_as_it_should_be(prototype):
+def test_a_platform_is_not_predicted_to_be_let_go_just_as_it_should_be(prototype):
     problem = problem_of(prototype, [])
     assert not likely_releases(problem, Condition("a loop", frequency_Hz=1.0, amplitude_m=0.01), 6).any()
     turned = Condition("turned", {"release": {"theta_rad": [0.0, 0.0, 0.15]}})

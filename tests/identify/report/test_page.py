@@ -12,7 +12,6 @@ from identify.campaign.noiseless import AddedNoise
 from identify.gap.platform_force import ForceAlongTime, MissingForce
 from identify.report.gap_plots import missing_force_figure
 from identify.report.page import report_html
-from identify.selection.gap_test import p_words
 
 
 def test_the_page_gives_every_test_its_runs(shaken):
@@ -22,17 +21,11 @@ def test_the_page_gives_every_test_its_runs(shaken):
     assert rows == [(test.condition.words, str(test.runs)) for test in thrice.next_tests]
 
 
-def test_a_probability_too_small_for_a_float_is_not_called_nought():
-    assert p_words(0.0) == "p < 1e-300"
-    assert p_words(8.14e-87) == "p = 8.1e-87"
-    assert p_words(0.25) == "p = 0.25"
-
-
-def test_a_push_at_one_place_is_drawn_alone_up_to_where_it_has_no_part(shaken):
-    """Of a push of which only the vertical force was estimated there is one panel, from the place before to the place behind."""
+def test_a_force_at_one_place_is_drawn_alone_up_to_where_it_has_no_part(shaken):
+    """Where only the vertical force was estimated there is one panel, from the place before to the place behind."""
     nothing, force = np.full((1, 3), np.nan), np.array([[0.18, 0.0, 0.0]])
     sigma = np.where(force > 0.0, 0.005, nothing)
-    (axes,) = missing_force_figure(MissingForce(ForceAlongTime, np.array([0.2]), force, sigma, shaken.before, {})).axes
+    (axes,) = missing_force_figure(MissingForce(ForceAlongTime, np.array([0.2]), force, sigma, shaken.before, {}, 0.05)).axes
     assert axes.get_ylabel() == "missing force, N"
     assert axes.get_xlim() == pytest.approx((0.15, 0.25))
     assert [text.get_text() for text in axes.get_legend().get_texts()] == ["vertical, up"]

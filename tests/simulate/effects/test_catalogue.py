@@ -10,7 +10,7 @@ from measure.common.errors import InputError
 from simulate.deployment.deploy import deploy
 from simulate.effects import CATALOGUE
 from simulate.loop import loop_force
-from simulate.model.effect import LegEffect
+from simulate.model.effect import ANY_RIG, LegEffect
 from simulate.model.model import Simulation
 
 LINES = np.array([-0.25, 2.79, -0.3, 2.89, 400.0])
@@ -97,7 +97,7 @@ def test_every_parameter_says_what_it_is_and_where_its_bounds_are(kind):
 
 @every_effect
 def test_a_value_beyond_its_bounds_or_not_finite_is_refused_by_name(kind):
-    for bad in (kind.bounds()[kind.flat_names()[0]][1] * 2 + 1, math.nan):
+    for bad in (kind.bounds()[kind.flat_names()[0]][1] * 2 * ANY_RIG + 1, math.nan):
         vector = kind.typical()
         vector[0] = bad
         with pytest.raises(InputError, match=kind.name):

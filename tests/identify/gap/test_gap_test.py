@@ -10,11 +10,10 @@ import pytest
 from identify.campaign.run import Run
 from identify.estimation.least_squares import solve
 from identify.estimation.problem import problem_of
+from identify.gap.gap_test import gap_test, p_words
 from identify.gap.localise import locate
-from identify.selection.gap_test import gain, gap_test, signature, similarity
-from identify.selection.screening import kinds_to_try, screen
 from measure.tables.loop import Loop
-from simulate.effects import CATALOGUE, HubInertia, ViscousFriction
+from simulate.effects import HubInertia, ViscousFriction
 from simulate.files.model_file import read_model
 from simulate.loop import loop_force
 
@@ -59,30 +58,7 @@ def test_a_missing_friction_is_a_gap_and_goes_with_speed():
     assert {place.phase for place in places} <= {"uncoiling", "coiling", "reversal"}
 
 
-def test_the_screen_puts_the_true_effect_first_and_its_fit_closes_the_gap():
-    fit = solve(problem_of(MODEL, loops(2, MORE)))
-    found = screen(fit, kinds_to_try(CATALOGUE, fit))
-    assert "viscous-friction" in [one.effect.name for one in found[:3]]
-    problem = fit.problem.with_effects((MODEL.effect(ViscousFriction),))
-    closed = solve(problem, np.append(fit.q, 0.1))
-    gained = gain(fit, closed)
-    assert gained.p_value < 1e-9
-    assert gained.delta_bic > 100
-    assert gap_test(closed).p_value > 1e-3
-    effect = problem.effects_at(closed.q)[0]
-    stderr = np.sqrt(closed.covariance[-1, -1]) * problem.scales[-1]
-    assert abs(effect.flat()[0] - 0.12) < 3 * stderr
-
-
-def test_a_signature_that_base_parameters_can_make_themselves_shows_nothing():
-    fit = solve(problem_of(MODEL, loops(4)))
-    made_by_base = fit.jacobian[:, :2] @ np.array([[1.0], [2.0]])
-    assert signature(fit, made_by_base).parameters == 0
-
-
-def test_a_signature_is_like_itself_and_unlike_one_across_it():
-    fit = solve(problem_of(MODEL, loops(5)))
-    chance = np.random.default_rng(0)
-    a, b = (signature(fit, chance.normal(size=(len(fit.gaps), 1))) for _ in range(2))
-    assert similarity(a, a) == pytest.approx(1.0)
-    assert similarity(a, b) < 0.2
+def test_a_probability_too_small_for_a_float_is_not_called_nought():
+    assert p_words(0.0) == "p < 1e-300"
+    assert p_words(8.14e-87) == "p = 8.1e-87"
+    assert p_words(0.25) == "p = 0.25"

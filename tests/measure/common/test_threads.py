@@ -11,7 +11,7 @@ import pytest
 from identify.campaign.runs import read_campaign
 from identify.estimation import problem as problems
 from identify.estimation.problem import problem_of
-from identify.estimation.threads import others_busy, side_by_side
+from measure.common.threads import others_busy, side_by_side
 from simulate.dispatch.compiled_code import compiled_once
 from simulate.effects import CATALOGUE
 from simulate.files.model_file import read_model

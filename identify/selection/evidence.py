@@ -1,0 +1,271 @@
+"""How well a hypothesis explains what was measured, all its parameters integrated out: its log evidence.
+
+Around a fit everything is linear: gaps g, columns J of base and releases (with their priors), columns E of what the model file may
+be wrong by (one tolerance each), columns C of the hypothesis with a normal prior of spread T. The noise of each channel is estimated under
+each hypothesis anew (`noise_model`). The integral is Laplace's (MacKay 2003, chapter 28):
+
+    ln Z = ln L(g + J x + E e + C c) - (prior terms) - ln det(T) - ln det(A' A) / 2
+
+A the whitened columns with the priors below them. Bounds cut the normal posterior and the normal prior of an effect's parameter alike.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import linalg, special
+
+from identify.estimation.noise_model import DEGREES, ChannelNoise, estimated, log_likelihood, weights
+from measure.common.arrays import Array
+
+ROUNDS = 8
+_SAME = 0.03  # change of the log evidence at which the rounds end
+_INFORMATION = (DEGREES + 1.0) / (DEGREES + 3.0)  # of Student's t about its place, in units of 1 / scale^2
+_JITTER = 1e-10
+
+
+@dataclass(frozen=True)
+class Channel:
+    """Rows of one run and channel, and how many samples apart neighbours stand, see `noise_model.spacing`."""
+
+    rows: slice
+    apart: Array
+
+
+@dataclass(frozen=True)
+class Columns:
+    """What a hypothesis adds: columns (m, k) to the gaps, one typical size each.
+
+    spread : (k,) standard deviations of their priors. at : (k,) amounts at which the columns were taken, zero as a rule.
+    low, high : (k,) bounds of the amounts.
+    """
+
+    values: Array
+    spread: Array
+    at: Array
+    low: Array
+    high: Array
+
+    @classmethod
+    def free(cls, values: Array, spread: float) -> Columns:
+        """Without bounds, from zero, all of one spread."""
+        k = values.shape[1]
+        return cls(values, np.full(k, spread), np.zeros(k), np.full(k, -np.inf), np.full(k, np.inf))
+
+    @classmethod
+    def none(cls, rows: int) -> Columns:
+        """Nothing."""
+        return cls.free(np.empty((rows, 0)), 1.0)
+
+    @property
+    def count(self) -> int:
+        """How many there are."""
+        return self.values.shape[1]
+
+    def beside(self, other: Columns) -> Columns:
+        """These and others, side by side."""
+        pairs = ((getattr(self, name), getattr(other, name)) for name in ("spread", "at", "low", "high"))
+        return Columns(np.hstack([self.values, other.values]), *(np.concatenate(pair) for pair in pairs))
+
+
+@dataclass(frozen=True)
+class Lines:
+    """A fit as linear pieces: gaps (m,), columns (m, p) of base and releases, errors (m, q) of the model file in tolerances.
+
+    prior_gaps, prior_columns : (r,), (r, p) what is known of base and releases beforehand, in standard deviations. log_spread : sum of
+    the logarithms of these, in scales.
+    """
+
+    gaps: Array
+    columns: Array
+    errors: Array
+    prior_gaps: Array
+    prior_columns: Array
+    channels: tuple[Channel, ...]
+    log_spread: float = 0.0
+
+    @cached_property
+    def parts(self) -> tuple[Part, ...]:
+        """Channel by channel, without the columns that do nothing there: a release moves its own film only."""
+        return tuple(Part.of(channel, self.gaps, np.hstack([self.columns, self.errors])[channel.rows]) for channel in self.channels)
+
+    @cached_property
+    def exact(self) -> Lines:
+        """The same with an exact model file."""
+        return replace(self, errors=self.errors[:, :0])
+
+    @property
+    def count(self) -> int:
+        """How many columns there are."""
+        return self.columns.shape[1] + self.errors.shape[1]
+
+
+@dataclass(frozen=True)
+class Part:
+    """One channel: gaps (n,), the columns (n, k) that do something there, and which these are (k,)."""
+
+    channel: Channel
+    gaps: Array
+    values: Array
+    places: NDArray[np.intp]
+
+    @classmethod
+    def of(cls, channel: Channel, gaps: Array, values: Array) -> Part:
+        """Of all gaps, and the columns in this channel."""
+        places = np.flatnonzero(np.any(values != 0.0, axis=0))
+        return cls(channel, gaps[channel.rows], np.ascontiguousarray(values[:, places]), places)
+
+    def beside(self, own: Columns, first: int) -> Part:
+        """With the columns of a hypothesis, which stand from `first` on."""
+        values = own.values[self.channel.rows]
+        more = np.flatnonzero(np.any(values != 0.0, axis=0))
+        return Part(self.channel, self.gaps, np.hstack([self.values, values[:, more]]), np.concatenate([self.places, first + more]))
+
+    def residual(self, step: Array) -> Array:
+        """Gaps after a step of all columns, (n,)."""
+        return self.gaps + self.values @ step[self.places]
+
+
+@dataclass(frozen=True)
+class Evidence:
+    """A hypothesis weighed.
+
+    log_z : its log evidence. noise : of each channel under it. step : (p,) of base and releases. errors : (q,) of the model file, in
+    tolerances. amounts : (k,) of its own columns, whole and not from where these were taken. left : innovations over their scales, (n,)
+    of each channel.
+    """
+
+    lines: Lines = field(repr=False)
+    columns: Columns = field(repr=False)
+    log_z: float
+    noise: tuple[ChannelNoise, ...]
+    step: Array
+    errors: Array
+    amounts: Array
+    left: tuple[Array, ...] = field(repr=False)
+
+    @cached_property
+    def covariance(self) -> Array:
+        """Of base and releases, errors and amounts, (p + q + k, p + q + k)."""
+        parts = _parts(self.lines, self.columns)
+        return _inverse(_information(parts, self.noise, _prior_precision(self.lines, self.columns)))
+
+
+def evidence(lines: Lines, columns: Columns | None = None, start: tuple[ChannelNoise, ...] = (), rounds: int = ROUNDS) -> Evidence:
+    """Weigh a hypothesis.
+
+    Parameters
+    ----------
+    columns : what it adds to base, releases and tolerances; by default nothing.
+    start : noise to begin with, for instance that of a neighbouring hypothesis.
+    rounds : the most rounds in which noise and parameters are estimated in turn.
+    """
+    own = Columns.none(len(lines.gaps)) if columns is None else columns
+    parts, precision, pull = _parts(lines, own), _prior_precision(lines, own), _prior_pull(lines, own)
+    noise = start or tuple(_first_noise(part.gaps) for part in parts)
+    counts = [np.ones(len(part.gaps)) for part in parts]
+    spent = len(pull) / max(len(parts), 1)
+    log_z, found, left = -np.inf, np.zeros(len(pull)), ()
+    for _ in range(rounds):
+        found = _solved(parts, noise, counts, precision, pull)
+        residuals = [part.residual(found) for part in parts]
+        noise = tuple(estimated(r, part.channel.apart, spent, n) for r, part, n in zip(residuals, parts, noise, strict=True))
+        left = tuple(n.whitened(r, part.channel.apart) for n, r, part in zip(noise, residuals, parts, strict=True))
+        counts = [weights(one) for one in left]
+        before, log_z = log_z, _log_z(lines, own, parts, noise, left, found, precision)
+        if abs(log_z - before) < _SAME:
+            break
+    p, q = lines.columns.shape[1], lines.errors.shape[1]
+    return Evidence(lines, own, log_z, noise, found[:p], found[p : p + q], own.at + found[p + q :], left)
+
+
+def _first_noise(gaps: Array) -> ChannelNoise:
+    return ChannelNoise(0.0, max(1.0, 1.5 * float(np.median(np.abs(gaps)))))
+
+
+def _parts(lines: Lines, own: Columns) -> list[Part]:
+    return [part.beside(own, lines.count) for part in lines.parts] if own.count else list(lines.parts)
+
+
+def _prior_precision(lines: Lines, own: Columns) -> Array:
+    p, q = lines.columns.shape[1], lines.errors.shape[1]
+    precision = np.zeros((p + q + own.count,) * 2)
+    precision[:p, :p] = lines.prior_columns.T @ lines.prior_columns
+    rest = np.arange(p, p + q + own.count)
+    precision[rest, rest] = np.concatenate([np.ones(q), own.spread**-2.0])
+    return precision
+
+
+def _prior_pull(lines: Lines, own: Columns) -> Array:
+    return np.concatenate([lines.prior_columns.T @ lines.prior_gaps, np.zeros(lines.errors.shape[1]), own.at / own.spread**2])
+
+
+def _solved(parts: Sequence[Part], noise: Sequence[ChannelNoise], counts: Sequence[Array], precision: Array, pull: Array) -> Array:
+    """The step (p + q + k,) of weighted least squares with priors."""
+    normal, right = precision.copy(), pull.copy()
+    for part, of, count in zip(parts, noise, counts, strict=True):
+        columns = of.whitened(part.values, part.channel.apart)
+        weighted = columns * count[:, None]
+        normal[np.ix_(part.places, part.places)] += weighted.T @ columns
+        right[part.places] += weighted.T @ of.whitened(part.gaps, part.channel.apart)
+    size = np.sqrt(np.maximum(np.diag(normal), 1e-300))
+    factor = linalg.cho_factor(normal / np.outer(size, size) + _JITTER * np.eye(len(size)))
+    return -linalg.cho_solve(factor, right / size) / size
+
+
+def _information(parts: Sequence[Part], noise: Sequence[ChannelNoise], precision: Array) -> Array:
+    normal = precision.copy()
+    for part, of in zip(parts, noise, strict=True):
+        columns = of.whitened(part.values, part.channel.apart)
+        normal[np.ix_(part.places, part.places)] += _INFORMATION * columns.T @ columns
+    return normal
+
+
+def _log_z(
+    lines: Lines, own: Columns, parts: Sequence[Part], noise: Sequence[ChannelNoise], left: Sequence[Array], found: Array, precision: Array
+) -> float:
+    sizes = (of.log_size(part.channel.apart) for of, part in zip(noise, parts, strict=True))
+    likelihood = sum(map(log_likelihood, left)) - sum(sizes)
+    p, q = lines.columns.shape[1], lines.errors.shape[1]
+    amounts = own.at + found[p + q :]
+    known = lines.prior_gaps + lines.prior_columns @ found[:p]
+    prior = -0.5 * float(known @ known + found[p : p + q] @ found[p : p + q] + np.sum((amounts / own.spread) ** 2))
+    normal = _information(parts, noise, precision)
+    size = np.sqrt(np.maximum(np.diag(normal), 1e-300))
+    root = linalg.cholesky(normal / np.outer(size, size) + _JITTER * np.eye(len(size)), lower=True)
+    log_det = 2.0 * float(np.sum(np.log(np.diag(root))) + np.sum(np.log(size)))
+    return likelihood + prior - lines.log_spread - float(np.sum(np.log(own.spread))) - 0.5 * log_det + _inside(own, amounts, root, size)
+
+
+def _inside(own: Columns, amounts: Array, root: Array, size: Array) -> float:
+    """What the bounds of a hypothesis do to its log evidence; nothing where there are none."""
+    if not own.count or bool(np.all(np.isinf(own.low)) and np.all(np.isinf(own.high))):
+        return 0.0
+    first = len(size) - own.count
+    rows = linalg.solve_triangular(root, np.eye(len(size))[:, first:], lower=True)
+    return _log_inside(own, amounts, np.linalg.norm(rows, axis=0) / size[first:])
+
+
+def _log_inside(own: Columns, amounts: Array, deviation: Array) -> float:
+    """What bounds do: the share of the posterior inside over the share of the prior inside, parameter by parameter."""
+    after = _log_share((own.low - amounts) / deviation, (own.high - amounts) / deviation)
+    before = _log_share(own.low / own.spread, own.high / own.spread)
+    return float(np.sum(after - before))
+
+
+def _log_share(low: Array, high: Array) -> Array:
+    """Logarithm of the part of a standard normal between two ends, without loss far out."""
+    mirrored = low > 0.0
+    a, b = np.where(mirrored, -high, low), np.where(mirrored, -low, high)
+    upper, lower = special.log_ndtr(b), special.log_ndtr(a)
+    return upper + np.log1p(-np.exp(np.minimum(lower - upper, -1e-16)))
+
+
+def _inverse(normal: Array) -> Array:
+    size = np.sqrt(np.maximum(np.diag(normal), 1e-300))
+    scaled = normal / np.outer(size, size) + _JITTER * np.eye(len(size))
+    return np.asarray(linalg.cho_solve(linalg.cho_factor(scaled), np.eye(len(size)))) / np.outer(size, size)

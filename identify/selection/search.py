@@ -1,0 +1,255 @@
+"""The search for what is missing: hypotheses weighed along straight lines, the foremost fitted whole, and on from the best.
+
+One object holds what was fitted, what was only weighed, and what it cost. A hypothesis is a set of names: effects of the catalogue, errors
+of the model file, or a force without a name. The search is best first: everything is weighed beside what was fitted best; while a
+hypothesis that was only weighed might hold a share of the probability, it is fitted. Films are weighed up to their first stop as well, for
+behind the stops a release has several local minima and straight lines lead nowhere.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from identify.estimation.fit import Fit
+from identify.estimation.least_squares import CLOSE, ROUGHLY, before_the_stops, solve, solve_from_afar, to_the_end
+from identify.selection.priors import Prior
+from identify.selection.promises import FORCES, Promise, promises
+from identify.selection.unknown_force import Unnamed, is_unnamed, unnamed_forces
+from identify.selection.weighing import Weighed, weighed
+from simulate.model.effect import Effect
+
+Names = tuple[str, ...]
+Say = Callable[[str], None]
+
+_STEPS = 8
+_DEEPER = 10.0  # sum of squares by which another local minimum is worth looking from anew
+_SETTLING = 3  # fits of what turns out to hold the largest weight in the end
+_SHORT = 1.0  # of a promise, in log evidence: then the fit may have gone astray
+
+
+@dataclass(frozen=True)
+class Budget:
+    """How much is tried, in fits and not in seconds, so that every machine comes to the same answer.
+
+    fits : hypotheses that may be fitted whole. deepest : the most names of one. least : log weight below the best one at which a
+    hypothesis that was only weighed is not worth a fit.
+    """
+
+    fits: int
+    deepest: int
+    least: float
+
+
+BUDGETS = {"quick": Budget(4, 1, 3.0), "normal": Budget(12, 3, 3.0), "thorough": Budget(40, 3, 4.0)}
+
+
+@dataclass(frozen=True)
+class Hypothesis:
+    """A set of names that was fitted."""
+
+    names: Names
+    weighed: Weighed
+    log_prior: float
+
+    @property
+    def log_weight(self) -> float:
+        """Log evidence and log prior."""
+        return self.weighed.log_z + self.log_prior
+
+    @property
+    def fit(self) -> Fit:
+        """Its fit."""
+        return self.weighed.fit
+
+
+@dataclass(frozen=True)
+class Ahead:
+    """A set of names that was only weighed: beside which hypothesis, by what promise, and the log weight that it would have.
+
+    promise : None for a force without a name, which is not fitted here.
+    """
+
+    names: Names
+    beside: Hypothesis
+    promise: Promise | None
+    log_weight: float
+
+
+@dataclass
+class Search:
+    """What was fitted and what was only weighed. prior : log prior of a set of names."""
+
+    catalogue: Mapping[str, type[Effect]]
+    prior: Prior
+    budget: Budget
+    say: Say
+    fitted: dict[Names, Hypothesis] = field(default_factory=dict)
+    ahead: dict[Names, Ahead] = field(default_factory=dict)
+    tables: dict[Names, list[Unnamed]] = field(default_factory=dict)
+    promised: dict[Names, list[Promise]] = field(default_factory=dict)
+    seen_from: set[Names] = field(default_factory=set)
+    spent: int = 0
+
+    @property
+    def foremost(self) -> Hypothesis:
+        """The fitted hypothesis with the largest weight."""
+        return max(self.fitted.values(), key=lambda one: one.log_weight)
+
+    def run(self, base: Fit) -> None:
+        """Search on from a fit without any effect, until nothing that was only weighed might hold a share or the budget is spent."""
+        self._keep((), weighed(base))
+        while True:
+            worth = [one for one in self.ahead.values() if self._is_worth_a_fit(one)]
+            if worth and self.spent < self.budget.fits:
+                self._fit(max(worth, key=lambda one: one.log_weight))
+            elif self.foremost.names not in self.seen_from:
+                self._look_from(self.foremost)
+            else:
+                return
+
+    def settled(self) -> Hypothesis:
+        """The hypothesis with the largest probability, fitted if it was only weighed; of one with a force without a name the rest.
+
+        Errors of the model file share what its tolerances explain, so it need not be the foremost of the search.
+        """
+        for _ in range(_SETTLING):
+            names = tuple(name for name in next(iter(self.weights())) if not is_unnamed(name))
+            ahead = self.ahead.get(names)
+            if names in self.fitted or ahead is None or ahead.promise is None:
+                break
+            self._fit(ahead)
+        names = tuple(name for name in next(iter(self.weights())) if not is_unnamed(name))
+        return self.fitted.get(names, self.foremost)
+
+    def _is_worth_a_fit(self, one: Ahead) -> bool:
+        return one.promise is not None and one.names not in self.fitted and one.log_weight > self.foremost.log_weight - self.budget.least
+
+    def weights(self) -> dict[Names, float]:
+        """Probability of each hypothesis that was fitted or weighed, the largest first; they add up to one.
+
+        A force without a name counts beside the hypothesis that is foremost in the end, and beside nothing.
+        """
+        kept = {(), self.foremost.names}
+        logs = {n: one.log_weight for n, one in self.ahead.items() if one.promise is not None or one.beside.names in kept}
+        logs |= {names: one.log_weight for names, one in self.fitted.items()}
+        whole = np.logaddexp.reduce(list(logs.values()))
+        found = self._shared_out({names: float(np.exp(log - whole)) for names, log in logs.items()})
+        return dict(sorted(found.items(), key=lambda row: -row[1]))
+
+    def _shared_out(self, weights: dict[Names, float]) -> dict[Names, float]:
+        """What the tolerances of the model file explain, as the weight of the errors that do it."""
+        nothing = self.fitted[()].weighed
+        within = weights[()] * (1.0 - nothing.both.share_of_exact)
+        weights[()] -= within
+        for name, share in nothing.shares_of_errors().items():
+            weights[name,] = weights.get((name,), 0.0) + share * within
+        return weights
+
+    def log_z_of(self, names: Names) -> float:
+        """Log evidence of a hypothesis that was fitted or weighed."""
+        found = self.fitted.get(names) or self.ahead[names]
+        return found.log_weight - self.prior(names)
+
+    def beside_foremost(self) -> list[Promise]:
+        """What each effect would say beside the foremost hypothesis, the whole films together."""
+        return self.promised[self.foremost.names]
+
+    def tables_beside(self, names: Names) -> list[Unnamed]:
+        """Forces without a name beside a hypothesis that was looked from, the likeliest first; else those beside the foremost."""
+        return self.tables.get(names) or self.tables[self.foremost.names]
+
+    def _keep(self, names: Names, found: Weighed) -> None:
+        """Keep a fit, or the better one of two of the same names."""
+        one = Hypothesis(names, found, self.prior(names))
+        known = self.fitted.get(names)
+        if known is None or one.log_weight > known.log_weight:
+            self.fitted[names] = one
+            self.seen_from.discard(names)
+
+    def _look_from(self, one: Hypothesis) -> None:
+        """Weigh every hypothesis with one name more, or another name in the place of one."""
+        further = len(one.names) < self.budget.deepest
+        self.say("weighing " + (f"what else stands beside {', '.join(one.names)}" if one.names else "every effect"))
+        self.seen_from.add(one.names)
+        for at, reached in self._stands(one) if further else [(one.weighed, one.weighed.log_z)]:
+            found = list(promises(at, self.catalogue))
+            self._weigh(one, found if further else (), reached)
+            if at is one.weighed:
+                self.promised[one.names] = found
+            if at.log_z == reached:
+                self._weigh_tables(one, at)
+        for effect in one.fit.problem.effects:
+            self._weigh(one, promises(one.weighed, self.catalogue, effect.name), one.weighed.log_z)
+
+    def _weigh(self, one: Hypothesis, found: Iterable[Promise], reached: float) -> None:
+        for promise in found:
+            names = tuple(sorted({*one.names, promise.name} - {promise.instead}))
+            self._ahead(Ahead(names, one, promise, one.weighed.log_z + promise.log_z - reached + self.prior(names)))
+
+    def _weigh_tables(self, one: Hypothesis, at: Weighed) -> None:
+        found = unnamed_forces(at)
+        if one.names not in self.tables:
+            self.tables[one.names] = found
+        for table in found:
+            names = tuple(sorted((*one.names, table.name)))
+            gain = table.log_z - at.log_z
+            self._ahead(Ahead(names, one, None, one.weighed.log_z + gain + self.prior(names)))
+
+    def _ahead(self, one: Ahead) -> None:
+        known = self.ahead.get(one.names)
+        if known is None or one.log_weight > known.log_weight:
+            self.ahead[one.names] = one
+
+    def _stands(self, one: Hypothesis) -> list[tuple[Weighed, float]]:
+        """Where straight lines are taken, and what the hypothesis itself reaches with the same measurements.
+
+        Close to the measurements they lead where they say. Farther off they are taken with the films up to their first stop as well; and as
+        base and releases have bent to what is missing, from the law of the model file, too, where no loops hold it.
+        """
+        whole = (one.weighed, one.weighed.log_z)
+        if one.fit.rms < CLOSE or not one.fit.problem.films:
+            return [whole]
+        problem = before_the_stops(one.fit.problem)
+        near = one.weighed if problem is one.fit.problem else weighed(solve(problem, one.fit.q))
+        stands = [whole] if near is one.weighed else [whole, (near, near.log_z)]
+        if one.fit.problem.loops:
+            return stands
+        return [*stands, (Weighed(_with_law_as_given(near.fit), near.errors, near.evidence.noise), near.log_z)]
+
+    def _fit(self, ahead: Ahead) -> None:
+        """Fit a hypothesis that was only weighed, whole."""
+        self.spent += 1
+        self.say("fitting " + ", ".join(ahead.names))
+        before, promise = ahead.beside, ahead.promise
+        assert promise is not None
+        problem = before.fit.problem.with_effects([e for e in before.fit.problem.effects if e.name != promise.instead])
+        own = np.concatenate([before.fit.q[before.fit.problem.rows_of(effect.name)] for effect in problem.effects] or [np.empty(0)])
+        if promise.shape is not None:
+            problem = problem.with_another(promise.shape)
+        elif promise.name == FORCES:
+            problem = replace(problem, forces_differ=True)
+        start = np.concatenate([promise.base, own, promise.sizes])
+        found = weighed(to_the_end(solve(problem, start)))
+        if found.log_z + self.prior(ahead.names) < ahead.log_weight - _SHORT:
+            self._keep(ahead.names, weighed(solve_from_afar(problem, start)))
+        self._keep(ahead.names, found)
+        self._base_again(self.fitted[ahead.names].fit)
+
+    def _base_again(self, fit: Fit) -> None:
+        """The base from where an effect has led: it may lie in a wrong local minimum of the releases."""
+        nothing = self.fitted[()]
+        again = to_the_end(solve(nothing.fit.problem, fit.q[: fit.problem.first_effect], enough=ROUGHLY))
+        if again.cost < nothing.fit.cost - _DEEPER:
+            self._keep((), weighed(again))
+
+
+def _with_law_as_given(fit: Fit) -> Fit:
+    """The law as the model file has it, releases fitted to that."""
+    problem = fit.problem
+    q = fit.q.copy()
+    q[: problem.first_nuisance] = 0.0
+    own = solve(problem, q, free=range(problem.first_nuisance, problem.first_effect), most_steps=_STEPS, enough=ROUGHLY).q
+    return Fit(problem, own, *problem.jacobian(own), True)

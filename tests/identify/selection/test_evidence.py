@@ -1,0 +1,108 @@
+"""The evidence of hypotheses on small linear problems: quiet where nothing is, loud where something is, with intervals that hold."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from identify.estimation.noise_model import spacing
+from identify.selection.evidence import Channel, Columns, Lines, evidence
+
+N = 400
+TIME = np.linspace(0.0, 1.0, N)
+BASE = 20.0 * np.column_stack([TIME**k for k in range(4)])
+WAVE = 5.0 * np.sin(7.0 * TIME)[:, None]
+BUMP = 5.0 * np.exp(-(((TIME - 0.5) / 0.1) ** 2))[:, None]
+
+
+def coloured(chance, lag1):
+    """Noise of unit innovations that remembers, heavy in its tails."""
+    noise = chance.standard_t(5, size=N)
+    for i in range(1, N):
+        noise[i] += lag1 * noise[i - 1]
+    return noise
+
+
+def lines(gaps, errors=None):
+    channel = Channel(slice(0, N), spacing(np.arange(N)))
+    return Lines(gaps, BASE, np.empty((N, 0)) if errors is None else errors, np.zeros(4), 0.1 * np.eye(4), (channel,))
+
+
+def drawn(chance, lag1=0.0, **amounts):
+    shapes = {"wave": WAVE[:, 0], "bump": BUMP[:, 0]}
+    return coloured(chance, lag1) + BASE @ chance.normal(size=4) + sum(amount * shapes[name] for name, amount in amounts.items())
+
+
+@pytest.mark.parametrize("lag1", [0.0, 0.3, 0.6])
+def test_nothing_is_more_likely_than_an_effect_where_there_is_only_noise_of_any_colour(lag1):
+    chance, gains = np.random.default_rng(5), []
+    for _ in range(30):
+        at = lines(drawn(chance, lag1))
+        gains.append(evidence(at, Columns.free(WAVE, 10.0)).log_z - evidence(at).log_z)
+    assert max(gains) < 1.0
+    assert np.mean(gains) < -2.0
+
+
+@pytest.mark.parametrize("lag1", [0.0, 0.5])
+def test_the_true_effect_has_the_largest_evidence_and_its_interval_holds(lag1):
+    chance, inside = np.random.default_rng(6), []
+    for _ in range(40):
+        at = lines(drawn(chance, lag1, wave=1.0))
+        true, other = (evidence(at, Columns.free(columns, 10.0)) for columns in (WAVE, BUMP))
+        assert true.log_z > other.log_z + 3.0
+        assert true.log_z > evidence(at).log_z + 3.0
+        inside.append(abs(true.amounts[0] + 1.0) < 1.96 * np.sqrt(true.covariance[-1, -1]))
+    assert np.mean(inside) > 0.85
+
+
+def test_the_colour_of_the_noise_is_found_under_the_right_hypothesis_and_not_under_a_wrong_one():
+    at = lines(drawn(np.random.default_rng(7), wave=2.0))
+    assert evidence(at, Columns.free(WAVE, 10.0)).noise[0].lag1 < 0.15
+    assert evidence(at).noise[0].lag1 > 0.4
+
+
+def test_a_tolerance_of_the_model_file_swallows_what_it_can_explain():
+    """An effect that looks like an error of the model file has no evidence while the error is within its tolerance."""
+    at = drawn(np.random.default_rng(8), wave=0.2)
+    gained = [evidence(one, Columns.free(WAVE, 10.0)).log_z - evidence(one).log_z for one in (lines(at), lines(at, 0.3 * WAVE))]
+    assert gained[1] < 0.0
+    assert gained[1] < gained[0]
+
+
+def test_a_sign_that_physics_excludes_takes_the_evidence_away():
+    at = lines(drawn(np.random.default_rng(9), wave=1.0))
+    free = Columns.free(WAVE, 10.0)
+    bounds = {"up": (0.0, np.inf), "down": (-np.inf, 0.0)}
+    held = {
+        side: evidence(at, Columns(free.values, free.spread, free.at, np.array([low]), np.array([high]))).log_z
+        for side, (low, high) in bounds.items()
+    }
+    assert held["down"] == pytest.approx(evidence(at, free).log_z + np.log(2.0), abs=0.01)
+    assert held["up"] < evidence(at).log_z
+
+
+def test_outliers_neither_make_an_effect_nor_hide_one():
+    chance = np.random.default_rng(10)
+    for amount in (0.0, 1.0):
+        gaps = drawn(chance, wave=amount)
+        gaps[chance.choice(N, 6)] += 40.0
+        gain = evidence(lines(gaps), Columns.free(WAVE, 10.0)).log_z - evidence(lines(gaps)).log_z
+        assert (gain > 3.0) == (amount > 0.0)
+
+
+def test_a_channel_by_itself_is_weighed_as_two_halves_of_one():
+    """Columns that do nothing in a channel are left out of it, and change nothing."""
+    gaps = drawn(np.random.default_rng(11), wave=0.5)
+    halves = [np.zeros((N, 4)), np.zeros((N, 4))]
+    halves[0][: N // 2], halves[1][N // 2 :] = BASE[: N // 2], BASE[N // 2 :]
+    channels = tuple(Channel(part, spacing(np.arange(N // 2))) for part in (slice(0, N // 2), slice(N // 2, N)))
+    both = evidence(Lines(gaps, np.hstack(halves), np.empty((N, 0)), np.zeros(8), 0.1 * np.eye(8), channels))
+    each = [
+        evidence(
+            Lines(
+                gaps[part], BASE[part], np.empty((N // 2, 0)), np.zeros(4), 0.1 * np.eye(4), (Channel(slice(0, N // 2), channels[0].apart),)
+            )
+        )
+        for part in (slice(0, N // 2), slice(N // 2, N))
+    ]
+    assert both.log_z == pytest.approx(sum(one.log_z for one in each), abs=0.1)

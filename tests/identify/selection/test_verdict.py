@@ -1,0 +1,58 @@
+"""The verdict follows from the probabilities by one rule."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from identify.selection.priors import log_prior
+from identify.selection.verdict import credible_set, verdict_of
+from simulate.effects import CATALOGUE
+
+HUB, PULLEY, PAIR = ("hub-inertia",), ("pulley-inertia",), ("hub-inertia", "viscous-friction")
+TABLE = ("missing-force-along-time",)
+
+
+@pytest.mark.parametrize(
+    ("weights", "word", "names"),
+    [
+        ({(): 0.9, HUB: 0.1}, "no-gap", ()),
+        ({(): 0.06, HUB: 0.94}, "no-gap", ()),  # nothing missing cannot be excluded
+        ({(): 0.01, HUB: 0.99}, "named", HUB),
+        ({HUB: 0.6, PULLEY: 0.39, (): 0.01}, "class", HUB),
+        ({PAIR: 0.97, HUB: 0.03}, "several", PAIR),
+        ({HUB: 0.7, PAIR: 0.29, (): 0.01}, "named", HUB),  # the friction is in doubt, the inertia is not
+        ({TABLE: 0.98, HUB: 0.02}, "unknown", ()),
+    ],
+)
+def test_the_word_and_the_names(weights, word, names):
+    found = verdict_of(weights, closes_most=True)
+    assert (found.word, found.names) == (word, names)
+
+
+def test_names_beside_a_force_without_a_name_are_partly_or_nothing():
+    weights = {("hub-inertia", *TABLE): 0.97, HUB: 0.03}
+    assert verdict_of(weights, closes_most=True).word == "partly"
+    assert verdict_of(weights, closes_most=False).word == "unknown"
+
+
+def test_what_may_stand_in_the_place_of_a_name_is_said():
+    found = verdict_of({HUB: 0.5, PULLEY: 0.3, ("viscous-friction",): 0.18, (): 0.02}, closes_most=True)
+    assert found.equivalents == {"hub-inertia": ("pulley-inertia", "viscous-friction")}
+
+
+def test_the_credible_set_is_the_smallest_that_holds_its_share():
+    assert credible_set({HUB: 0.5, PULLEY: 0.3, PAIR: 0.15, (): 0.05}) == [HUB, PULLEY, PAIR]
+
+
+def test_listed_probabilities_add_up_to_one_and_tables_count_together():
+    found = verdict_of({HUB: 0.5, TABLE: 0.3, ("missing-force-along-height",): 0.2}, closes_most=True)
+    assert sum(found.weights.values()) == pytest.approx(1.0)
+    assert found.weights["unknown"] == pytest.approx(0.5)
+
+
+def test_most_of_the_prior_is_for_a_right_model_and_a_wrong_drawing_is_likelier_than_new_physics():
+    prior = log_prior(CATALOGUE)
+    assert prior(()) == pytest.approx(np.log(0.6))
+    assert prior(("platform-mass",)) > prior(("hub-inertia",)) > prior(PAIR)
+    assert prior(("hub-inertia",)) > prior(TABLE)
