@@ -8,27 +8,23 @@ the force goes with.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any, ClassVar, Self
 
 import numpy as np
 from numpy.typing import NDArray
 
 from identify.campaign.prepared import Film
-from identify.estimation.fit import Fit
-from identify.estimation.least_squares import ROUGHLY, laid_out, solve
 from identify.estimation.problem import Problem
 from measure.common.arrays import Array
 from simulate.model.effect import PlatformEffect, parameter
 from simulate.model.rig import Rig
 
-KNOTS = 16
+KNOTS = 24
 _MOVES = ("z_m", "x_m", "theta_y_rad")  # what vertical force, lateral force and moment move
 AXES = len(_MOVES)
 _BAND = 3.0
-_CLEAR_LEAD = 3.0  # nats, one to twenty
-_MOST_STEPS = 12
+CLEAR_LEAD = 3.0  # of the log evidence, one to twenty
 
 
 def _table(typical: float, doc: str) -> Any:
@@ -60,13 +56,13 @@ class ForceTable(PlatformEffect):
     @staticmethod
     def platform_wrench(t: float, pose: Any, twist: Any, p: Any, wrench: Any) -> None:
         """Adds the force of this instant, height or speed, N and N m."""
-        at = t if p[50] < 0.5 else (pose[2] if p[50] < 1.5 else twist[2])
-        place = min(max((at - p[48]) / p[49], 0.0), 14.999999)
+        at = t if p[74] < 0.5 else (pose[2] if p[74] < 1.5 else twist[2])
+        place = min(max((at - p[72]) / p[73], 0.0), 22.999999)
         left = int(place)
         share = place - left
         wrench[2] += p[left] + share * (p[left + 1] - p[left])
-        wrench[0] += p[16 + left] + share * (p[17 + left] - p[16 + left])
-        wrench[4] += p[32 + left] + share * (p[33 + left] - p[32 + left])
+        wrench[0] += p[24 + left] + share * (p[25 + left] - p[24 + left])
+        wrench[4] += p[48 + left] + share * (p[49 + left] - p[48 + left])
 
     @classmethod
     def over(cls, first: float, last: float) -> Self:
@@ -145,13 +141,13 @@ class MissingForce:
     """The estimated force: places (n,) of its abscissa, force and one standard deviation (n, 3): vertical and lateral, N; moment, N m.
 
     leads : by how much the log evidence leads that along each other abscissa, by name. spacing : from one place to the next.
+    A direction that was not estimated has no band (NaN).
     """
 
     along: Along
     places: Array
     force_N: Array
     sigma_N: Array
-    fit: Fit
     leads: dict[str, float]
     spacing: float
 
@@ -167,7 +163,7 @@ class MissingForce:
     def goes_with(self) -> str:
         """What the force goes with, as far as these runs can tell."""
         own = _WORDS[self.along][2]
-        near = [name for name, lead in self.leads.items() if lead < _CLEAR_LEAD]
+        near = [name for name, lead in self.leads.items() if lead < CLEAR_LEAD]
         if not self.leads:
             return f"estimated along {own} only"
         if near:
@@ -213,32 +209,6 @@ class MissingForce:
         )
 
 
-def estimate(before: Fit, along: Along, leads: Mapping[str, float]) -> MissingForce:
-    """The missing force along an abscissa on top of base and releases, by full simulation.
-
-    Parameters
-    ----------
-    leads : by how much the log evidence of this abscissa leads each other one.
-    """
-    table = table_over(before.problem, along)
-    problem = before.problem.with_another(table)
-    free = [*range(len(before.q)), *(len(before.q) + seen_places(before.problem)).tolist()]
-    found = solve(problem, laid_out(before, problem), free=free, most_steps=_MOST_STEPS, enough=ROUGHLY)
-    return _read(replace(found, jacobian=_spread_out(found.jacobian, free, len(found.q)), moved=None), table, dict(leads))
-
-
-def at_once(before: Fit) -> MissingForce:
-    """The missing force along time by a single step along a fit's straight lines: where the gap is, before anything is named."""
-    table = table_over(before.problem, ForceAlongTime)
-    problem = before.problem.with_another(table)
-    start, new = laid_out(before, problem), len(before.q) + seen_places(before.problem)
-    jacobian = np.hstack([before.jacobian, problem.jacobian(start, new.tolist(), before.gaps)[1]])
-    free = [*range(len(before.q)), *new.tolist()]
-    step = np.linalg.lstsq(jacobian, -before.gaps, rcond=1e-12)[0]
-    start[free] += step
-    return _read(Fit(problem, start, before.gaps + jacobian @ step, _spread_out(jacobian, free, len(start)), False), table, {})
-
-
 def seen_places(problem: Problem) -> NDArray[np.intp]:
     """Of a table's parameters those of the axes along which films tell the motion.
 
@@ -247,22 +217,3 @@ def seen_places(problem: Problem) -> NDArray[np.intp]:
     seen = {channel for film in problem.films for channel in film.channels}
     axes = np.array([channel in seen for channel in _MOVES])
     return np.flatnonzero(np.repeat(axes, KNOTS))
-
-
-def _spread_out(jacobian: Array, columns: list[int], size: int) -> Array:
-    whole = np.zeros((len(jacobian), size))
-    whole[:, columns] = jacobian
-    return whole
-
-
-def _read(found: Fit, table: ForceTable, leads: dict[str, float]) -> MissingForce:
-    """A table that was fitted, from the first to the last place that had a say; what was not estimated there has no band (NaN)."""
-    rows = found.problem.rows_of(table.name)[: AXES * KNOTS]
-    estimated = (np.linalg.norm(found.jacobian[:, rows], axis=0) > 0).reshape(AXES, KNOTS).T
-    had_a_say = np.flatnonzero(estimated.any(axis=1))
-    used = slice(had_a_say[0], had_a_say[-1] + 1) if len(had_a_say) else slice(0)
-    spread = np.sqrt(np.maximum(np.diag(found.covariance), 0.0))
-    values, sigma = ((row[rows] * found.problem.scales[rows]).reshape(AXES, KNOTS).T for row in (found.q, spread))
-    return MissingForce(
-        type(table), table.places[used], values[used], np.where(estimated, sigma, np.nan)[used], found, leads, table.spacing
-    )

@@ -24,13 +24,13 @@ from identify.estimation.multistart import released_again
 from identify.estimation.parameters import Change
 from identify.estimation.problem import Problem, problem_of
 from identify.gap.leg_force import LegForce
-from identify.gap.platform_force import ForceTable, MissingForce, at_once, estimate
+from identify.gap.platform_force import CLEAR_LEAD, ForceAlongTime, ForceTable, MissingForce
 from identify.selection.detection_limits import DetectionLimit, detection_limits
 from identify.selection.findings import Finding, NoiseOfChannel, findings_of, noise_of_channels, rms_over_noise, share_closed
 from identify.selection.priors import MODEL_ERRORS, log_prior
 from identify.selection.promises import FORCES
 from identify.selection.search import BUDGETS, Budget, Hypothesis, Names, Say, Search
-from identify.selection.unknown_force import Unnamed, is_unnamed
+from identify.selection.unknown_force import Unnamed, is_unnamed, simulated
 from identify.selection.verdict import Verdict, verdict_of
 from simulate.effects import CATALOGUE
 from simulate.files.model_file import add_effects
@@ -187,7 +187,7 @@ def _explained(problem: Problem, runs: Sequence[Run], catalogue: Mapping[str, ty
         held,
         missing,
         in_legs,
-        at_once(before) if verdict.word != "no-gap" and problem.films else None,
+        _along_time(search) if verdict.word != "no-gap" and problem.films else None,
         detection_limits(search.beside_foremost(), search.prior, problem.measures),
         next_tests(after, rivals) if rivals else (),
     )
@@ -230,16 +230,23 @@ def _carried_over(fit: Fit, run: Run) -> Fit:
 
 
 def _left(search: Search, after: Fit, verdict: Verdict, say: Say) -> tuple[MissingForce | None, LegForce | None]:
-    """The force that is left beside what is named: on the platform by full simulation, in the legs along straight lines."""
+    """The force that is left beside what is named, on the platform and in the legs, as far as these runs can tell the two apart."""
     tables: list[Unnamed] = search.tables_beside(verdict.names)
-    legs = next((one.in_legs for one in tables if one.in_legs is not None), None)
-    on_platform = [(one.table, one.log_z) for one in tables if isinstance(one.table, ForceTable)]
+    legs = next((one for one in tables if one.in_legs is not None), None)
+    on_platform = [(one.table, one) for one in tables if isinstance(one.table, ForceTable)]
     if not on_platform:
-        return None, legs
+        return None, legs and legs.in_legs
+    (_, best), *others = on_platform
+    leads = {table.words: best.log_z - one.log_z for table, one in others}
+    likely = legs is not None and legs.log_z > best.log_z - CLEAR_LEAD
     say("estimating the missing force")
-    (best, log_z), *others = on_platform
-    leads = {table.words: log_z - other for table, other in others}
-    return estimate(after, type(best), leads), legs if tables[0].in_legs is not None else None
+    return simulated(best, after).on_platform(leads), simulated(legs, after).in_legs if legs is not None and likely else None
+
+
+def _along_time(search: Search) -> MissingForce | None:
+    """The force that was missing along time before anything was named."""
+    found = next((one for one in search.tables_beside(()) if isinstance(one.table, ForceAlongTime)), None)
+    return found and found.on_platform({})
 
 
 def _ranking(search: Search, weights: Mapping[Names, float]) -> tuple[Ranked, ...]:

@@ -140,11 +140,12 @@ class Search:
         return dict(sorted(found.items(), key=lambda row: -row[1]))
 
     def _shared_out(self, weights: dict[Names, float]) -> dict[Names, float]:
-        """What the tolerances of the model file explain, as the weight of the errors that do it."""
+        """What the tolerances of the model file explain, as the weight of the errors that do it, as far as the catalogue has them."""
         nothing = self.fitted[()].weighed
         within = weights[()] * (1.0 - nothing.both.share_of_exact)
-        weights[()] -= within
-        for name, share in nothing.shares_of_errors().items():
+        shares = {name: share for name, share in nothing.shares_of_errors().items() if name in self.catalogue}
+        for name, share in shares.items():
+            weights[()] -= share * within
             weights[name,] = weights.get((name,), 0.0) + share * within
         return weights
 

@@ -5,13 +5,16 @@ The size of such a force is not known beforehand: each size of a coarse scale ha
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
+from identify.estimation.fit import Fit
+from identify.estimation.least_squares import ROUGHLY, laid_out, solve
 from identify.gap.leg_force import LEG_TABLES, PLACES, LegForce, LegTable, leg_table_over
-from identify.gap.platform_force import ALONGS, seen_places, table_over
+from identify.gap.platform_force import ALONGS, AXES, KNOTS, ForceTable, MissingForce, seen_places, table_over
 from identify.selection.evidence import Columns
 from identify.selection.weighing import Both, Weighed, weighed_both_ways
 from measure.common.arrays import Array
@@ -19,17 +22,25 @@ from simulate.model.effect import Effect
 
 SIZES = (1.0, 10.0, 100.0, 1000.0)  # standard deviations of the prior, in typical sizes of the tables
 _SHOWN = 1e-6
+_MOST_STEPS = 12
+
+Places = NDArray[np.intp]
 
 
 @dataclass(frozen=True)
 class Unnamed:
-    """A table weighed beside a fit. places : which of its parameters were estimated. values, sigma : these, in N or N m."""
+    """A table weighed beside a fit.
+
+    places : which of its parameters were estimated. values, sigma : these, in N or N m. size : standard deviation of their prior, in
+    typical sizes.
+    """
 
     table: Effect
     log_z: float
-    places: NDArray[np.intp]
+    places: Places
     values: Array
     sigma: Array
+    size: float
 
     @property
     def name(self) -> str:
@@ -45,33 +56,84 @@ class Unnamed:
         force[self.places], sigma[self.places] = self.values, self.sigma
         return LegForce(self.table, force, sigma)
 
+    def on_platform(self, leads: Mapping[str, float]) -> MissingForce | None:
+        """The force on the platform, where it is one, from the first to the last place that had a say.
+
+        Parameters
+        ----------
+        leads : by how much its log evidence leads that along each other abscissa.
+        """
+        table = self.table
+        if not isinstance(table, ForceTable):
+            return None
+        force, sigma = np.zeros(AXES * KNOTS), np.full(AXES * KNOTS, np.nan)
+        force[self.places], sigma[self.places] = self.values, self.sigma
+        force, sigma = force.reshape(AXES, KNOTS).T, sigma.reshape(AXES, KNOTS).T
+        had_a_say = np.flatnonzero(np.isfinite(sigma).any(axis=1))
+        used = slice(had_a_say[0], had_a_say[-1] + 1)
+        return MissingForce(type(table), table.places[used], force[used], sigma[used], dict(leads), table.spacing)
+
 
 def unnamed_forces(at: Weighed) -> list[Unnamed]:
-    """Every table weighed along straight lines, those with the largest evidence first."""
+    """Every table weighed along straight lines, those with the largest evidence first.
+
+    A force on the platform is weighed as a vertical one, and as one in every direction that films tell; both have the same share.
+    """
     problem = at.fit.problem
-    tables: list[tuple[Effect, NDArray[np.intp]]] = [(leg_table_over(problem, kind), np.arange(PLACES)) for kind in LEG_TABLES]
+    tables: list[tuple[Effect, list[Places]]] = [(leg_table_over(problem, kind), [np.arange(PLACES)]) for kind in LEG_TABLES]
     if problem.films:
-        tables += [(table_over(problem, along), seen_places(problem)) for along in ALONGS]
+        seen = seen_places(problem)
+        vertical = seen[seen < KNOTS]
+        directions = [seen] if len(vertical) in (0, len(seen)) else [vertical, seen]
+        tables += [(table_over(problem, along), directions) for along in ALONGS]
     found = [one for table, places in tables if (one := _weighed(at, table, places)) is not None]
     return sorted(found, key=lambda one: -one.log_z)
 
 
-def _weighed(at: Weighed, table: Effect, places: NDArray[np.intp]) -> Unnamed | None:
-    problem = at.fit.problem.with_another(table)
-    start = np.concatenate([at.fit.q, np.zeros(len(table.flat()))])
-    columns = problem.jacobian(start, (len(at.fit.q) + places).tolist(), at.fit.gaps)[1][: at.fit.problem.measured]
-    shown = np.linalg.norm(columns, axis=0) > _SHOWN
-    if not shown.any():
+def _weighed(at: Weighed, table: Effect, directions: list[Places]) -> Unnamed | None:
+    """The table with the likeliest of its directions; its evidence is that of all of them."""
+    columns = _columns(at, table, directions[-1])
+    shown = [places[np.linalg.norm(columns[:, places], axis=0) > _SHOWN] for places in directions]
+    found = [_of_any_size(at, table, columns[:, places], places) for places in shown if len(places)]
+    if not found:
         return None
-    own = [Columns.free(columns[:, shown], size) for size in SIZES]
+    log_z = float(np.logaddexp.reduce([one.log_z for one in found]) - np.log(len(found)))
+    return replace(max(found, key=lambda one: one.log_z), log_z=log_z)
+
+
+def _columns(at: Weighed, table: Effect, places: Places) -> Array:
+    """What each place of a table does to the gaps, (m, n) for all its parameters; nought where it was not asked for."""
+    problem = at.fit.problem.with_another(table)
+    count = len(table.flat())
+    start = np.concatenate([at.fit.q, np.zeros(count)])
+    found = np.zeros((at.fit.problem.measured, count))
+    new = (len(at.fit.q) + places).tolist()
+    found[:, places] = problem.jacobian(start, new, at.fit.gaps)[1][: at.fit.problem.measured]
+    return found
+
+
+def _of_any_size(at: Weighed, table: Effect, columns: Array, places: Places) -> Unnamed:
     found: list[Both] = []
-    for one in own:
-        found.append(weighed_both_ways(at.lines, at.columns.beside(one), found[-1].likelier.noise if found else at.evidence.noise))
+    for size in SIZES:
+        start = found[-1].likelier.noise if found else at.evidence.noise
+        found.append(weighed_both_ways(at.lines, at.columns.beside(Columns.free(columns, size)), start))
     log_z = float(np.logaddexp.reduce([one.log_z for one in found]) - np.log(len(SIZES)))
-    best = max(found, key=lambda one: one.log_z).likelier
-    typical, count = problem.scales[len(at.fit.q) + places][shown], int(shown.sum())
-    sigma = np.sqrt(np.diag(best.covariance)[-count:])
-    return Unnamed(table, log_z, places[shown], best.amounts[-count:] * typical, sigma * typical)
+    best, size = max(zip(found, SIZES, strict=True), key=lambda one: one[0].log_z)
+    best = best.likelier
+    typical = at.fit.problem.with_another(table).scales[len(at.fit.q) + places]
+    sigma = np.sqrt(np.diag(best.covariance)[-len(places) :])
+    return Unnamed(table, log_z, places, best.amounts[-len(places) :] * typical, sigma * typical, size)
+
+
+def simulated(one: Unnamed, beside: Fit) -> Unnamed:
+    """The same force estimated by full simulation beside base and releases, from where straight lines lead; effects stay as they are."""
+    problem = replace(beside.problem.with_another(one.table), effect_spread=one.size)
+    new = problem.rows_of(one.name)[one.places]
+    start = laid_out(beside, problem)
+    start[new] = one.values / problem.scales[new]
+    found = solve(problem, start, free=[*range(problem.first_effect), *new.tolist()], most_steps=_MOST_STEPS, enough=ROUGHLY)
+    spread = np.sqrt(np.diag(found.covariance)[-len(new) :])
+    return replace(one, values=found.q[new] * problem.scales[new], sigma=spread * problem.scales[new])
 
 
 def is_unnamed(name: str) -> bool:

@@ -25,7 +25,7 @@ def test_a_force_at_one_place_is_drawn_alone_up_to_where_it_has_no_part(shaken):
     """Where only the vertical force was estimated there is one panel, from the place before to the place behind."""
     nothing, force = np.full((1, 3), np.nan), np.array([[0.18, 0.0, 0.0]])
     sigma = np.where(force > 0.0, 0.005, nothing)
-    (axes,) = missing_force_figure(MissingForce(ForceAlongTime, np.array([0.2]), force, sigma, shaken.before, {}, 0.05)).axes
+    (axes,) = missing_force_figure(MissingForce(ForceAlongTime, np.array([0.2]), force, sigma, {}, 0.05)).axes
     assert axes.get_ylabel() == "missing force, N"
     assert axes.get_xlim() == pytest.approx((0.15, 0.25))
     assert [text.get_text() for text in axes.get_legend().get_texts()] == ["vertical, up"]
