@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from identify.selection.explain import Explanation
 
 NAME = "explain-gap"
-WRITTEN = ("report.html", "result.json", "extended.toml", "missing_force.csv")
+WRITTEN = ("report.html", "result.json", "extended.toml", "missing_force.csv", "drafted_effect.py")
 DOES = "Locate the gap between model and measurements, name the missing effect, add it and show the gap shrink."
 
 
@@ -56,9 +56,9 @@ def _parser() -> Any:
 def _work(arguments: Sequence[str]) -> int:
     given = _parser().parse_args(arguments)
     with _gate(given).held():
-        status, lines = _explained(given)
+        status, lines, own = _explained(given)
     if not given.quiet:
-        again = next_command("compare-model", given.output / "extended.toml", *given.measured)
+        again = next_command("compare-model", given.output / "extended.toml", *given.measured, *own)
         say(*lines, f"report   {given.output / 'report.html'}", again)
     return status
 
@@ -68,9 +68,10 @@ def _gate(given: Namespace) -> Outputs:
     return Outputs({"--json": given.json}, {"--output": (given.output, WRITTEN)}, files_read(given))
 
 
-def _explained(given: Namespace) -> tuple[int, list[str]]:
-    """Explain, and write all that was asked for; status, and the lines for people."""
+def _explained(given: Namespace) -> tuple[int, list[str], list[str | Path]]:
+    """Explain, and write all that was asked for; status, the lines for people, and the options that the extended model wants."""
     from identify.campaign.runs import read_campaign, remarks
+    from identify.draft.effect_file import FILE
     from identify.estimation.problem import problem_of
     from identify.selection.explain import explain
     from identify.selection.search import BUDGETS
@@ -87,7 +88,9 @@ def _explained(given: Namespace) -> tuple[int, list[str]]:
     with _gate(given).together():
         _write(given, found, [given.model, *(r.path for r in runs if r.path), *given.effects])
     lines = [*(f"record   {said}" for said in remarks(runs)), *summary(found)]
-    return (VERDICT_BAD if found.verdict == "unknown" else DONE), lines
+    drafted = found.drafted is not None and found.drafted.carries_over
+    files = [*given.effects, *([given.output / FILE] if drafted else [])]
+    return (VERDICT_BAD if found.verdict == "unknown" else DONE), lines, [word for file in files for word in ("--effects", file)]
 
 
 def _say(given: Namespace) -> Any:
@@ -124,6 +127,7 @@ def _write(given: Namespace, found: Explanation, inputs: list[Path]) -> None:
     """All results at once, after everything has been computed."""
     import json
 
+    from identify.draft.effect_file import FILE
     from identify.report.page import report_html
     from identify.report.result import missing_table, result_of
     from identify.selection.explain import extended
@@ -139,6 +143,8 @@ def _write(given: Namespace, found: Explanation, inputs: list[Path]) -> None:
     page = report_html(found, title, {"What made this": json.dumps(note, indent=1)}, str(table) if table else None)
     if table is not None and missing is not None:
         write_columns(missing, table)
+    if found.drafted is not None:
+        write_text(given.output / FILE, found.drafted.source)
     write_model(extended(found.before.problem.model, found), given.output / "extended.toml", note)
     write_json(given.output / "result.json", result)
     write_text(given.output / "report.html", page)

@@ -9,7 +9,7 @@ import numpy as np
 
 from identify.campaign.load_cell_zeros import drifts_of, zeros_of
 from identify.design.next_test import LIKELY, NextTest
-from identify.gap.formula import described
+from identify.draft.effect_file import FILE
 from identify.gap.localise import force_in_loops, locate
 from identify.loops.covariates import hint, shares
 from identify.selection.explain import Explanation, Ranked
@@ -44,6 +44,7 @@ def result_of(found: Explanation, missing_force_file: str | None = None) -> dict
         "gap": _gaps(found),
         "ranking": [_ranked(row, found) for row in found.ranking[:_RANKED]],
         "missing_force": _missing_force(found, missing_force_file),
+        "drafted": _draft(found),
         "next_experiment": next_experiment(found),
         "next_experiments": [_predicted(test) for test in found.next_tests],
         "detectable": [
@@ -159,9 +160,27 @@ def _missing_force(found: Explanation, file: str | None) -> str | None:
     if found.after.problem.loops:
         texts[:0] = [force_in_loops(found.after)[0], *_column_worth_trying(found)]
     if found.missing is not None:
-        formula = described(found.missing, found.before.problem.films[0])
-        texts = [found.missing.sentence, *([f"{formula}."] if formula else []), *texts]
+        texts = [found.missing.sentence, *texts]
     return " ".join(texts)
+
+
+def _draft(found: Explanation) -> dict[str, Any] | None:
+    """The drafted effect: its file, its formula, and the gap of runs held out without and with it."""
+    drafted = found.drafted
+    if drafted is None:
+        return None
+    return {
+        "file": FILE,
+        "formula": drafted.formula,
+        "goes_with": drafted.variable.name,
+        "acts_on": "legs" if drafted.variable.in_legs else "platform",
+        "parameters": dict(zip(drafted.effect.flat_names(), drafted.effect.flat().tolist(), strict=True)),
+        "at_bound": drafted.at_bound,
+        "gap": {"before": found.after.rms, "after": drafted.fit.rms},
+        "held_out": None if drafted.before is None else {"before": drafted.before, "after": drafted.after},
+        "in_extended_model": drafted.carries_over,
+        "sentence": drafted.sentence,
+    }
 
 
 def _column_worth_trying(found: Explanation) -> list[str]:
@@ -188,7 +207,7 @@ def sentence(found: Explanation) -> str:
     """The finding in a sentence."""
     plain = {
         "no-gap": "what is left between model and measurement is noise" + _colour(found),
-        "unknown": "there is a gap, and nothing in the catalogue explains it",
+        "unknown": "there is a gap, and nothing in the catalogue explains it" + _in_formula(found),
     }
     if found.verdict in plain:
         return plain[found.verdict]
@@ -204,7 +223,12 @@ def left_sentence(found: Explanation) -> str | None:
         return None
     share, over = 100.0 * found.share_closed, found.over_noise(found.after)
     goes = f", {found.missing.goes_with}" if found.missing is not None else ""
-    return f"{share:.0f} % of the gap; {over:.3g} times the noise is left{goes}"
+    return f"{share:.0f} % of the gap; {over:.3g} times the noise is left{goes}{_in_formula(found)}"
+
+
+def _in_formula(found: Explanation) -> str:
+    """What is drafted, where something is."""
+    return "" if found.drafted is None else f"; drafted: {found.drafted.sentence}"
 
 
 def _at_bound(found: Explanation) -> str:

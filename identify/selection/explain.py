@@ -18,6 +18,8 @@ from identify.campaign.noiseless import AddedNoise, with_noise_where_none
 from identify.campaign.run import Run
 from identify.criteria import FEW_PARAMETERS, LARGER_PART
 from identify.design.next_test import NextTest, next_tests
+from identify.draft.draft import Drafted, draft
+from identify.draft.effect_file import Origin, free_name
 from identify.estimation.fit import Fit
 from identify.estimation.least_squares import ROUGHLY, laid_out, solve, solve_from_afar
 from identify.estimation.multistart import released_again
@@ -61,7 +63,8 @@ class Explanation:
     verdict : the word, see `verdict`. weights : probability of each hypothesis. as_given : the model file itself; before : base refitted;
     after : with the findings. noise : of each channel, under the foremost hypothesis. ranking : what was fitted and weighed.
     rivals : by name, the fits that stand in the place of a single finding. missing, in_legs : the force that no effect explains,
-    where something is left. located : the force that was missing before anything was named, as a first look along time.
+    where something is left. drafted : an effect of one's own that says it in a formula. located : the force that was missing before
+    anything was named, as a first look along time.
     """
 
     verdict: str
@@ -77,14 +80,16 @@ class Explanation:
     missing: MissingForce | None
     in_legs: LegForce | None
     located: MissingForce | None
+    drafted: Drafted | None
     limits: tuple[DetectionLimit, ...]
     next_tests: tuple[NextTest, ...]
     noise_added: tuple[AddedNoise, ...] = ()
 
     @property
     def model(self) -> Model:
-        """The extended model: base as refitted, the effects found added."""
-        return self.after.problem.model_at(self.after.q)
+        """The extended model: base as refitted, the effects found added, and the drafted one where it carries over."""
+        fit = self.drafted.fit if self.drafted is not None and self.drafted.carries_over else self.after
+        return fit.problem.model_at(fit.q)
 
     @property
     def share_closed(self) -> float:
@@ -174,6 +179,7 @@ def _explained(problem: Problem, runs: Sequence[Run], catalogue: Mapping[str, ty
         held = tuple(replace(one, after=one.before) for one in held)
     rivals = _rivals(search, verdict)
     missing, in_legs = _left(search, after, verdict, say) if verdict.word in ("unknown", "partly") else (None, None)
+    drafted = _drafted(search, after, verdict, runs, say) if verdict.word in ("unknown", "partly") else None
     return Explanation(
         verdict.word,
         verdict.weights,
@@ -188,6 +194,7 @@ def _explained(problem: Problem, runs: Sequence[Run], catalogue: Mapping[str, ty
         missing,
         in_legs,
         _along_time(search) if verdict.word != "no-gap" and problem.films else None,
+        drafted,
         detection_limits(search.beside_foremost(), search.prior, problem.measures),
         next_tests(after, rivals) if rivals else (),
     )
@@ -241,6 +248,20 @@ def _left(search: Search, after: Fit, verdict: Verdict, say: Say) -> tuple[Missi
     likely = legs is not None and legs.log_z > best.log_z - CLEAR_LEAD
     say("estimating the missing force")
     return simulated(best, after).on_platform(leads), simulated(legs, after).in_legs if legs is not None and likely else None
+
+
+def _drafted(search: Search, after: Fit, verdict: Verdict, runs: Sequence[Run], say: Say) -> Drafted | None:
+    """A formula for the force that is left, as an effect of one's own."""
+    say("drafting an effect")
+    out = [run for run in runs if run.hold_out]
+
+    def gap(fit: Fit) -> float | None:
+        gaps = [_carried_over(fit, run).measured_gaps for run in out]
+        return float(np.sqrt(np.mean(np.concatenate(gaps) ** 2))) if gaps else None
+
+    about = f"Made from {', '.join(run.name for run in runs if not run.hold_out)} and {after.problem.model.name}."
+    taken = {*search.catalogue, *(effect.name for effect in after.problem.effects)}
+    return draft(after, search.tables_beside(verdict.names), gap, Origin(free_name(taken), about, after.problem.measures))
 
 
 def _along_time(search: Search) -> MissingForce | None:

@@ -32,7 +32,7 @@ class Unnamed:
     """A table weighed beside a fit.
 
     places : which of its parameters were estimated. values, sigma : these, in N or N m. size : standard deviation of their prior, in
-    typical sizes.
+    typical sizes. information, drive : (n, n) and (n,) what the measurements alone say of them, F' A F - 2 b' F.
     """
 
     table: Effect
@@ -41,6 +41,8 @@ class Unnamed:
     values: Array
     sigma: Array
     size: float
+    information: Array
+    drive: Array
 
     @property
     def name(self) -> str:
@@ -121,8 +123,10 @@ def _of_any_size(at: Weighed, table: Effect, columns: Array, places: Places) -> 
     best, size = max(zip(found, SIZES, strict=True), key=lambda one: one[0].log_z)
     best = best.likelier
     typical = at.fit.problem.with_another(table).scales[len(at.fit.q) + places]
-    sigma = np.sqrt(np.diag(best.covariance)[-len(places) :])
-    return Unnamed(table, log_z, places, best.amounts[-len(places) :] * typical, sigma * typical, size)
+    covariance, amounts = best.covariance[-len(places) :, -len(places) :], best.amounts[-len(places) :]
+    known = np.linalg.pinv(covariance, hermitian=True)
+    information, drive = (known - np.eye(len(places)) / size**2) / np.outer(typical, typical), known @ amounts / typical
+    return Unnamed(table, log_z, places, amounts * typical, np.sqrt(np.diag(covariance)) * typical, size, information, drive)
 
 
 def simulated(one: Unnamed, beside: Fit) -> Unnamed:

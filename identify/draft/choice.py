@@ -1,0 +1,112 @@
+"""Which form of the grammar says what a table of forces says, with the fewest numbers.
+
+Around a fit the measurements say of a table's forces F, base and releases and all else integrated out,
+
+    -2 ln L(F) = F' A F - 2 b' F + constant,
+
+with A the information and A^-1 b the forces that suit best. A form f(x; p) takes the place of F; its amplitudes follow in one step, its
+shapes by a search from several starts. Forms are compared by  gain - parameters x ln(samples),  as in the BIC.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.optimize import minimize
+
+from identify.draft.forms import FORMS, Form
+from identify.gap.leg_force import ForceAlongLegSpeed, LegTable
+from identify.gap.platform_force import KNOTS, ForceAlongSpeed, ForceTable
+from identify.selection.unknown_force import Unnamed
+from measure.common.arrays import Array
+
+_SEARCHED = 3  # starts from which shapes are searched on
+
+
+@dataclass(frozen=True)
+class Chosen:
+    """A form for a table. values : (k,) its parameters. score : gain less the price of its parameters."""
+
+    table: Unnamed
+    form: Form
+    values: Array
+    score: float
+
+
+def chosen_forms(tables: Sequence[Unnamed], samples: float) -> list[Chosen]:
+    """The best form of each table, those that say most first.
+
+    Parameters
+    ----------
+    samples : number of independent samples that were measured.
+    """
+    found = [one for table in tables if isinstance(table.table, LegTable | ForceTable) and (one := _best_of(table, samples)) is not None]
+    return sorted(found, key=lambda one: -one.score)
+
+
+def _best_of(table: Unnamed, samples: float) -> Chosen | None:
+    used = table.places < (KNOTS if isinstance(table.table, ForceTable) else np.inf)
+    if not used.any():
+        return None
+    x = _places(table)[table.places[used]]
+    seen = _Seen(x, table.information[np.ix_(used, used)], table.drive[used])
+    found = [_fitted(form, seen, table, samples) for form in FORMS if _makes_sense(form, table, x)]
+    return max((one for one in found if one is not None), key=lambda one: one.score, default=None)
+
+
+def _places(table: Unnamed) -> Array:
+    assert isinstance(table.table, LegTable | ForceTable)
+    return table.table.places
+
+
+def _makes_sense(form: Form, table: Unnamed, x: Array) -> bool:
+    speed = isinstance(table.table, ForceAlongLegSpeed | ForceAlongSpeed)
+    if form.only_platform and isinstance(table.table, LegTable):
+        return False
+    if form.name == "decay" and (speed or x[0] < 0.0):
+        return False
+    return (speed or not form.only_speed) and form.parameters < len(x)
+
+
+@dataclass(frozen=True)
+class _Seen:
+    """What was measured of the forces at places x, (n,)."""
+
+    x: Array
+    information: Array
+    drive: Array
+
+    def gain(self, form: Form, shapes: Sequence[float]) -> tuple[float, Array]:
+        """Fall of -2 ln L against no force, and the amplitudes that make it."""
+        basis = form.basis(self.x, shapes)
+        if not np.isfinite(basis).all():
+            return 0.0, np.zeros(basis.shape[1])
+        pull = basis.T @ self.drive
+        amplitudes = np.linalg.lstsq(basis.T @ self.information @ basis, pull, rcond=1e-12)[0]
+        return float(pull @ amplitudes), amplitudes
+
+
+def _fitted(form: Form, seen: _Seen, table: Unnamed, samples: float) -> Chosen | None:
+    first, last = float(seen.x[0]), float(seen.x[-1])
+    tried = sorted(form.starts(first, last), key=lambda shapes: -seen.gain(form, shapes)[0])[:_SEARCHED]
+    found = [_searched(form, seen, shapes, first, last) for shapes in tried]
+    shapes = max(found, key=lambda one: seen.gain(form, one)[0])
+    gain, amplitudes = seen.gain(form, shapes)
+    if gain <= 0.0:
+        return None
+    return Chosen(table, form, np.array([*amplitudes, *shapes]), gain - form.parameters * float(np.log(samples)))
+
+
+def _searched(form: Form, seen: _Seen, shapes: tuple[float, ...], first: float, last: float) -> tuple[float, ...]:
+    """Shapes searched on from a start, within their bounds."""
+    if not shapes:
+        return shapes
+    bounds = [shape.bounds(first, last) for shape in form.shapes]
+    width = last - first
+    ends = [(low / width, high / width) for low, high in bounds]
+    found = minimize(
+        lambda parts: -seen.gain(form, (parts * width).tolist())[0], np.array(shapes) / width, bounds=ends, method="Nelder-Mead"
+    )
+    return tuple((found.x * width).tolist())

@@ -1,0 +1,98 @@
+"""An effect drafted where nothing that is known fits, fitted by full simulation and tried on runs that took no part."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+from identify.draft.choice import Chosen, chosen_forms
+from identify.draft.effect_file import Origin, Variable, effect_from, formula_text, source_of
+from identify.estimation.fit import Fit
+from identify.estimation.least_squares import laid_out, solve, to_the_end
+from identify.gap.leg_force import LegTable
+from identify.gap.platform_force import ForceTable
+from identify.selection.unknown_force import Unnamed
+from simulate.model.effect import Effect
+
+MOST_TRIED = 2  # variables whose form is fitted by full simulation
+_LEAST_SCORE = 0.0
+_LESS_WELL = 10.0  # of the sum of squares: a variable so much worse is not tried beside the best
+
+
+@dataclass(frozen=True)
+class Drafted:
+    """A drafted effect. source : the text of its file. fit : base, releases, what is named, and it. before, after : gaps of the runs held
+    out without and with it, root mean square over the noise, none where no run was held out."""
+
+    variable: Variable
+    formula: str
+    source: str
+    fit: Fit
+    before: float | None = None
+    after: float | None = None
+
+    @property
+    def effect(self) -> Effect:
+        """The effect as fitted."""
+        return self.fit.problem.effects_at(self.fit.q)[-1]
+
+    @property
+    def carries_over(self) -> bool:
+        """Whether the runs held out are met no worse with it; true where there are none."""
+        return self.before is None or self.after is None or self.after <= self.before
+
+    @property
+    def at_bound(self) -> list[str]:
+        """Which of its parameters ended at a bound."""
+        own = f"{self.effect.name}."
+        return [f"{name.removeprefix(own)} at its {end}" for name, end in self.fit.at_bounds().items() if name.startswith(own)]
+
+    @property
+    def sentence(self) -> str:
+        """What is drafted, and what it is worth."""
+        gap = "" if self.before is None else f"; held-out gap {self.before:.3g} -> {self.after:.3g} times the noise"
+        worth = "" if self.carries_over else "; it does not carry over and is not added to the model"
+        ends = f" ({', '.join(self.at_bound)})" if self.at_bound else ""
+        return f"{self.variable.where}: {self.formula}{ends}{gap}{worth}"
+
+
+def draft(beside: Fit, tables: Sequence[Unnamed], held_out: Callable[[Fit], float | None], origin: Origin) -> Drafted | None:
+    """Draft the force that is missing beside a fit.
+
+    Parameters
+    ----------
+    tables : the forces without a name that were weighed beside it.
+    held_out : the gap of the runs that took no part under a fit, root mean square over the noise; None where there are none.
+    origin : what it is made from, for the file.
+
+    Returns
+    -------
+    Drafted or None
+        The one that runs held out prefer, or the best fit where there are none; None where no formula says anything.
+    """
+    found = [one for one in chosen_forms(tables, beside.effective_samples) if one.score > _LEAST_SCORE]
+    near = [one for one in found[:MOST_TRIED] if one.score > found[0].score - _LESS_WELL]
+    tried = [_tried(beside, one, held_out, origin) for one in near]
+    before = held_out(beside) if tried else None
+    tried = [Drafted(one.variable, one.formula, one.source, one.fit, before, one.after) for one in tried]
+    return min(tried, key=lambda one: one.fit.cost if one.after is None else one.after, default=None)
+
+
+def _tried(beside: Fit, chosen: Chosen, held_out: Callable[[Fit], float | None], origin: Origin) -> Drafted:
+    table = chosen.table.table
+    assert isinstance(table, LegTable | ForceTable)
+    variable, span = Variable.of(table), (float(table.places[0]), float(table.places[-1]))
+    source = source_of(chosen.form, chosen.values, variable, span, origin)
+    effect = effect_from(source)()
+    problem = beside.problem.with_another(effect)
+    start = laid_out(beside, problem)
+    start[problem.rows_of(effect.name)] = (chosen.values - effect.flat()) / effect.typical(beside.problem.measures)
+    fit = to_the_end(solve(problem, start))
+    drafted = fit.problem.effects_at(fit.q)[-1]
+    return Drafted(
+        variable,
+        formula_text(chosen.form, drafted.flat(), variable),
+        source_of(chosen.form, drafted.flat(), variable, span, origin),
+        fit,
+        after=held_out(fit),
+    )

@@ -1,0 +1,131 @@
+"""A small grammar of forces: how a force may go with one variable, in formulas that a mechanic would write.
+
+Each form is written once, as the line of Python that the drafted effect holds: x is the variable, p[0], p[1] ... the parameters,
+amplitudes first, in which it is linear, then shapes in the unit of the variable.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import product
+from types import SimpleNamespace
+
+import numpy as np
+
+from measure.common.arrays import Array
+
+_ARRAYS = SimpleNamespace(exp=np.exp, tanh=np.tanh, sin=np.sin, cos=np.cos, pi=math.pi)
+
+
+@dataclass(frozen=True)
+class Shape:
+    """A parameter that shapes a form. doc : what it is. starts : places to start from, in parts of the way from the first to the
+    last place of the variable, from the first place on where it is a place itself. is_place : whether it is one, or a width."""
+
+    name: str
+    doc: str
+    starts: tuple[float, ...]
+    is_place: bool = False
+
+    def values(self, first: float, last: float) -> list[float]:
+        """The starts for a variable that goes from first to last."""
+        width = last - first
+        return [(first if self.is_place else 0.0) + part * width for part in self.starts]
+
+    def bounds(self, first: float, last: float) -> tuple[float, float]:
+        """Where it may end: a place within the variable's range, a width from half the way between two places of a table to ten ranges."""
+        width = last - first
+        return (first, last) if self.is_place else (0.02 * width, 10.0 * width)
+
+
+@dataclass(frozen=True)
+class Form:
+    """A way in which a force may go with a variable x.
+
+    code : see above. amplitudes : (name, power of x in the denominator of its unit) of each. text : for people, with {0}, {1} ... for
+    the parameters. only_speed : whether it makes sense for a speed alone.
+    """
+
+    name: str
+    code: str
+    text: str
+    amplitudes: tuple[tuple[str, int], ...]
+    shapes: tuple[Shape, ...] = ()
+    only_speed: bool = False
+    only_platform: bool = False
+
+    @property
+    def parameters(self) -> int:
+        """How many parameters it has."""
+        return len(self.amplitudes) + len(self.shapes)
+
+    def force(self, x: Array, parameters: Sequence[float]) -> Array:
+        """The force at places of its variable, (n,), N."""
+        with np.errstate(over="ignore"):
+            value = eval(self.code, {"math": _ARRAYS, "abs": np.abs, "x": x, "p": parameters})
+        return np.broadcast_to(value, np.shape(x)).astype(float)
+
+    def basis(self, x: Array, shapes: Sequence[float]) -> Array:
+        """The force at places (n,) for an amplitude of one each, (n, k)."""
+        units = np.eye(len(self.amplitudes))
+        return np.stack([self.force(x, [*unit, *shapes]) for unit in units], axis=1)
+
+    def starts(self, first: float, last: float) -> list[tuple[float, ...]]:
+        """Sets of shapes to start from, for a variable that goes from first to last."""
+        return list(product(*(shape.values(first, last) for shape in self.shapes)))
+
+
+_WIDTHS, _PLACES = (0.03, 0.1, 0.3), tuple(np.linspace(0.05, 0.95, 13).tolist())
+_TURN = Shape("turn", "where it turns", (0.03, 0.1, 0.3))
+
+FORMS: tuple[Form, ...] = (
+    Form("constant", "p[0]", "{0} N", (("level", 0),), only_platform=True),
+    Form("line", "p[0] * x", "{0} x N", (("slope", 1),)),
+    Form("parabola", "p[0] * x + p[1] * x * x", "({0} x + {1} x^2) N", (("slope", 1), ("quadratic", 2))),
+    Form(
+        "cubic",
+        "p[0] * x + p[1] * x * x + p[2] * x * x * x",
+        "({0} x + {1} x^2 + {2} x^3) N",
+        (("slope", 1), ("quadratic", 2), ("cubic", 3)),
+    ),
+    Form("square", "p[0] * x * abs(x)", "{0} x |x| N", (("quadratic", 2),), only_speed=True),
+    Form("saturating", "p[0] * math.tanh(x / p[1])", "{0} tanh(x / {1}) N", (("level", 0),), (_TURN,), only_speed=True),
+    Form(
+        "falling",
+        "p[0] * x / (1.0 + (x / p[1]) * (x / p[1]))",
+        "{0} x / (1 + (x / {1})^2) N",
+        (("slope", 1),),
+        (_TURN,),
+        only_speed=True,
+    ),
+    Form(
+        "step",
+        "p[0] / (1.0 + math.exp(-(x - p[1]) / p[2]))",
+        "{0} / (1 + exp(-(x - {1}) / {2})) N",
+        (("level", 0),),
+        (Shape("place", "where it sets in", _PLACES, True), Shape("width", "how gradually", (0.02, 0.06))),
+    ),
+    Form(
+        "bump",
+        "p[0] * math.exp(-((x - p[1]) / p[2]) * ((x - p[1]) / p[2]))",
+        "{0} exp(-((x - {1}) / {2})^2) N",
+        (("level", 0),),
+        (Shape("place", "where it is largest", _PLACES, True), Shape("width", "half width", _WIDTHS)),
+    ),
+    Form(
+        "decay",
+        "p[0] * math.exp(-x / p[1])",
+        "{0} exp(-x / {1}) N",
+        (("level", 0),),
+        (Shape("decay", "after which a third is left", _WIDTHS),),
+    ),
+    Form(
+        "ripple",
+        "p[0] * math.sin(2.0 * math.pi * x / p[2]) + p[1] * math.cos(2.0 * math.pi * x / p[2])",
+        "({0} sin(2 pi x / {2}) + {1} cos(2 pi x / {2})) N",
+        (("sine", 0), ("cosine", 0)),
+        (Shape("period", "period", tuple(np.geomspace(0.09, 0.9, 16).tolist())),),
+    ),
+)
