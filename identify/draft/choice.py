@@ -78,7 +78,7 @@ class _Seen:
     information: Array
     drive: Array
 
-    def gain(self, form: Form, shapes: Sequence[float]) -> tuple[float, Array]:
+    def gain(self, form: Form, shapes: Sequence[float] | Array) -> tuple[float, Array]:
         """Fall of -2 ln L against no force, and the amplitudes that make it."""
         basis = form.basis(self.x, shapes)
         if not np.isfinite(basis).all():

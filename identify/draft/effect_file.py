@@ -11,6 +11,7 @@ from types import ModuleType
 from identify.draft.forms import Form
 from identify.gap.leg_force import LegTable
 from identify.gap.platform_force import ForceTable
+from measure.common.arrays import Array
 from simulate.model.effect import Effect, effects_among
 from simulate.model.measures import Measures, unit_of
 
@@ -57,7 +58,7 @@ class Variable:
         return f"a vertical force on the platform that goes with the {self.name}"
 
 
-def formula_text(form: Form, values: Sequence[float], variable: Variable) -> str:
+def formula_text(form: Form, values: Sequence[float] | Array, variable: Variable) -> str:
     """The formula for people, in the variable's own symbol: `-0.4 v / (1 + (v / 0.12)^2) N`."""
     marked = form.text.replace("exp", "\0").replace("x", variable.symbol).replace("\0", "exp")
     return marked.format(*(f"{value:.3g}" for value in values))
@@ -77,7 +78,7 @@ def free_name(taken: Collection[str]) -> str:
     return next(name for name in chain(["drafted"], (f"drafted-{i}" for i in count(2))) if name not in taken)
 
 
-def source_of(form: Form, values: Sequence[float], variable: Variable, span: tuple[float, float], origin: Origin) -> str:
+def source_of(form: Form, values: Sequence[float] | Array, variable: Variable, span: tuple[float, float], origin: Origin) -> str:
     """The file; sizes and bounds in it are those for a rig of the prototype's measures, as in every effect.
 
     Parameters
@@ -106,7 +107,7 @@ def effect_from(source: str) -> type[Effect]:
     return kind
 
 
-def _amplitudes(form: Form, values: Sequence[float], variable: Variable, measures: Measures) -> list[str]:
+def _amplitudes(form: Form, values: Sequence[float] | Array, variable: Variable, measures: Measures) -> list[str]:
     rows = []
     for (name, power), value in zip(form.amplitudes, values, strict=False):
         key = f"{name}_{_PER[variable.unit][power]}"
@@ -115,7 +116,7 @@ def _amplitudes(form: Form, values: Sequence[float], variable: Variable, measure
     return rows
 
 
-def _shapes(form: Form, values: Sequence[float], variable: Variable, span: tuple[float, float], measures: Measures) -> list[str]:
+def _shapes(form: Form, values: Sequence[float] | Array, variable: Variable, span: tuple[float, float], measures: Measures) -> list[str]:
     rows = []
     for shape, value in zip(form.shapes, values[len(form.amplitudes) :], strict=True):
         key = f"{shape.name}_{variable.unit}"

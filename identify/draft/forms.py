@@ -61,13 +61,13 @@ class Form:
         """How many parameters it has."""
         return len(self.amplitudes) + len(self.shapes)
 
-    def force(self, x: Array, parameters: Sequence[float]) -> Array:
+    def force(self, x: Array, parameters: Sequence[float] | Array) -> Array:
         """The force at places of its variable, (n,), N."""
         with np.errstate(over="ignore"):
             value = eval(self.code, {"math": _ARRAYS, "abs": np.abs, "x": x, "p": parameters})
         return np.broadcast_to(value, np.shape(x)).astype(float)
 
-    def basis(self, x: Array, shapes: Sequence[float]) -> Array:
+    def basis(self, x: Array, shapes: Sequence[float] | Array) -> Array:
         """The force at places (n,) for an amplitude of one each, (n, k)."""
         units = np.eye(len(self.amplitudes))
         return np.stack([self.force(x, [*unit, *shapes]) for unit in units], axis=1)

@@ -14,6 +14,7 @@ from identify.gap.localise import force_in_loops, locate
 from identify.loops.covariates import hint, shares
 from identify.selection.explain import Explanation, Ranked
 from identify.selection.findings import Finding
+from identify.selection.promises import FORCES
 
 _PLACES = 12
 _RANKED = 30
@@ -214,7 +215,7 @@ def sentence(found: Explanation) -> str:
     names = ", ".join(_named(finding) for finding in found.findings)
     lead = {"named": "missing effect: ", "class": "missing effect, one of a class: ", "several": "missing effects: ", "partly": "mainly "}
     tail = f"; {left_sentence(found)}" if found.verdict == "partly" else ""
-    return lead[found.verdict] + names + _at_bound(found) + tail
+    return lead[found.verdict] + names + _at_bound(found) + _forces_by_run(found) + tail
 
 
 def left_sentence(found: Explanation) -> str | None:
@@ -253,6 +254,16 @@ def noise_sentence(found: Explanation) -> str | None:
 
 def _named(finding: Finding) -> str:
     return " or ".join((finding.name, *finding.equivalents))
+
+
+def _forces_by_run(found: Explanation) -> str:
+    """By how much the runs want other stored forces, where that was found: `(test1.csv +3.2 %, test2.csv -4.0 %)`."""
+    finding = next((one for one in found.findings if one.name == FORCES), None)
+    if finding is None:
+        return ""
+    runs = [film.run.name for film in found.after.problem.films]
+    parts = [f"{run} {100.0 * value:+.1f} %" for run, value in zip(runs, finding.effect.flat(), strict=False)]
+    return f"; the runs want different stored forces: {', '.join(parts)}"
 
 
 def next_experiment(found: Explanation) -> str | None:
