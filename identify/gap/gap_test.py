@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from scipy import fft, stats
 
+from identify.criteria import FAST_NOISE
 from identify.estimation.fit import Fit
+from measure.common.arrays import Array
 
 GAP_P = 1e-3  # less likely than this as noise: a gap
 _LOW_SHARE = 0.25
@@ -43,26 +46,54 @@ def p_words(value: float) -> str:
 def gap_test(fit: Fit) -> GapTest:
     """Test a fit for a gap beyond noise.
 
-    Noise shakes every frequency alike, a missing effect moves the slow ones. The gap of each run and channel is taken apart
-    by a cosine transform; the power of the slow quarter, for each degree of freedom that the fit has left, is compared with
-    that of the rest. A noise level is hardly assumed, so a sigma that is off cannot fake a gap; only what lies below a tenth of the
-    noise is none, whatever its course.
+    White noise shakes every frequency alike, a missing effect moves the slow ones. The gap of each run and channel is taken apart by a
+    cosine transform; the power of the slow quarter, for each degree of freedom that the fit has left, is compared with that of the rest. A
+    noise level is hardly assumed, so a sigma that is off cannot fake a gap; only what lies below a tenth of the noise is none, whatever its
+    course.
     """
-    slow = fast = 0.0
-    slow_n = fast_n = 0
-    for block in fit.problem.blocks:
-        part = fit.part(block)
-        if len(part) < _LEAST_SAMPLES:
-            continue
-        power = np.asarray(fft.dct(part, norm="ortho")) ** 2
-        cut = max(4, int(_LOW_SHARE * len(part)))
-        slow, slow_n = slow + float(power[:cut].sum()), slow_n + cut
-        fast, fast_n = fast + float(power[cut:].sum()), fast_n + len(part) - cut
+    powers = [power for block in fit.problem.blocks if (power := power_of(fit.part(block))) is not None]
+    slow, fast = sum(power.slow for power in powers), sum(power.fast for power in powers)
+    slow_n, fast_n = sum(power.slow_n for power in powers), sum(power.fast_n for power in powers)
     freedom = max(slow_n - len(fit.q), 1)
     noise = max(fast / max(fast_n, 1), _LEAST_NOISE**2)
     slow_p = float(stats.f.sf(slow / freedom / noise, freedom, fast_n)) if fast_n else 1.0
     excess = max(0.0, slow - freedom * noise) if fast_n else 0.0
     return GapTest(slow_p, _release_p(fit), fit.rms, excess)
+
+
+@dataclass(frozen=True)
+class Power:
+    """Sum of squares of the slow and of the fast part of a series, and how many coefficients each has."""
+
+    slow: float
+    fast: float
+    slow_n: int
+    fast_n: int
+
+    @property
+    def ratio(self) -> float:
+        """Slow power over fast power, one where the series is white."""
+        return (self.slow / self.slow_n) / max(self.fast / self.fast_n, 1e-300)
+
+    @property
+    def p_value(self) -> float:
+        """How likely as much is, were the series white (F test)."""
+        return float(stats.f.sf(self.ratio, self.slow_n, self.fast_n))
+
+
+def power_of(series: Array) -> Power | None:
+    """The slow quarter against the rest of a series (n,), or None of one that is too short to tell."""
+    if len(series) < _LEAST_SAMPLES:
+        return None
+    power = np.asarray(fft.dct(series, norm="ortho")) ** 2
+    cut = max(4, int(_LOW_SHARE * len(series)))
+    return Power(float(power[:cut].sum()), float(power[cut:].sum()), cut, len(series) - cut)
+
+
+def is_noise(innovations: Sequence[Array]) -> bool:
+    """Whether what is left of each channel, whitened, is noise: no slow part stands out by chance and by its size."""
+    powers = [power for series in innovations if (power := power_of(series)) is not None]
+    return not any(power.p_value < GAP_P and power.ratio > FAST_NOISE**2 for power in powers)
 
 
 def _release_p(fit: Fit) -> float:

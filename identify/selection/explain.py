@@ -163,9 +163,11 @@ def _explained(problem: Problem, runs: Sequence[Run], catalogue: Mapping[str, ty
     search = Search(catalogue, log_prior(catalogue), budget, say)
     search.run(solve_from_afar(problem))
     foremost, nothing, weights = search.settled(), search.fitted[()], search.weights()
-    before, noise = nothing.fit, noise_of_channels(foremost.weighed)
+    before, noise, leaves_noise = nothing.fit, noise_of_channels(foremost.weighed), foremost.weighed.leaves_noise
+    noise = noise if leaves_noise else _as_measured(noise)
     after = foremost.fit
-    verdict = verdict_of(weights, closes_most=share_closed(before, after, noise) > LARGER_PART)
+    closes_most = share_closed(before, after, noise) > LARGER_PART
+    verdict = verdict_of(weights, closes_most=closes_most, leaves_noise=leaves_noise)
     findings = findings_of(foremost, nothing, verdict, noise) if verdict.names else ()
     verdict = _as_far_as_known(verdict, findings, foremost)
     say("looking at the runs held out")
@@ -173,7 +175,7 @@ def _explained(problem: Problem, runs: Sequence[Run], catalogue: Mapping[str, ty
     if verdict.names and any(one.grows for one in held):
         verdict = replace(verdict, word="unknown", names=())
     if verdict.word in ("unknown", "partly"):
-        noise = tuple(replace(one, over=1.0) for one in noise)
+        noise = _as_measured(noise)
     if verdict.word in ("unknown", "no-gap"):
         findings, after = (), before
         held = tuple(replace(one, after=one.before) for one in held)
@@ -212,6 +214,11 @@ def _as_far_as_known(verdict: Verdict, findings: Sequence[Finding], foremost: Hy
         return verdict
     others = [name for name in verdict.weights if name not in (*verdict.names, "unknown", "no-gap") and " + " not in name]
     return replace(verdict, word="class", equivalents={verdict.names[0]: tuple(others[:1])})
+
+
+def _as_measured(noise: Sequence[NoiseOfChannel]) -> tuple[NoiseOfChannel, ...]:
+    """The noise that the fast part of each channel shows, where what is left is no noise."""
+    return tuple(replace(one, over=1.0) for one in noise)
 
 
 def _as_given(before: Fit) -> Fit:

@@ -32,21 +32,22 @@ class Verdict:
     weights: Mapping[str, float]
 
 
-def verdict_of(weights: Mapping[Names, float], *, closes_most: bool) -> Verdict:
+def verdict_of(weights: Mapping[Names, float], *, closes_most: bool, leaves_noise: bool = True) -> Verdict:
     """The verdict before the runs held out are asked.
 
     Parameters
     ----------
     weights : probability of each hypothesis; they add up to one.
     closes_most : whether the names of the foremost hypothesis close the larger part of the gap.
+    leaves_noise : whether what it leaves is as fast as noise.
     """
     listed = _listed(weights)
     credible = credible_set(weights)
-    if () in credible:
+    if () in credible and leaves_noise:
         return Verdict("no-gap", (), {}, listed)
     foremost = max(credible, key=lambda names: weights[names])
     names = tuple(name for name in foremost if not is_unnamed(name))
-    if any(is_unnamed(name) for member in credible for name in member):
+    if not leaves_noise or any(is_unnamed(name) for member in credible for name in member):
         return Verdict("partly" if names and closes_most else "unknown", names, _rivals(names, credible), listed)
     rivals = _rivals(names, credible)
     word = "several" if len(names) > 1 else "class" if any(rivals.values()) else "named"

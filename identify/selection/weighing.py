@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from identify.criteria import NOTHING, WITHIN
 from identify.estimation.fit import Fit
 from identify.estimation.noise_model import ChannelNoise, spacing
+from identify.gap.gap_test import is_noise
 from identify.selection.evidence import ROUNDS, Channel, Columns, Evidence, Lines, evidence
 from identify.selection.model_errors import ModelErrors, model_errors
 from identify.selection.signatures import Signature, columns_of_shapes
@@ -102,6 +103,11 @@ class Weighed:
     def evidence(self) -> Evidence:
         """The likelier of both."""
         return self.both.likelier
+
+    @property
+    def leaves_noise(self) -> bool:
+        """Whether what it leaves is noise; whatever noise would have to remember for longer than it can is a gap."""
+        return is_noise(self.evidence.left)
 
     @property
     def step(self) -> Array:

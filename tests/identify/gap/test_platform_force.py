@@ -35,7 +35,8 @@ def test_a_force_that_comes_at_its_time_is_best_told_along_time(campaign, fitted
     assert found[0].log_z > found[1].log_z + 3.0
     missing = along_time(fitted(campaign(Gust(0.15), 98, deployments=HEIGHTS)))
     assert "acts upwards on the platform" in missing.sentence
-    assert missing.places[np.argmax(missing.force_N[:, 0])] == pytest.approx(0.20, abs=missing.spacing)
+    strong = missing.force_N[:, 0] > 3.0 * missing.sigma_N[:, 0]
+    assert missing.places[strong] == pytest.approx(0.20, abs=2.0 * missing.spacing)
 
 
 @pytest.mark.slow

@@ -36,6 +36,13 @@ def test_names_beside_a_force_without_a_name_are_partly_or_nothing():
     assert verdict_of(weights, closes_most=False).word == "unknown"
 
 
+def test_names_that_leave_more_than_noise_do_not_explain_the_gap():
+    """Whatever their weight beside each other: all hypotheses may be wrong."""
+    assert verdict_of({HUB: 1.0}, closes_most=True, leaves_noise=False).word == "partly"
+    assert verdict_of({HUB: 1.0}, closes_most=False, leaves_noise=False).word == "unknown"
+    assert verdict_of({(): 1.0}, closes_most=False, leaves_noise=False).word == "unknown"
+
+
 def test_what_may_stand_in_the_place_of_a_name_is_said():
     found = verdict_of({HUB: 0.5, PULLEY: 0.3, ("viscous-friction",): 0.18, (): 0.02}, closes_most=True)
     assert found.equivalents == {"hub-inertia": ("pulley-inertia", "viscous-friction")}
