@@ -10,7 +10,8 @@ from identify.campaign.campaign_file import ListedRun, read_list
 from identify.campaign.kept_films import kept
 from identify.campaign.run import Run
 from identify.loops.sign import oriented
-from measure.common.errors import InputError, for_each
+from measure.common.errors import InputError
+from measure.common.every_error import for_each
 from measure.common.output import sha256
 from measure.readers.column_mapping import ColumnMapping, read_mapping
 from measure.readers.measurement import read_measurement

@@ -134,7 +134,7 @@ def _check_before(given: Namespace) -> None:
 
 
 def _read(given: Namespace, mapping: ColumnMapping) -> tuple[list[Loop], list[Understood], list[str]]:
-    from measure.common.errors import for_each
+    from measure.common.every_error import for_each
     from measure.common.output import sha256
     from measure.readers.loop_file import read_loop_file
 

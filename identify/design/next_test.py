@@ -33,7 +33,7 @@ from identify.estimation.fit import Fit
 from identify.estimation.least_squares import ROUGHLY, laid_out, solve
 from identify.estimation.problem import Problem
 from measure.common.arrays import Array
-from measure.common.threads import side_by_side
+from simulate.dispatch.threads import side_by_side
 
 _DRAWS, _SEED = 12, 2009
 _RELEASES, _AT_FIRST = 10, 2  # ways in which a further run may be let go; fewer until a test is among the most telling ones

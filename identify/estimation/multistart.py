@@ -26,7 +26,7 @@ from identify.estimation.parameters import POSE
 from identify.estimation.problem import Problem
 from identify.gap.gap_test import GAP_P, gap_test
 from measure.common.arrays import Array
-from measure.common.threads import side_by_side
+from simulate.dispatch.threads import side_by_side
 
 _MET = 1.25  # times the noise
 _DRAWS, _FIRST_STEPS, _STEPS = 10, 5, 20

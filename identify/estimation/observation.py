@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from measure.common.arrays import Array
-from measure.common.threads import others_busy
 from simulate.deployment.deploy import channels_of, deploy_many, deploy_with_division
+from simulate.dispatch.threads import others_busy
 from simulate.kernel.layout import SAMPLE_POSE
 from simulate.kernel.model_rows import without_idle
 from simulate.kernel.step_division import StepDivision

@@ -22,7 +22,7 @@ from identify.estimation.parameters import BASE, Change
 from identify.loops.loop_data import LoopData, gap_and_motion_errors, with_turns_moved
 from measure.common.arrays import Array
 from measure.common.errors import InputError, nearest
-from measure.common.threads import side_by_side
+from simulate.dispatch.threads import side_by_side
 from simulate.model.effect import Effect
 from simulate.model.model import Model
 

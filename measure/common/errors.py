@@ -4,14 +4,11 @@ from __future__ import annotations
 
 import difflib
 import re
-from collections.abc import Callable, Iterable
-from typing import TypeVar
+from collections.abc import Iterable
 
 # Control characters but the line end, what turns the direction of writing or has no width, and bytes of names that are not UTF-8.
 _UNSEEN = re.compile("[\x00-\x09\x0b-\x1f\x7f-\x9f\u200b-\u200f\u2028-\u202e\u2060-\u2069\ufeff\ud800-\udfff]")
 _LONGEST_SHOWN = 60
-_Given = TypeVar("_Given")
-_Made = TypeVar("_Made")
 
 
 class InputError(ValueError):
@@ -66,22 +63,3 @@ def found(value: object) -> str:
 
 
 _KINDS = {list: "a list", tuple: "a list", dict: "a table"}
-
-
-def for_each(function: Callable[[_Given], _Made], items: Iterable[_Given]) -> list[_Made]:
-    """What a function makes of each item.
-
-    Raises
-    ------
-    InputError
-        It refuses some; one error then holds what it says of each of these.
-    """
-    made, wrong = [], []
-    for item in items:
-        try:
-            made.append(function(item))
-        except InputError as error:
-            wrong.append(str(error))
-    if wrong:
-        raise InputError("\n".join(dict.fromkeys(wrong)))
-    return made

@@ -11,7 +11,8 @@ import numpy as np
 
 from identify.campaign.campaign_file import Campaign, ListedRun, is_film, read_list
 from identify.loops.loop_data import prepare
-from measure.common.errors import InputError, for_each
+from measure.common.errors import InputError
+from measure.common.every_error import for_each
 from measure.geometry.film_project import Project, read_project
 from measure.readers.column_mapping import ColumnMapping, read_mapping
 from measure.readers.loop_file import read_loop_file

@@ -7,7 +7,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from identify.gap.gap_test import GAP_P, gap_test
 
 from identify.campaign.run import Run
 from identify.campaign.runs import read_campaign
@@ -15,6 +14,7 @@ from identify.estimation.fit import Fit
 from identify.estimation.least_squares import before_the_stops, solve
 from identify.estimation.multistart import from_elsewhere, released_again, searched_everywhere
 from identify.estimation.problem import problem_of
+from identify.gap.gap_test import GAP_P, gap_test
 from measure.readers.measurement import read_measurement
 from simulate.files.model_file import read_model
 

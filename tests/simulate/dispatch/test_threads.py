@@ -11,8 +11,8 @@ import pytest
 from identify.campaign.runs import read_campaign
 from identify.estimation import problem as problems
 from identify.estimation.problem import problem_of
-from measure.common.threads import others_busy, side_by_side
 from simulate.dispatch.compiled_code import compiled_once
+from simulate.dispatch.threads import others_busy, side_by_side
 from simulate.effects import CATALOGUE
 from simulate.files.model_file import read_model
 
