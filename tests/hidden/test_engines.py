@@ -11,7 +11,7 @@ from board.platform_ode import SAID, moved_by_ode
 from board.rigs import drawn_rig
 from board.shaker import stroke_of
 from board.shapes import drawn
-from board.specs import NOT_IN_MUJOCO, ONLY_IN_THE_KERNEL, OUTSIDE, Spec
+from board.specs import NOT_IN_MUJOCO, OF_THE_MODEL_FILE, ONLY_IN_THE_KERNEL, OUTSIDE, Spec
 
 from simulate.effects import CATALOGUE, JointFriction
 from simulate.model.model import Model
@@ -75,4 +75,4 @@ def test_an_effect_that_is_not_written_a_second_time_is_refused_and_not_left_out
 
 def test_what_no_other_engine_says_is_listed():
     measured = {name for name, kind in CATALOGUE.items() if kind.acts_on == "measurement"}
-    assert set(CATALOGUE) == {*SAID, *ONLY_IN_THE_KERNEL, *measured}
+    assert set(CATALOGUE) == {*SAID, *ONLY_IN_THE_KERNEL, *OF_THE_MODEL_FILE, *measured}

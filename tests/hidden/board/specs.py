@@ -41,7 +41,10 @@ ONLY_IN_THE_KERNEL = ("joint-friction", "backlash", "series-play", "flexible-bas
 NOT_IN_MUJOCO = (*ONLY_IN_THE_KERNEL, "leg-mass", "counterweight-inertia", "pulley-inertia")
 
 
-NOT_HIDDEN = ("flexible-base",)  # of which a heavier one shows less, so that it has no size that the runs can just detect
+# What the model file itself may have wrong is hidden by the board of model errors, not by an engine.
+OF_THE_MODEL_FILE = ("platform-mass", "platform-inertia", "geometry-error", "stop-stiffness", "stored-force-per-run")
+# Of a flexible base a heavier one shows less, so that it has no size that the runs can just detect.
+NOT_HIDDEN = ("flexible-base", *OF_THE_MODEL_FILE)
 HIDDEN = tuple(name for name in CATALOGUE if name not in NOT_HIDDEN)
 
 

@@ -128,7 +128,7 @@ def test_a_laboratorys_own_file_is_compared_beside_a_trajectory(laboratory, tabl
 
 
 def test_a_laboratorys_file_without_its_mapping_is_refused_with_the_options_that_help(laboratory):
-    with pytest.raises(InputError, match="--column time=NUMBER"):
+    with pytest.raises(InputError, match="--column time=1"):
         read_campaign([laboratory])
 
 

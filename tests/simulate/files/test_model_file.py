@@ -135,7 +135,7 @@ def test_an_unknown_key_is_refused_with_the_nearest_one(text, named):
         (TEXT.replace("b_u_N = 2.89", "b_u_N = [1.0, 2.0]"), "b_u_N"),
         (TEXT + "[platform]\nmass_kg = -1.0\n", "platform.mass_kg"),
         (TEXT + "[simulation]\nduration_s = inf\n", "simulation.duration_s"),
-        (TEXT + '[[effect]]\nname = "hub-inertia"\nmass_kg = -0.1\n', "within 0 and 1e+06"),
+        (TEXT + '[[effect]]\nname = "hub-inertia"\nmass_kg = -0.1\n', "within 0 and 1e+12"),
         (TEXT + '[[effect]]\nname = "hub-inertia"\nmass_kg = nan\n', "finite"),
         (TEXT + '[[effect]]\nname = "hub-inertia"\n[[effect]]\nname = "hub-inertia"\n', "twice"),
         (TEXT + "[[effect]]\nmass_kg = 0.1\n", "no name"),
