@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -108,6 +108,10 @@ class Marks:
     def median_sigma_px(self) -> float:
         """Median standard deviation of a coordinate over all observations, px; NaN without any."""
         return float(np.nanmedian(self.sigma_px)) if self.observed.any() else np.nan
+
+    def widened(self, factor: float) -> Marks:
+        """The same with standard deviations that are `factor` times as large."""
+        return replace(self, covariance_px2=self.covariance_px2 * factor**2)
 
     def only(self, kept: NDArray[np.bool_]) -> Marks:
         """The same for some of the marks; kept : (marks,) array of bool."""

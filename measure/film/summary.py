@@ -22,11 +22,8 @@ if TYPE_CHECKING:
     from measure.geometry.rigid_body import Fit
     from measure.geometry.scale import PictureScale
 
-_NOT_RIGID = 10.0
-"""Misfit of the marks to the fitted body, in their own standard deviations, from which the geometry is wrong and not the noise."""
-
 _NOT_RIGID_PX = 0.1
-"""The same in px: a misfit below is of the lens or the light, and the widened standard deviations hold it."""
+"""Misfit of the marks in px, below which it is of the lens or the light, and the widened standard deviations hold it."""
 
 _SEEN_SHARE = 0.5
 """Share of the sightings that must be there for a body to be known by its marks."""
@@ -111,7 +108,7 @@ def _verdict(footage: Footage, body: Body, fit: Fit | None, read: int) -> str:
 def _astray(fit: Fit) -> bool:
     """Whether the marks fit the body worse than their own standard deviations and a small error of the lens allow."""
     residual = fit.mark_residual_px
-    return fit.widened > _NOT_RIGID and bool(np.nanmedian(residual) > _NOT_RIGID_PX)
+    return not fit.is_rigid and bool(np.nanmedian(residual) > _NOT_RIGID_PX)
 
 
 def _mark_summary(marks: Marks, fit: Fit | None, i: int) -> dict[str, Any]:
@@ -140,7 +137,8 @@ def _platform_summary(fit: Fit, table: Trajectory) -> dict[str, Any]:
         "channels": list(fit.free),
         "frames_with_pose": int(fit.has_pose.sum()),
         "widened": fit.widened,
-        "remarks": [_GEOMETRY] if fit.widened > _NOT_RIGID else [],
+        "rough": dict(zip(fit.free, map(float, fit.rough), strict=True)),
+        "remarks": [_GEOMETRY] if not fit.is_rigid else [],
         "range": {c: _range(table.channels[c]) for c in CHANNELS if c in table.channels},
         "instants": _instants(table),
         "median_sigma": {c: float(np.nanmedian(s)) if np.isfinite(s).any() else None for c, s in table.sigma.items()},

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -73,6 +74,7 @@ def track(
         camera = camera_of(project, scale, origin, (footage.width, footage.height))
         body, fit = _fitted(body, camera, project, chosen)
         table = trajectory(body.marks, fit, project.platform.start_height_m, footage.name)
+        body = replace(body, marks=body.marks.widened(fit.widened if fit.is_rigid else 1.0))
     project = _completed(project, footage, body.marks, fps, origin, subset)
     return Tracked(table, body.marks, fit, project, summarise(footage, project, scale, body, fit, table, check))
 

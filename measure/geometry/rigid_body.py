@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from measure.correlation.marks import LOST, MISSING, OK, Marks
 from measure.geometry.body import Body
 from measure.geometry.camera import Camera
+from measure.geometry.roughness import roughness
 from measure.tables.trajectory import CHANNELS, Trajectory
 
 Array = NDArray[np.float64]
@@ -32,6 +33,9 @@ _CULPRIT = 0.2
 """Share of that chi-square that remains when the mark that caused it is left out."""
 
 _OUTLIER_PX = 0.1
+_NOT_RIGID = 10.0
+"""Misfit of the marks to the fitted body, in their own standard deviations, from which the geometry is wrong and not the noise."""
+
 _STEPS = 30
 _SINGULAR = 1e16
 
@@ -55,6 +59,8 @@ class Fit:
     widened : float
         Factor by which the standard deviations were widened because the marks fit the rigid body less well than their
         own standard deviations say.
+    rough : (k,) array
+        Factors by which those of the free channels were widened further because the pose scatters more than they say.
     """
 
     free: Sequence[str]
@@ -63,6 +69,7 @@ class Fit:
     residual_px: Array
     used: NDArray[np.bool_]
     widened: float
+    rough: Array
 
     def __repr__(self) -> str:
         posed = int(self.has_pose.sum())
@@ -72,6 +79,11 @@ class Fit:
     def has_pose(self) -> NDArray[np.bool_]:
         """(frames,): whether the frame has a pose."""
         return np.isfinite(self.covariance[:, 0, 0])
+
+    @property
+    def is_rigid(self) -> bool:
+        """Whether the misfit of the marks can be their noise; otherwise the geometry is wrong."""
+        return self.widened <= _NOT_RIGID
 
     @property
     def mark_residual_px(self) -> Array:
@@ -128,7 +140,10 @@ def fit_platform(marks: Marks, camera: Camera, points: Array, free: Sequence[str
         if t > 0 and np.isfinite(found.misfit):
             misfit.append(found.misfit)
     widened = float(np.sqrt(max(1.0, np.median(misfit)))) if misfit else 1.0
-    return Fit(free, pose, covariance * widened**2, residual, used, widened)
+    covariance *= widened**2
+    sigma = np.sqrt(np.diagonal(covariance, axis1=1, axis2=2))
+    rough = np.array([roughness(pose[:, channel], sigma[:, k]) for k, channel in enumerate(at)])
+    return Fit(free, pose, covariance * np.outer(rough, rough), residual, used, widened, rough)
 
 
 def _weights(marks: Marks) -> Array:
