@@ -14,6 +14,7 @@ from identify.actuator.levels import Levels, drift_significance, levels_of, zero
 from identify.actuator.loops_alone import problem_of_loops, solve_loops
 from identify.actuator.misfit import Misfit, misfit_of
 from identify.actuator.rate_order import polynomials_of
+from identify.actuator.rates_and_strokes import covered
 from identify.actuator.rounding import covariance_of_rounding
 from identify.actuator.suggestions import CHANNEL_EFFECTS, faults_of_drifts, faults_of_trials, moved_beyond, sentence_of
 from identify.actuator.trials import OutOfStep, Trial, tried
@@ -124,8 +125,8 @@ class ActuatorFit:
         return zeros_apart(self.fit, np.array(taken))
 
     def polynomials(self) -> dict[str, tuple[float, ...]]:
-        """Coefficients of a_l, b_l, a_u, b_u in the rate itself, lowest power first."""
-        return polynomials_of(self.fit)
+        """Coefficients of a_l, b_l, a_u, b_u in the rate itself, lowest power first; with frequency, stroke and speed of each loop."""
+        return {**polynomials_of(self.fit), **covered(self.loops)}
 
     def profile(self) -> ProfileCurve:
         """The sum of squares along beta, everything else fitted anew."""

@@ -18,6 +18,7 @@ from identify.estimation.problem import Problem
 from identify.estimation.rate import Abscissa
 from identify.loops.loop_data import LoopData
 from measure.common.arrays import Array
+from simulate.effects import HubInertia
 from simulate.model.effect import Effect
 
 PAPERS_ORDER = 2
@@ -29,13 +30,28 @@ class RateOrder:
 
     papers : coefficients of order 2 by name, lowest power first, fitted to all loops whatever order is taken; None with fewer than
     three frequencies. imitated : parameters of effects that polynomials of order 2 can imitate, as slopes in the frequency
-    squared do a hub's inertia.
+    squared do a hub's inertia. inertia : error on frequencies left out and mass in kg of a fit with a hub's inertia instead of
+    polynomials; None where one is fitted already, or with fewer than three frequencies.
     """
 
     left_out: dict[int, float]
     chosen: int
     papers: dict[str, tuple[float, ...]] | None
     imitated: tuple[str, ...] = ()
+    inertia: tuple[float, float] | None = None
+
+    @property
+    def is_inertia(self) -> bool:
+        """Whether the loops turn as a mass turns them: its one number predicts frequencies left out better than any polynomial does."""
+        of_polynomials = [error for order, error in self.left_out.items() if order]
+        return bool(self.inertia and of_polynomials and self.inertia[0] * (1.0 + WORTH_AN_ORDER) < min(self.left_out.values()))
+
+    @property
+    def inertia_row(self) -> dict[str, float | bool] | None:
+        """The inertia as the JSON of a fit gives it."""
+        if self.inertia is None:
+            return None
+        return {"mass_kg": self.inertia[1], "left_out_nrmse_percent": 100.0 * self.inertia[0], "turns_the_loops": self.is_inertia}
 
     def sentences(self, taken: int) -> list[str]:
         """The orders with their errors, and the paper's polynomials, for people."""
@@ -43,11 +59,20 @@ class RateOrder:
         untold = [str(order) for order in range(PAPERS_ORDER + 1) if order not in self.left_out]
         tail = f"; too few frequencies to judge order {' and '.join(untold)}" if untold else ""
         said = [f"error on frequencies left out of the fit: {listed or 'none'}{tail}; order {taken} is taken"]
+        said += [_inertia_sentence(*self.inertia)] if self.inertia and self.is_inertia else []
         if self.papers is None:
             return [*said, "the paper's polynomials of order 2 want three frequencies"]
         shown = ("{} = {:.5g} {:+.3g} x {:+.3g} x^2".format(name, *row) for name, row in self.papers.items())
         tail = f"; with them {', '.join(self.imitated)} cannot be told from the lines" if self.imitated else ""
         return [*said, f"the paper's polynomials of order 2: {', '.join(shown)}{tail}"]
+
+
+def _inertia_sentence(error: float, mass_kg: float) -> str:
+    return (
+        f"the loops turn with the square of the frequency, as an inertia turns them: {mass_kg:.4g} kg at the hub predict frequencies left "
+        f"out to {100 * error:.2f} %. Give --effect hub-inertia instead of --rate: it acts on the acceleration, and the same polynomials "
+        "in a deployment are a force that follows the speed"
+    )
 
 
 def choose_order(
@@ -81,7 +106,18 @@ def choose_order(
         return RateOrder({}, 0, papers, imitated)
     best = min(left_out.values())
     chosen = next(order for order, error in left_out.items() if error <= (1.0 + WORTH_AN_ORDER) * best)
-    return RateOrder(left_out, chosen, papers, imitated)
+    return RateOrder(left_out, chosen, papers, imitated, _with_inertia(loops, kinds, groups, changes))
+
+
+def _with_inertia(
+    loops: Sequence[LoopData], kinds: tuple[type[Effect], ...], groups: list[list[int]], changes: Sequence[Change]
+) -> tuple[float, float] | None:
+    """Error on frequencies left out and mass of a fit with a hub's inertia and no polynomials."""
+    if len(groups) < PAPERS_ORDER + 1 or any(kind.leg_mass is not None for kind in kinds):
+        return None
+    fit = _whole(problem_of_loops(loops, (*kinds, HubInertia), changes=changes), None)
+    parts = [r for group in groups for r in _predicted(fit, group)]
+    return float(np.sqrt(np.mean(np.concatenate(parts) ** 2))), fit.value(f"{HubInertia.name}.mass_kg")
 
 
 def polynomials_of(fit: Fit) -> dict[str, tuple[float, ...]]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -29,8 +30,36 @@ def polynomials_for(loops: Sequence[LoopData], abscissa: Abscissa, order: int) -
     if abscissa == "none":
         return NO_RATE
     require_rates(loops, abscissa, order)
-    x = rates_of(loops, abscissa)
-    return RatePolynomials(abscissa, order, float((x.min() + x.max()) / 2.0), float(np.ptp(x) / 2.0) or 1.0)
+    x, f = rates_of(loops, abscissa), rates_of(loops, "frequency_Hz")
+    per_Hz = float(f @ x / (f @ f))
+    one_stroke = abscissa == "speed_m_per_s" and np.max(np.abs(x / (per_Hz * f) - 1.0)) < SAME_RATE
+    x = per_Hz * f if one_stroke else x
+    middle, half = float((x.min() + x.max()) / 2.0), float(np.ptp(x) / 2.0) or 1.0
+    return OfOneStroke(abscissa, order, middle, half, per_Hz) if one_stroke else RatePolynomials(abscissa, order, middle, half)
+
+
+@dataclass(frozen=True)
+class OfOneStroke(RatePolynomials):
+    """Polynomials of the speed for loops of one stroke: the speed of each is its frequency times 2 pi A, with one amplitude for all.
+
+    So a fit over the speed is the same as one over the frequency, to the last digits, and says the same of a deployment.
+    """
+
+    speed_per_Hz: float = 1.0
+
+    def z_of(self, data: LoopData) -> float:
+        """The scaled speed of a loop."""
+        return (self.speed_per_Hz * data.frequency_Hz - self.middle) / self.half
+
+
+def covered(loops: Sequence[LoopData]) -> dict[str, tuple[float, ...]]:
+    """Frequency, stroke and mid-stroke speed of each loop, as the rate table of a model file keeps them."""
+    kept = [data for data in loops if np.isfinite(data.mid_stroke_speed_m_per_s) and data.mid_stroke_speed_m_per_s > 0.0]
+    return {
+        "frequency_Hz": tuple(float(data.frequency_Hz) for data in kept),
+        "stroke_m": tuple(float(2.0 * data.amplitude_m) for data in kept),
+        "mid_stroke_speed_m_per_s": tuple(float(data.mid_stroke_speed_m_per_s) for data in kept),
+    }
 
 
 def require_rates(loops: Sequence[LoopData], abscissa: Abscissa, order: int) -> None:

@@ -61,6 +61,7 @@ def _compared(given: Namespace) -> list[str]:
     from identify.campaign.runs import read_campaign, remarks
     from identify.estimation.problem import problem_of
     from identify.gap.compare import compare
+    from simulate.deployment.deploy import warnings_of_rates
     from simulate.files.model_file import read_model
     from simulate.files.own_effects import catalogue_with
 
@@ -70,7 +71,8 @@ def _compared(given: Namespace) -> list[str]:
     with _gate(given).together():
         _write(given, found, [given.model, *(r.path for r in runs if r.path), *given.effects])
     further = [] if found.gap_is_noise else [next_command("explain-gap", given.model, *given.measured)]
-    return [*(f"record   {said}" for said in remarks(runs)), *summary(found), *further]
+    said = [*(f"record   {text}" for text in remarks(runs)), *(f"model    {text}" for text in warnings_of_rates(model))]
+    return [*said, *summary(found), *further]
 
 
 def result_of(found: Comparison) -> dict[str, Any]:

@@ -75,6 +75,7 @@ def _explained(given: Namespace) -> tuple[int, list[str], list[str | Path]]:
     from identify.estimation.problem import problem_of
     from identify.selection.explain import explain
     from identify.selection.search import BUDGETS
+    from simulate.deployment.deploy import warnings_of_rates
     from simulate.files.model_file import read_model
     from simulate.files.own_effects import catalogue_with
 
@@ -87,7 +88,8 @@ def _explained(given: Namespace) -> tuple[int, list[str], list[str | Path]]:
     found = explain(model, runs, catalogue, covariate=given.covariate, tare=given.tare, changes=changes, budget=budget, say=_say(given))
     with _gate(given).together():
         _write(given, found, [given.model, *(r.path for r in runs if r.path), *given.effects])
-    lines = [*(f"record   {said}" for said in remarks(runs)), *summary(found)]
+    said = [*(f"record   {text}" for text in remarks(runs)), *(f"model    {text}" for text in warnings_of_rates(model))]
+    lines = [*said, *summary(found)]
     drafted = found.drafted is not None and found.drafted.carries_over
     files = [*given.effects, *([given.output / FILE] if drafted else [])]
     return (VERDICT_BAD if found.verdict == "unknown" else DONE), lines, [word for file in files for word in ("--effects", file)]

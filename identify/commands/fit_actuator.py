@@ -204,6 +204,7 @@ def _fitted(given: Namespace, data: Sequence[LoopData], notes: list[str]) -> tup
     if chosen:
         left_out = {str(k): 100.0 * error for k, error in chosen.left_out.items()}
         result["rate"] |= {"order": order, "left_out_nrmse_percent": left_out, "papers_order_2": chosen.papers, "imitated": chosen.imitated}
+        result["rate"]["inertia"] = chosen.inertia_row
     return fit, result
 
 

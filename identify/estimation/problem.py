@@ -23,6 +23,7 @@ from identify.loops.loop_data import LoopData, gap_and_motion_errors, with_turns
 from measure.common.arrays import Array
 from measure.common.errors import InputError, nearest
 from simulate.dispatch.threads import side_by_side
+from simulate.kernel.speed_polynomials import with_rate_worked_in
 from simulate.model.effect import Effect
 from simulate.model.model import Model
 
@@ -295,6 +296,7 @@ def problem_of(
     InputError
         A run cannot be used with this model, or a loop has no column of the covariate's name.
     """
+    model = with_rate_worked_in(model)
     films = tuple(film_of(run, run.model(model)) for run in runs if not run.is_loop)
     loops = tuple(loop_of(run, run.model(model)) for run in runs if run.is_loop)
     for loop in loops:

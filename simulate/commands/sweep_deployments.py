@@ -86,6 +86,7 @@ def _pieces(options: Any) -> Path:
 def _reported(options: Any, arguments: Sequence[str]) -> dict[str, Any]:
     """Sweep, and write all that was asked for; the result as JSON has it."""
     from measure.common.output import provenance
+    from simulate.deployment.deploy import warnings_of_rates
     from simulate.model.possible import warnings_of
     from simulate.sweeps.chunks import remove_pieces, require_of_a_sweep
     from simulate.sweeps.tolerance import tolerance_of
@@ -99,7 +100,7 @@ def _reported(options: Any, arguments: Sequence[str]) -> dict[str, Any]:
         **result.report,
         "step": result.step,
         "tolerance": tolerance,
-        "warnings": warnings_of(model),
+        "warnings": [*warnings_of(model), *warnings_of_rates(model)],
         "wall_s": result.wall_s,
         "provenance": note,
     }

@@ -10,13 +10,14 @@ import numpy as np
 from measure.common.arrays import Array
 from measure.common.errors import InputError
 from measure.tables.trajectory import CHANNELS
+from simulate.deployment.rate_range import assumption_of
 from simulate.deployment.result import Deployment, StepError, channels_of
 from simulate.dispatch.formulas import FormulaTable, count_with_power
 from simulate.kernel import integrator
 from simulate.kernel.layout import ALONE, FEW, LEGS, MANY, SAMPLE_SIZE
 from simulate.kernel.model_rows import effects_with_power, formula_table_of, row_of, without_idle
 from simulate.kernel.runge_kutta import compiled_stage
-from simulate.kernel.speed_polynomials import with_rate_as_effect
+from simulate.kernel.speed_polynomials import with_rate_worked_in
 from simulate.kernel.step_division import UNDIVIDED, StepDivision
 from simulate.kernel.step_size import grid, step_of
 from simulate.model.model import Model
@@ -109,7 +110,7 @@ def _widths(runs: int) -> list[tuple[int, slice]]:
 
 
 def _kinds(model: Model) -> list[type]:
-    return [type(effect) for effect in with_rate_as_effect(model).effects] + [type(model.controller)]
+    return [type(effect) for effect in with_rate_worked_in(model).effects] + [type(model.controller)]
 
 
 def deploy_checked(model: Model) -> Deployment:
@@ -128,6 +129,13 @@ def deploy_checked(model: Model) -> Deployment:
         if error.fine or model.simulation.step_s is not None or halvings == _MOST_HALVINGS or finer.diverged_at_s is not None:
             return replace(run, step_error=error)
         run, halvings = replace(finer, model=model), halvings + 1
+
+
+def warnings_of_rates(model: Model) -> list[str]:
+    """What is assumed where asymptotes follow the rate, and where the deployment of the model leaves what was measured; often nothing."""
+    if model.actuator.rate is None:
+        return []
+    return deploy(model).of_rates if model.geometry is not None else assumption_of(model.actuator.rate)
 
 
 def step_error(run: Deployment, finer: Deployment) -> StepError:

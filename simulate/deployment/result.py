@@ -14,8 +14,9 @@ from measure.common.arrays import Array
 from measure.tables.frames import frame_of
 from measure.tables.trajectory import CHANNELS, Trajectory
 from simulate.deployment.energy import energy_balance
+from simulate.deployment.rate_range import assumption_of, beyond_the_loops
 from simulate.kernel.layout import LEGS, SAMPLE_ELONGATION, SAMPLE_ENERGY, SAMPLE_FORCE, SAMPLE_POSE, SAMPLE_SIZE
-from simulate.kernel.speed_polynomials import with_rate_as_effect
+from simulate.kernel.speed_polynomials import with_rate_worked_in
 from simulate.model.model import Model
 from simulate.model.possible import warnings_of
 from simulate.model.rig import geometry_of, leg_lengths, stroke_of
@@ -128,7 +129,7 @@ class Deployment:
     @property
     def energy_J(self) -> dict[str, Array]:
         """The energy balance: what is kinetic, stored and lost, and the work of weight and effects, each (n,), J."""
-        model = with_rate_as_effect(self.model).adjusted()
+        model = with_rate_worked_in(self.model).adjusted()
         return energy_balance(model, self.elongation_m, self.work_J, self.effects_J)
 
     @property
@@ -187,7 +188,14 @@ class Deployment:
     def warnings(self) -> list[str]:
         """What is odd about the model, and that a run which diverged is not to be trusted."""
         diverged = [] if self.diverged_at_s is None else [f"the run diverged at {self.diverged_at_s:g} s, so nothing of it is exact"]
-        return [*warnings_of(self.model), *diverged]
+        return [*warnings_of(self.model), *self.of_rates, *diverged]
+
+    @property
+    def of_rates(self) -> list[str]:
+        """What was assumed of asymptotes that follow the speed, and whether legs were faster than the loops that told them."""
+        good = np.isfinite(self.elongation_m).all(axis=1)
+        beyond = beyond_the_loops(self.model, self.time_s[good], self.elongation_m[good]) if good.sum() > 1 else []
+        return [*assumption_of(self.model.actuator.rate), *beyond]
 
     @property
     def energy_closure(self) -> float:

@@ -24,15 +24,17 @@ class RateDependentAsymptotes(LegEffect):
     two meet at mid-stroke, v = 2 pi f A. The constants are the actuator's own. In [actuator.rate] the same polynomials are
     written with their constants.
 
+    The bounds keep out no polynomial that was measured: slow loops may give 100 N s^2/m^3.
+
     In a loop: level and slope of each branch change from one frequency to the next. In a deployment: the force is the quasi-static
     one at the release and departs from it as the speed builds up.
     """
 
     name = "rate-dependent-asymptotes"
-    a_l: tuple[float, ...] = parameter(_OFF, low=-100.0, high=100.0, typical=0.05, doc=_SLOPE + ", uncoiling", source=_PAPER, units=_SLOPES)
-    b_l: tuple[float, ...] = parameter(_OFF, low=-100.0, high=100.0, typical=0.02, doc=_LEVEL + ", uncoiling", source=_PAPER, units=_LEVELS)
-    a_u: tuple[float, ...] = parameter(_OFF, low=-100.0, high=100.0, typical=0.05, doc=_SLOPE + ", coiling", source=_PAPER, units=_SLOPES)
-    b_u: tuple[float, ...] = parameter(_OFF, low=-100.0, high=100.0, typical=0.02, doc=_LEVEL + ", coiling", source=_PAPER, units=_LEVELS)
+    a_l: tuple[float, ...] = parameter(_OFF, low=-1e6, high=1e6, typical=0.05, doc=_SLOPE + ", uncoiling", source=_PAPER, units=_SLOPES)
+    b_l: tuple[float, ...] = parameter(_OFF, low=-1e6, high=1e6, typical=0.02, doc=_LEVEL + ", uncoiling", source=_PAPER, units=_LEVELS)
+    a_u: tuple[float, ...] = parameter(_OFF, low=-1e6, high=1e6, typical=0.05, doc=_SLOPE + ", coiling", source=_PAPER, units=_SLOPES)
+    b_u: tuple[float, ...] = parameter(_OFF, low=-1e6, high=1e6, typical=0.02, doc=_LEVEL + ", coiling", source=_PAPER, units=_LEVELS)
 
     @staticmethod
     def leg_asymptotes(u: float, v: float, t: float, p: Any, h: Any) -> None:

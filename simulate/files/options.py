@@ -37,6 +37,9 @@ def model_from_options(given: Namespace) -> tuple[Model, Mapping[str, type[Effec
     from simulate.files.model_file import read_model
     from simulate.files.own_effects import catalogue_with
     from simulate.files.settings import with_settings
+    from simulate.kernel.speed_polynomials import with_rate_worked_in
 
     catalogue = catalogue_with(given.effects)
-    return with_settings(read_model(given.model, catalogue), given.set, catalogue), catalogue
+    of_rate = [setting for setting in given.set if setting.strip().startswith("actuator.rate")]
+    model = with_rate_worked_in(with_settings(read_model(given.model, catalogue), of_rate, catalogue))
+    return with_settings(model, [setting for setting in given.set if setting not in of_rate], catalogue), catalogue

@@ -27,7 +27,7 @@ from simulate.kernel.layout import (
     VELOCITY,
     WEIGHT,
 )
-from simulate.kernel.speed_polynomials import with_rate_as_effect
+from simulate.kernel.speed_polynomials import with_rate_worked_in
 from simulate.model.control import SampledController
 from simulate.model.model import Model
 from simulate.model.rig import Geometry, geometry_of, leg_lengths, per_leg
@@ -44,10 +44,10 @@ def row_of(model: Model) -> Array:
     Raises
     ------
     InputError
-        The model has no geometry, or asymptotes that follow a cycling frequency, which a deployment does not have.
+        The model has no geometry, or asymptotes that follow a cycling frequency of loops whose stroke is not known.
     """
     with np.errstate(all="ignore"):
-        row = _row(with_rate_as_effect(model))
+        row = _row(with_rate_worked_in(model))
     if not np.all(np.isfinite(row)):
         raise InputError(f'model "{model.name}": some of its numbers are too large, or too small, to be computed with. Check them.')
     return row
@@ -81,7 +81,7 @@ def without_idle(models: Sequence[Model]) -> list[Model]:
 
 def formula_table_of(model: Model) -> FormulaTable:
     """The formulas that the row of this model is read by."""
-    effects = with_rate_as_effect(model).effects
+    effects = with_rate_worked_in(model).effects
     table = formula_table(effects, PARAMETERS)
     if model.controller is None:
         return table
@@ -90,7 +90,7 @@ def formula_table_of(model: Model) -> FormulaTable:
 
 def effects_with_power(model: Model) -> tuple[str, ...]:
     """Names of the effects whose formulas do work, in the order of the kernel's energy balance; one stands there once a formula."""
-    effects = with_rate_as_effect(model).effects
+    effects = with_rate_worked_in(model).effects
     of_effects = tuple(effect.name for kind in WITH_POWER for effect in effects if getattr(type(effect), kind) is not None)
     return of_effects if model.controller is None else (*of_effects, CONTROLLER)
 

@@ -19,7 +19,7 @@ from typing import Any
 import numpy as np
 
 from measure.common.arrays import Array
-from simulate.kernel.speed_polynomials import with_rate_as_effect
+from simulate.kernel.speed_polynomials import with_rate_worked_in
 from simulate.model.model import Model
 from simulate.model.rig import geometry_of, per_leg
 
@@ -57,7 +57,7 @@ class Reference:
     """A model, its state at the release, and how both move on."""
 
     def __init__(self, model: Model) -> None:
-        self.model = with_rate_as_effect(model)
+        self.model = with_rate_worked_in(model)
         at = self.at = self.model.adjusted()
         g, body = geometry_of(at), at.platform
         self.centre, factor = np.array(body.centre_of_mass_m), at.gravity.mass_factor

@@ -75,6 +75,27 @@ class Rate:
     """polynomial of a_u, N/m; empty: a_u_N_per_m"""
     b_u: tuple[Number, ...] = ()
     """polynomial of b_u, N; empty: b_u_N"""
+    frequency_Hz: tuple[Positive, ...] = ()
+    """frequency of each loop that they were fitted to"""
+    stroke_m: tuple[Positive, ...] = ()
+    """stroke of each loop from turning point to turning point, twice its amplitude A"""
+    mid_stroke_speed_m_per_s: tuple[Positive, ...] = ()
+    """speed of each loop in the middle of its stroke, 2 pi f A"""
+
+    @model_validator(mode="after")
+    def _is_of_the_same_loops(self) -> Rate:
+        lengths = {len(of) for of in (self.frequency_Hz, self.stroke_m, self.mid_stroke_speed_m_per_s) if of}
+        if len(lengths) > 1:
+            raise ValueError("frequency_Hz, stroke_m and mid_stroke_speed_m_per_s must hold one number for each loop")
+        return self
+
+    @property
+    def speed_per_Hz(self) -> float | None:
+        """Speed at mid-stroke over frequency, 2 pi A, m: the one that fits all loops best; None where no stroke is known."""
+        f, v = np.array(self.frequency_Hz), np.array(self.mid_stroke_speed_m_per_s)
+        if len(f) and len(v):
+            return float(f @ v / (f @ f))
+        return float(np.pi * np.mean(self.stroke_m)) if self.stroke_m else None
 
 
 @dataclass(frozen=True, config=CHECKED)
