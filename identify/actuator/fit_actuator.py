@@ -33,7 +33,7 @@ from identify.loops.faults import Fault
 from identify.loops.loop_data import LoopData, effective_number
 from identify.loops.paper_recipe import Recipe, paper_recipe
 from identify.loops.residual_dependence import Dependence, depends_on
-from identify.loops.sign import units_apart
+from identify.loops.sign import swapped_channels, units_apart
 from measure.common.arrays import Array
 from simulate.effects import SensorLag
 from simulate.model.effect import Effect
@@ -239,7 +239,7 @@ def _solved(
 
 def judged(fit: Fit, loops: tuple[LoopData, ...], *, suggest: bool = True) -> ActuatorFit:
     """A fit with everything that is said of it: what is left, which effects would explain it, and how far its numbers can be trusted."""
-    of_channels = [*(fault for data in loops for fault in data.faults), *units_apart(loops)]
+    of_channels = [*(fault for data in loops for fault in data.faults), *units_apart(loops), *swapped_channels(loops)]
     refused = any(fault.consequence == "refused" for fault in of_channels)
     trials = () if refused else tried(fit, None if suggest else CHANNEL_EFFECTS)
     better = trials[0] if trials else None

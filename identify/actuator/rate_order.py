@@ -93,9 +93,10 @@ def choose_order(
     """
     groups = groups_of_rate(rates_of(loops, abscissa))
     left_out: dict[int, float] = {}
-    fit, papers, imitated = None, None, ()
+    fit, flat, papers, imitated = None, None, None, ()
     for order in range(min(PAPERS_ORDER, len(groups) - 1) + 1):
         fit = _whole(problem_of_loops(loops, kinds, abscissa, order, changes=changes), fit)
+        flat = flat or fit
         if order == PAPERS_ORDER:
             papers, imitated = polynomials_of(fit), _imitated(fit)
         if order <= len(groups) - 2:
@@ -106,16 +107,16 @@ def choose_order(
         return RateOrder({}, 0, papers, imitated)
     best = min(left_out.values())
     chosen = next(order for order, error in left_out.items() if error <= (1.0 + WORTH_AN_ORDER) * best)
-    return RateOrder(left_out, chosen, papers, imitated, _with_inertia(loops, kinds, groups, changes))
+    return RateOrder(left_out, chosen, papers, imitated, _with_inertia(loops, kinds, groups, changes, flat))
 
 
 def _with_inertia(
-    loops: Sequence[LoopData], kinds: tuple[type[Effect], ...], groups: list[list[int]], changes: Sequence[Change]
+    loops: Sequence[LoopData], kinds: tuple[type[Effect], ...], groups: list[list[int]], changes: Sequence[Change], flat: Fit | None
 ) -> tuple[float, float] | None:
-    """Error on frequencies left out and mass of a fit with a hub's inertia and no polynomials."""
+    """Error on frequencies left out and mass of a fit with a hub's inertia and no polynomials, begun from that without either."""
     if len(groups) < PAPERS_ORDER + 1 or any(kind.leg_mass is not None for kind in kinds):
         return None
-    fit = _whole(problem_of_loops(loops, (*kinds, HubInertia), changes=changes), None)
+    fit = _whole(problem_of_loops(loops, (*kinds, HubInertia), changes=changes), flat)
     parts = [r for group in groups for r in _predicted(fit, group)]
     return float(np.sqrt(np.mean(np.concatenate(parts) ** 2))), fit.value(f"{HubInertia.name}.mass_kg")
 

@@ -59,6 +59,7 @@ def _parser() -> Any:
     add_parameter_options(made)
     add_effects_option(made)
     made.add_argument("--model", type=Path, metavar="MODEL", help="put the actuator into this model instead of a bare one")
+    made.add_argument("--curve", type=Path, metavar="FILE", help="measured, corrected and fitted force of every sample that counts (CSV)")
     made.add_argument("--figure", type=Path, metavar="FILE", help="loops, model and residual on one page (png, pdf, svg)")
     return examples(
         made,
@@ -90,7 +91,7 @@ def _next(given: Namespace) -> str:
 
 def _gate(given: Namespace) -> Outputs:
     """All that the command writes and reads."""
-    files = {"--output": given.output, "--json": given.json, "--figure": given.figure, "--save-mapping": given.save_mapping}
+    files = {f"--{name.replace('_', '-')}": getattr(given, name) for name in ("output", "json", "figure", "curve", "save_mapping")}
     read = [*given.loops, *given.effects, *filter(None, (given.model, given.mapping))]
     return Outputs({} if given.preview else files, {}, read)
 
@@ -183,6 +184,7 @@ def _saved(given: Namespace, mapping: ColumnMapping, turned: Turned, understood:
 
 
 def _fitted(given: Namespace, data: Sequence[LoopData], notes: list[str]) -> tuple[Any, dict[str, Any]]:
+    from identify.actuator.curves import statistics_of, statistics_sentence
     from identify.actuator.fit_actuator import fit_actuator
     from identify.loops.covariates import hint
     from identify.report.loop_result import result_of
@@ -201,6 +203,8 @@ def _fitted(given: Namespace, data: Sequence[LoopData], notes: list[str]) -> tup
     said = [*said, *filter(None, [hint(fit.covariate_shares)])]
     said += chosen.sentences(order) if chosen else []
     result = result_of(fit, data, [*notes, *said])
+    result["statistics"] = statistics_of(fit)
+    result["notes"].append(statistics_sentence(result["statistics"]))
     if chosen:
         left_out = {str(k): 100.0 * error for k, error in chosen.left_out.items()}
         result["rate"] |= {"order": order, "left_out_nrmse_percent": left_out, "papers_order_2": chosen.papers, "imitated": chosen.imitated}
@@ -298,3 +302,8 @@ def _write(given: Namespace, mapping: ColumnMapping, fit: Any, data: Any, result
         from identify.report.loop_plots import page, save
 
         save(page(fit, data, f"{result['verdict']}: {result['reason']}", profile), given.figure)
+    if given.curve:
+        from identify.actuator.curves import curve_columns
+        from measure.tables.csv_cells import write_columns
+
+        write_columns(curve_columns(fit), given.curve)

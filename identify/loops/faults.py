@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Literal
 
-FaultWord = Literal["saturated", "quantised", "hum", "spikes", "dwells", "drift", "lag", "filter", "sign", "unit"]
+FaultWord = Literal["saturated", "quantised", "hum", "spikes", "dwells", "drift", "lag", "filter", "sign", "unit", "swapped"]
 Consequence = Literal["left out", "widened", "modelled", "refused", "named"]
 
 

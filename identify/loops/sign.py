@@ -11,6 +11,7 @@ import numpy as np
 from identify.criteria import NO_AREA, SAME_UNIT
 from identify.loops.faults import Fault
 from identify.loops.loop_data import LoopData, area, prepare
+from measure.common.arrays import Array
 from measure.tables.loop import Loop
 
 
@@ -84,6 +85,35 @@ def _surely_clockwise(data: LoopData) -> bool:
         return False
     height = area(data, data.force_N) / (2.0 * data.amplitude_m)
     return height < -NO_AREA[0] * data.force_sigma_N / float(np.sqrt(data.used.sum()))
+
+
+_CLEANER = 3.0  # times nearer to a sinusoid: a triangle to the force of a rectangular loop 10, the other way round never above 0.4
+_NO_DRIVE = 0.03  # of the variance beside the fundamental; a triangle has 0.015
+
+
+def swapped_channels(loops: Sequence[LoopData]) -> list[Fault]:
+    """Loops whose force moves as a drive does, a sinusoid or a triangle, and whose elongation does not: the columns may be swapped."""
+    found = []
+    for data in loops:
+        if not data.cycles.spans:
+            continue
+        beside_u, beside_f = (_beside_fundamental(data, channel) for channel in (data.elongation_m, data.force_N))
+        if beside_u > _NO_DRIVE and beside_u > _CLEANER * beside_f:
+            said = (
+                "the force moves like a drive and the elongation like the force of a loop: the two columns are swapped (--column "
+                "elongation=... --column force=...), or the test was driven by force"
+            )
+            found.append(Fault("swapped", "elongation", data.name, "named", beside_u, said))
+    return found
+
+
+def _beside_fundamental(data: LoopData, channel: Array) -> float:
+    """Share of a channel's variance that is no sinusoid of the loop's frequency, level and drift aside."""
+    t, x = data.time_s[data.used], channel[data.used]
+    turn = 2.0 * np.pi * data.frequency_Hz * t
+    basis = np.column_stack([np.ones(len(t)), t - t.mean(), np.sin(turn), np.cos(turn)])
+    left, whole = (x - columns @ np.linalg.lstsq(columns, x, rcond=None)[0] for columns in (basis, basis[:, :2]))
+    return float(left @ left / (whole @ whole)) if whole @ whole > 0.0 else 0.0
 
 
 def units_apart(loops: Sequence[LoopData]) -> list[Fault]:

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from identify.actuator.curves import corrected_force
 from identify.actuator.fit_actuator import ActuatorFit
 from identify.actuator.rates_and_strokes import by_frequency, by_stroke
 from identify.actuator.stiffness import friction_of
@@ -30,7 +31,7 @@ RESIDUAL_AXES = {
 def loop_and_model(axes: Any, fit: ActuatorFit, loops: Sequence[LoopData], which: int = 0) -> Any:
     """One loop measured and modelled, with its asymptotes (Aridon 2009, Fig. 10)."""
     data = loops[which]
-    u, force = 1e3 * data.elongation_m[data.used], data.force_N[data.used] - fit.tares_N[which]
+    u, force = 1e3 * data.elongation_m[data.used], corrected_force(fit, which)[data.used]
     axes.plot(u, force, color="0.65", linewidth=0.8, label="measured")
     axes.plot(u, force - fit.residuals[which], color="black", linewidth=0.8, label="modelled")
     a_l, b_l, a_u, b_u, _ = fit.lines_of(which)
@@ -71,7 +72,7 @@ def loops_side_by_side(axes: Any, fit: ActuatorFit, loops: Sequence[LoopData], c
         data = loops[k]
         a, b = data.cycles.spans[-1] if data.cycles.spans else (0, len(data.time_s))
         shade, style = SHADES[(place // len(STYLES)) % len(SHADES)], STYLES[place % len(STYLES)]
-        axes.plot(1e3 * data.elongation_m[a:b], data.force_N[a:b] - fit.tares_N[k], style, color=shade, linewidth=0.9, label=_name(data))
+        axes.plot(1e3 * data.elongation_m[a:b], corrected_force(fit, k)[a:b], style, color=shade, linewidth=0.9, label=_name(data))
     axes.set(xlabel="elongation (mm)", ylabel="force (N)", title=title)
     if len(chosen) <= 12:
         axes.legend(fontsize="xx-small")

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from identify.actuator.curves import corrected_force
 from identify.actuator.fit_actuator import ActuatorFit
 from identify.actuator.rates_and_strokes import rates_of, strokes
 from identify.actuator.stiffness import stiffness_of_cycles
@@ -71,7 +72,7 @@ def _line_alone(fit: ActuatorFit, k: int, data: LoopData) -> Array | None:
     """Slope and level in the middle, lower then upper, of one loop by itself, the forces of effects taken out of it."""
     lines, centre = fit.lines_of(k), fit.centre_m
     without = free_start(lines, data)[1] - (free_start(lines, data, fit.effects)[1] if fit.effects else free_start(lines, data)[1])
-    straight = straight_lines([replace(data, force_N=data.force_N - fit.tares_N[k] + without)])
+    straight = straight_lines([replace(data, force_N=corrected_force(fit, k) + without)])
     if straight is None or (1.0 - STRAIGHT_FROM) * 2.0 * data.amplitude_m * lines[4] < _STRAIGHT:
         return None
     a_l, b_l, a_u, b_u, _ = shifted(straight, float(lines[4]))

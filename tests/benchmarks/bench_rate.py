@@ -1,7 +1,7 @@
 """What each way to model the rate does to a deployment and to the design: `python tests/benchmarks/bench_rate.py`.
 
 One set of loops, the demonstration's, and its rig. The loops turn with the square of the frequency, because a hub inertia of 0.01 kg was
-put into them. Prints the table of `docs/how-to/rate-dependence.md`; it takes a minute.
+put into them. Prints the table of `docs/how-to/rate-dependence.md`; it takes half a minute.
 """
 
 from __future__ import annotations
@@ -27,6 +27,14 @@ DEMO = Path(__file__).resolve().parents[2] / "datasets" / "demo"
 PROBABILITY, ANGLE_DEG = 0.95, 5.0
 INITIAL_FORCE_N = 2.987  # at the release, which no loop tells: the same for all
 TRUTH = Actuator(-0.12, 2.79, -0.10, 2.89, 400.0, INITIAL_FORCE_N)
+COLUMNS = (
+    "way",
+    "error on its loops, %",
+    "full height after, ms",
+    "fastest leg, m/s",
+    "theta_z over one b_l, deg/N",
+    "spread that keeps 5 deg, mN",
+)
 WAYS: dict[str, tuple[str, dict[str, Any]]] = {
     "law alone": ("*", {}),
     "`--rate frequency`, order 1": ("*", {"abscissa": "frequency_Hz", "order": 1}),
@@ -62,8 +70,7 @@ def row_of(name: str, model: Model, error: float) -> str:
 def main() -> None:
     """Print the table."""
     rig = read_model(DEMO / "rig.toml")
-    print("| way | error on its loops, % | full height after, ms | fastest leg, m/s | theta_z over one b_l, deg/N | spread that keeps 5 deg, mN |")
-    print("| --- | --- | --- | --- | --- | --- |")
+    print(f"| {' | '.join(COLUMNS)} |\n|{' --- |' * len(COLUMNS)}")
     for name, (pattern, options) in WAYS.items():
         data = loops(pattern)
         fit = fit_actuator(data, suggest=False, **options)

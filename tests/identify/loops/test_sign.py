@@ -7,7 +7,7 @@ import pytest
 
 from identify.campaign.runs import read_campaign, remarks
 from identify.loops.loop_data import area, prepare
-from identify.loops.sign import oriented
+from identify.loops.sign import oriented, swapped_channels
 from measure import Loop, write_loop
 from simulate.loop import loop_force
 
@@ -49,3 +49,17 @@ def test_a_campaign_turns_its_loops_too_and_says_so(tmp_path):
     assert isinstance(run.table, Loop)
     assert run.table.elongation_m == pytest.approx(loop().elongation_m, abs=1e-9)
     assert remarks([run]) == ["loop.csv: the loops run clockwise as given, so the elongation was counted the other way round"]
+
+
+@pytest.mark.parametrize("beta", [40.0, 400.0])
+@pytest.mark.parametrize("triangle", [False, True])
+def test_swapped_channels_are_said_and_right_ones_are_not(beta, triangle):
+    chance, t = np.random.default_rng(7), np.arange(1060) / 200.0
+    turn = np.sin(2 * np.pi * t)
+    u = 0.25 + 0.04 * (2 / np.pi * np.arcsin(turn) if triangle else turn)
+    force = loop_force(np.array([-0.25, 2.79, -0.3, 2.89, beta]), t, u, 0 * t, 0 * t, 2.8) + 2e-3 * chance.standard_normal(len(t))
+    u = u + 1e-5 * chance.standard_normal(len(t))
+    assert swapped_channels([prepare(Loop(t, u, force))]) == []
+    said = swapped_channels([prepare(Loop(t, force, u))])
+    # where the loop is an ellipse nearly, nothing shows it
+    assert [fault.word for fault in said] == (["swapped"] if beta > 100.0 or triangle else [])
