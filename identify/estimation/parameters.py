@@ -49,7 +49,7 @@ class Parameter:
     def shift(self, q: float) -> float:
         """How far a value is from the start, in the parameter's unit."""
         way = q * self.scale
-        return self.start * float(np.expm1(way / self.start)) if self.log else way
+        return self.start * float(np.expm1(np.clip(way / self.start, -30.0, 30.0))) if self.log else way
 
     def value(self, q: float) -> float:
         """The value in the parameter's own unit."""
