@@ -10,10 +10,9 @@ from numpy.typing import NDArray
 from measure.correlation.criteria import DISTINCT, HARDLY_HIDDEN, LEAST_BLUR_PX, LEAST_ZNCC, MOST_HIDDEN, NOTHING_LEFT
 from measure.correlation.marks import AMBIGUOUS, LOST, OCCLUDED, OK, OUT, Observation, not_observed
 from measure.correlation.reference import Reference
-from measure.correlation.reference_image import blurred, reference
+from measure.correlation.reference_image import blurred
 from measure.correlation.refinement import Expected, Match, recognise
-from measure.correlation.steepest_descent import AFFINE
-from measure.correlation.template_matching import Peak, is_unique, search
+from measure.correlation.template_matching import Peak, search, search_turned
 from measure.footage.footage import Picture
 
 _SEARCH_PX = (8, 32, None)
@@ -22,7 +21,8 @@ _SEARCH_PX = (8, 32, None)
 _BLUR_STEP_PX = 0.25
 _OCCLUDED_FRAMES = 30
 _COAST_FRAMES = 10
-_WHOLE_PICTURE_EVERY = 5
+_WHOLE_PICTURE_AT_FIRST, _WHOLE_PICTURE_EVERY = 3, 5
+"""Frames without a position in all of which the whole picture is searched, and then in one of how many."""
 
 
 @dataclass
@@ -105,11 +105,13 @@ class MarkTracker:
         match = self._refined(picture, guess) if self.missed < _COAST_FRAMES else None
         status = OCCLUDED if self.missed and self.last == OCCLUDED else LOST
         for radius in _SEARCH_PX if match is None else ():
-            if radius is None and self.missed % _WHOLE_PICTURE_EVERY:
+            if radius is None and self.missed >= _WHOLE_PICTURE_AT_FIRST and self.missed % _WHOLE_PICTURE_EVERY:
                 break
             match, status = self._searched(picture, guess, radius, status)
             if match is not None:
                 break
+        if match is None and self.mark.turns and not (self.missed and self.missed % _WHOLE_PICTURE_EVERY):
+            match = self._turned(picture, guess)
         if match is not None and match.hidden > MOST_HIDDEN:
             match, status = None, OCCLUDED
         if match is None:
@@ -133,6 +135,46 @@ class MarkTracker:
         if match is not None and radius is None and not self.unique:
             return None, AMBIGUOUS
         return match, status
+
+    def _turned(self, picture: Picture, guess: NDArray) -> Match | None:
+        """Search for the mark as it looks when it has turned: around the guess, and where nothing else looks like it, everywhere."""
+        for radius in (_SEARCH_PX[1], None) if self.unique else (_SEARCH_PX[0],):
+            peak, angle = search_turned(picture, self.patch, guess[2], guess[5], radius, self.mark.shape)
+            if peak is None or peak.zncc < NOTHING_LEFT or peak.second > DISTINCT * peak.zncc:
+                continue
+            c, s = np.cos(angle), np.sin(angle)
+            matrix = np.array([[c, -s], [s, c]]) @ self.warp.reshape(2, 3)[:, :2]
+            x, y = self._from_peak(peak)
+            start = np.array([*matrix[0], x, *matrix[1], y])
+            match = recognise(picture, self.mark, start, self.expected.after(True))
+            if match is not None:
+                return match
+        return None
+
+    def look_at(self, picture: Picture, frame: int, place: NDArray[np.float64]) -> Observation | None:
+        """Look for a mark that is lost where the other marks say that it should be.
+
+        Parameters
+        ----------
+        picture : (rows, columns) array
+        frame : int
+            The frame that `observe` has just found nothing in.
+        place : (2,) array
+            Where its reference point should be, px.
+
+        Returns
+        -------
+        Observation or None
+            None where it is not there.
+        """
+        guess = self.warp.copy()
+        guess[[2, 5]] = place - guess.reshape(2, 3)[:, :2] @ self.mark.subset.offset
+        peak = search(picture, self.patch, guess[2], guess[5], _SEARCH_PX[0], self.mark.shape)
+        if peak is None or peak.zncc < LEAST_ZNCC or peak.second > DISTINCT * peak.zncc:
+            return None
+        guess[[2, 5]] = self._from_peak(peak)
+        match = recognise(picture, self.mark, guess, self.expected.after(True))
+        return None if match is None or match.hidden > MOST_HIDDEN else self._accepted(picture, frame, match)
 
     def _from_peak(self, peak: Peak) -> NDArray[np.float64]:
         """The patch was cut around the whole pixel nearest to the subset's centre; put the centre back."""
@@ -172,9 +214,9 @@ class MarkTracker:
         self.warp = match.warp
         point = self.mark.point(match.warp)
         self.places = [*self.places[-2:], (frame, match.warp[[2, 5]])]
-        cut = _cut(picture, match.warp, self.mark.half)
-        if cut is not None and match.hidden < HARDLY_HIDDEN:
-            self.patch = cut
+        patch = cut(picture, match.warp, self.mark.half)
+        if patch is not None and match.hidden < HARDLY_HIDDEN:
+            self.patch = patch
         return Observation(float(point[0]), float(point[1]), match.covariance, match.zncc, match.noise, match.hidden, OK)
 
     def _left(self, picture: Picture, guess: NDArray, status: str) -> str:
@@ -185,55 +227,16 @@ class MarkTracker:
         return status if inside else OUT
 
 
-def _cut(picture: Picture, warp: NDArray, half: int) -> NDArray | None:
-    """The subset as it looks now, for the next search: its present rotation and stretch included."""
-    column, row = round(warp[2]), round(warp[5])
-    patch = picture[max(row - half, 0) : row + half + 1, max(column - half, 0) : column + half + 1]
-    return patch.copy() if patch.shape == (2 * half + 1, 2 * half + 1) else None
-
-
-def mark_tracker(
-    picture: Picture,
-    x: float,
-    y: float,
-    subset: int,
-    warp: int = AFFINE,
-    open_share: float = 0.0,
-    mean: NDArray | None = None,
-    mask: NDArray[np.bool_] | None = None,
-    alone: bool = False,
-) -> MarkTracker:
-    """Prepare to track the mark at (x, y) of the reference image.
+def cut(picture: Picture, warp: NDArray, half: int) -> NDArray | None:
+    """The subset as it looks now, for the next search: its present rotation and stretch included; None over the border.
 
     Parameters
     ----------
     picture : (rows, columns) array
-        The first frame.
-    x, y : float
-        Reference point, px.
-    subset : int
-        Side of the subset, odd, px.
-    warp : int
-        The richest warp allowed: 2, 3 or 6 parameters.
-    open_share : float
-        Exposure time over the time from frame to frame.
-    mean : (rows, columns) array, optional
-        Mean of several frames at rest, to be the reference image in place of `picture`.
-    mask : (rows, columns) array of bool, optional
-        Pixels that belong to marks.
-    alone : bool
-        Nothing else looks like the mark, so that the whole picture need not be searched for its like.
-
-    Returns
-    -------
-    MarkTracker
-
-    Raises
-    ------
-    InputError
-        The subset reaches over the border, or has too little texture.
+    warp : (6,) array
+    half : int
+        The subset is 2 half + 1 px wide.
     """
-    mark = reference(picture if mean is None else mean, x, y, subset, warp, mask)
-    patch = _cut(picture, mark.start, mark.half)
-    assert patch is not None
-    return MarkTracker(mark, patch, mark.start, alone or is_unique(picture, patch, x, y, DISTINCT, mark.shape), open_share)
+    column, row = round(warp[2]), round(warp[5])
+    patch = picture[max(row - half, 0) : row + half + 1, max(column - half, 0) : column + half + 1]
+    return patch.copy() if patch.shape == (2 * half + 1, 2 * half + 1) else None

@@ -10,6 +10,9 @@ from numpy.typing import NDArray
 
 from measure.correlation.steepest_descent import AFFINE, EUCLIDEAN, TRANSLATION
 
+_MOSTLY = 0.9
+"""Share of a rotation that must be determined for the mark to be searched for turned."""
+
 
 @dataclass(frozen=True)
 class Subset:
@@ -105,6 +108,12 @@ class Reference:
     def determined(self) -> NDArray[np.float32]:
         """(r, n): steepest-descent images along the determined directions."""
         return np.ascontiguousarray(self.basis.T @ self.descent, np.float32)
+
+    @property
+    def turns(self) -> bool:
+        """Whether the texture shows a rotation of the mark in the picture."""
+        rotation = np.array([0.0, -1.0, 1.0, 0.0]) / np.sqrt(2.0)
+        return self.warp == EUCLIDEAN or (self.warp == AFFINE and bool(np.linalg.norm(self.followed @ rotation) > _MOSTLY))
 
     @property
     def followed(self) -> NDArray[np.float64]:

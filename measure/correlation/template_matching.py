@@ -13,6 +13,12 @@ Mask = NDArray[np.bool_]
 _FLAT = 0.02
 """Share of the patch's variance below which a place counts as flat; there a correlation is a quotient of roundings."""
 
+_ANGLES = tuple(float(angle) for angle in np.radians([-30.0, -20.0, -10.0, 10.0, 20.0, 30.0]))
+"""Turns that are tried, rad: a patch is still known when it is turned by half a step more."""
+
+_NEAR_PX = 4
+"""Radius of the search at full resolution around what was found at half of it."""
+
 
 @dataclass(frozen=True)
 class Peak:
@@ -72,6 +78,64 @@ def search(picture: NDArray, patch: NDArray, x: float, y: float, radius: int | N
     away = max(half, 3)
     scores[max(row - away, 0) : row + away + 1, max(column - away, 0) : column + away + 1] = -1.0
     return Peak(int(column) + left + half, int(row) + top + half, best, float(scores.max()))
+
+
+def search_turned(
+    picture: NDArray, patch: NDArray, x: float, y: float, radius: int | None, mask: Mask | None = None
+) -> tuple[Peak | None, float]:
+    """Find a patch near (x, y) that has turned by up to 30 deg, in steps of 10 deg, by the pixels of its inscribed circle.
+
+    The whole picture is searched at half its resolution first.
+
+    Parameters
+    ----------
+    picture, patch, x, y, radius, mask
+        As in `search`.
+
+    Returns
+    -------
+    peak : Peak or None
+        The best over all angles.
+    angle : float
+        That of the best, rad, positive from x to y.
+    """
+    turned = [_turned(patch, mask, angle) for angle in _ANGLES]
+    if radius is not None:
+        found = [search(picture, image, x, y, radius, circle) for image, circle in turned]
+        return _best(found)
+    coarse = _half(picture)
+    rough, angle = _best([search(coarse, _half(image), 0, 0, None, _half(circle.astype(np.float32)) >= 0.5) for image, circle in turned])
+    if rough is None:
+        return None, 0.0
+    image, circle = turned[_ANGLES.index(angle)]
+    fine = search(picture, image, 2.0 * rough.x, 2.0 * rough.y, _NEAR_PX, circle)
+    return (None if fine is None else Peak(fine.x, fine.y, fine.zncc, rough.second)), angle
+
+
+def _best(found: list[Peak | None]) -> tuple[Peak | None, float]:
+    scored = [(peak.zncc, angle, peak) for peak, angle in zip(found, _ANGLES, strict=True) if peak is not None]
+    _, angle, peak = max(scored, key=lambda one: one[0], default=(0.0, 0.0, None))
+    return peak, angle
+
+
+def _turned(patch: NDArray, mask: Mask | None, angle: float) -> tuple[NDArray, Mask]:
+    """A patch turned about its middle, and which of its pixels are known: those of the circle, and of the mask turned likewise."""
+    size = len(patch)
+    middle = size // 2
+    y, x = np.mgrid[:size, :size] - middle
+    known = np.hypot(x, y) <= middle
+    matrix = cv2.getRotationMatrix2D((middle, middle), -np.degrees(angle), 1.0)
+    image = cv2.warpAffine(patch.astype(np.float32), matrix, (size, size), borderMode=cv2.BORDER_REPLICATE)
+    if mask is not None:
+        known &= cv2.warpAffine(mask.astype(np.float32), matrix, (size, size)) >= 0.5
+    return image, known
+
+
+def _half(image: NDArray) -> NDArray:
+    """A picture at half its resolution, of an odd side where it is a patch."""
+    small = cv2.resize(image, None, fx=0.5, fy=0.5, interpolation=cv2.INTER_AREA)
+    square = small.shape[0] == small.shape[1] and not small.shape[0] % 2
+    return np.ascontiguousarray(small[:-1, :-1] if square else small)
 
 
 def correlation_map(window: NDArray, patch: NDArray, mask: Mask | None = None) -> NDArray[np.float32]:

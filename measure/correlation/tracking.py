@@ -9,14 +9,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from measure.common.errors import InputError
-from measure.correlation.mark_tracker import MarkTracker, mark_tracker
-from measure.correlation.marks import MISSING, Marks, Observation, gather, not_observed
+from measure.correlation.criteria import DISTINCT
+from measure.correlation.mark_tracker import MarkTracker, cut
+from measure.correlation.marks import MISSING, OK, Marks, Observation, gather, not_observed
 from measure.correlation.reference import Reference
 from measure.correlation.reference_image import reference
 from measure.correlation.rest_frames import at_rest, read_rest
 from measure.correlation.shape_function_bias import NODES, Response, node_weights
 from measure.correlation.steepest_descent import AFFINE, TRANSLATION
+from measure.correlation.template_matching import is_unique
 from measure.footage.footage import Footage, Picture
+
+_FEWEST_THAT_TELL = 2
+"""Marks that say where the others should be."""
 
 
 def check_subset(subset: int) -> None:
@@ -107,11 +112,81 @@ def track_marks(
     for frame, picture in chain(read, frames):
         while len(rows) < frame:
             rows.append([not_observed(MISSING) for _ in trackers])
-        rows.append([tracker.observe(picture, frame) for tracker in trackers])
+        rows.append(_observed(trackers, picture, frame))
     if len(rows) < 2:
         raise InputError(f"{footage.name}: {len(rows)} frames could be read; a motion needs two at least. Copy the film again.")
     names = list(names) or [f"m{i + 1}" for i in range(len(places))]
     return gather(footage.times_s(len(rows), fps), names, responses([tracker.mark for tracker in trackers]), rows)
+
+
+def _observed(trackers: Sequence[MarkTracker], picture: Picture, frame: int) -> list[Observation]:
+    """All marks in one picture; those that are lost are looked for once more where the others say that they should be."""
+    row = [tracker.observe(picture, frame) for tracker in trackers]
+    seen = np.array([observation.status == OK for observation in row])
+    if seen.all() or seen.sum() < _FEWEST_THAT_TELL:
+        return row
+    start = np.array([tracker.mark.point_px for tracker in trackers])
+    now = np.array([[observation.x_px, observation.y_px] for observation in row])
+    expected = _moved(start[seen], now[seen], start)
+    for i in map(int, np.flatnonzero(~seen)):
+        row[i] = trackers[i].look_at(picture, frame, expected[i]) or row[i]
+    return row
+
+
+def _moved(start: NDArray, now: NDArray, points: NDArray) -> NDArray[np.float64]:
+    """Where points go that move with some marks, by shift, rotation and scale: now = a start + b in complex numbers."""
+    z, w = start @ [1.0, 1.0j], now @ [1.0, 1.0j]
+    lever = z - z.mean()
+    a = np.vdot(lever, w - w.mean()) / max(float(np.vdot(lever, lever).real), 1.0)
+    gone = w.mean() + a * (points @ [1.0, 1.0j] - z.mean())
+    return np.column_stack([gone.real, gone.imag])
+
+
+def mark_tracker(
+    picture: Picture,
+    x: float,
+    y: float,
+    subset: int,
+    warp: int = AFFINE,
+    open_share: float = 0.0,
+    mean: NDArray | None = None,
+    mask: NDArray[np.bool_] | None = None,
+    alone: bool = False,
+) -> MarkTracker:
+    """Prepare to track the mark at (x, y) of the reference image.
+
+    Parameters
+    ----------
+    picture : (rows, columns) array
+        The first frame.
+    x, y : float
+        Reference point, px.
+    subset : int
+        Side of the subset, odd, px.
+    warp : int
+        The richest warp allowed: 2, 3 or 6 parameters.
+    open_share : float
+        Exposure time over the time from frame to frame.
+    mean : (rows, columns) array, optional
+        Mean of several frames at rest, to be the reference image in place of `picture`.
+    mask : (rows, columns) array of bool, optional
+        Pixels that belong to marks.
+    alone : bool
+        Nothing else looks like the mark, so that the whole picture need not be searched for its like.
+
+    Returns
+    -------
+    MarkTracker
+
+    Raises
+    ------
+    InputError
+        The subset reaches over the border, or has too little texture.
+    """
+    mark = reference(picture if mean is None else mean, x, y, subset, warp, mask)
+    patch = cut(picture, mark.start, mark.half)
+    assert patch is not None
+    return MarkTracker(mark, patch, mark.start, alone or is_unique(picture, patch, x, y, DISTINCT, mark.shape), open_share)
 
 
 class _RestTest:

@@ -6,8 +6,8 @@ import cv2
 import numpy as np
 from tracking_scenes import MIDDLE, SUBSET
 
-from measure.correlation.mark_tracker import mark_tracker
 from measure.correlation.steepest_descent import AFFINE, TRANSLATION
+from measure.correlation.tracking import mark_tracker
 
 HALF = SUBSET // 2
 
