@@ -6,16 +6,19 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy import fft, stats
+from scipy import fft, signal, stats
 
 from identify.criteria import FAST_NOISE
 from identify.estimation.fit import Fit
+from identify.estimation.noise_model import ChannelNoise, spacing
 from measure.common.arrays import Array
 
 GAP_P = 1e-3  # less likely than this as noise: a gap
 _LOW_SHARE = 0.25
 _LEAST_SAMPLES = 16
 _LEAST_FLOAT = 1e-300
+_LONGEST_MEMORY = 0.95
+_DRAWS, _MOST_DRAWN, _SEED = 50, 20_000, 2009  # of noise, and samples of one
 _LEAST_NOISE = 0.1  # of the noise that a measurement is taken to have
 
 
@@ -23,14 +26,12 @@ _LEAST_NOISE = 0.1  # of the noise that a measurement is taken to have
 class GapTest:
     """Whether what is left is more than noise: probabilities of as much if it were noise.
 
-    slow_p : slow parts of the gap against its fast parts (F test). release_p : the releases against their priors (chi^2).
-    excess : sum of squares of the slow parts beyond what the fast ones say that noise has.
+    slow_p : slow parts of the gap against its fast parts. release_p : the releases against their priors (chi^2).
     """
 
     slow_p: float
     release_p: float
     rms_over_noise: float
-    excess: float
 
     @property
     def p_value(self) -> float:
@@ -46,19 +47,89 @@ def p_words(value: float) -> str:
 def gap_test(fit: Fit) -> GapTest:
     """Test a fit for a gap beyond noise.
 
-    White noise shakes every frequency alike, a missing effect moves the slow ones. The gap of each run and channel is taken apart by a
-    cosine transform; the power of the slow quarter, for each degree of freedom that the fit has left, is compared with that of the rest. A
-    noise level is hardly assumed, so a sigma that is off cannot fake a gap; only what lies below a tenth of the noise is none, whatever its
-    course.
+    Noise has a short memory, a missing effect moves what is slow. The memory of each channel's noise, over all runs, comes from the
+    differences of neighbouring samples, in which a slow gap does not show, and is taken out. Noise then shakes every frequency alike: the
+    power of the slow quarter of a cosine transform, for each degree of freedom that the fit has left, is compared with that of the rest.
+    How far the two differ by chance is seen in noise of the same memory and length that goes the same way (parametric bootstrap). A noise
+    level is hardly assumed, so a sigma that is off cannot fake a gap; only what lies below a tenth of the noise is none, whatever its course.
     """
-    powers = [power for block in fit.problem.blocks if (power := power_of(fit.part(block))) is not None]
-    slow, fast = sum(power.slow for power in powers), sum(power.fast for power in powers)
-    slow_n, fast_n = sum(power.slow_n for power in powers), sum(power.fast_n for power in powers)
-    freedom = max(slow_n - len(fit.q), 1)
-    noise = max(fast / max(fast_n, 1), _LEAST_NOISE**2)
-    slow_p = float(stats.f.sf(slow / freedom / noise, freedom, fast_n)) if fast_n else 1.0
-    excess = max(0.0, slow - freedom * noise) if fast_n else 0.0
-    return GapTest(slow_p, _release_p(fit), fit.rms, excess)
+    return GapTest(slow_p(_by_channel(fit), len(fit.q)), _release_p(fit), fit.rms)
+
+
+def slow_p(channels: Sequence[Sequence[Series]], taken: int = 0) -> float:
+    """How likely noise is as slow as what is left of these channels, of which a fit has taken so many degrees of freedom."""
+    found = [_powers(series) for series in channels]
+    slow_n, count = sum(power.slow_n for power in found), sum(len(one.gaps) for series in channels for one in series)
+    if not count:
+        return 1.0
+    freedom = max(slow_n - taken, 1)
+    ratio = sum(power.slow / power.noise for power in found) / freedom
+    chance, share = np.random.default_rng(_SEED), min(1.0, _MOST_DRAWN / count)
+    drawn = [np.log(_drawn_ratio(channels, share, chance)) for _ in range(_DRAWS)]
+    spread = float(np.std(drawn, ddof=1)) * float(np.sqrt(share * slow_n / freedom))
+    return float(stats.norm.sf((np.log(max(ratio, 1e-300)) - share * float(np.mean(drawn))) / spread))
+
+
+def _by_channel(fit: Fit) -> list[list[Series]]:
+    """What is left, channel by channel, of every run that is long enough to tell."""
+    found: dict[str, list[Series]] = {}
+    for block in fit.problem.blocks:
+        if len(block.samples) >= _LEAST_SAMPLES:
+            found.setdefault(block.channel, []).append(Series(fit.part(block), spacing(block.samples)))
+    return list(found.values())
+
+
+@dataclass(frozen=True)
+class Series:
+    """What is left of a channel of a run, (n,), and how many samples apart neighbours stand, see `noise_model.spacing`."""
+
+    gaps: Array
+    apart: Array
+
+
+def memory(series: Sequence[Series]) -> float:
+    """Correlation rho of neighbouring samples of the noise, from its differences, whose neighbours correlate by -(1 - rho) / 2."""
+    power = product = 0.0
+    for one in series:
+        steps, beside = np.diff(one.gaps), one.apart[1:] == 1.0
+        pairs = beside[1:] & beside[:-1]
+        power += float(np.sum(steps[beside] ** 2))
+        product += float(np.sum(steps[1:][pairs] * steps[:-1][pairs])) * beside.sum() / max(pairs.sum(), 1)
+    return float(np.clip(1.0 + 2.0 * product / power, 0.0, _LONGEST_MEMORY)) if power > 0.0 else 0.0
+
+
+@dataclass(frozen=True)
+class _Powers:
+    """Slow power of a channel's series, their number of slow coefficients, and the noise of one coefficient by the fast ones."""
+
+    slow: float
+    slow_n: int
+    noise: float
+
+
+def _powers(series: Sequence[Series]) -> _Powers:
+    own = ChannelNoise(memory(series))
+    found = [power for one in series if (power := power_of(own.whitened(one.gaps, one.apart))) is not None]
+    fast = sum(power.fast for power in found) / max(sum(power.fast_n for power in found), 1)
+    return _Powers(sum(power.slow for power in found), sum(power.slow_n for power in found), max(fast, _LEAST_NOISE**2))
+
+
+def _drawn_ratio(channels: Sequence[Sequence[Series]], share: float, chance: np.random.Generator) -> float:
+    """Slow over fast power of noise with the memory and the missing samples of these channels, of a share of their length."""
+    slow = slow_n = 0.0
+    for series in channels:
+        rho = memory(series)
+        power = _powers([_noise_like(one, rho, share, chance) for one in series])
+        slow, slow_n = slow + power.slow / power.noise, slow_n + power.slow_n
+    return slow / slow_n
+
+
+def _noise_like(one: Series, rho: float, share: float, chance: np.random.Generator) -> Series:
+    apart = one.apart[: max(int(share * len(one.apart)), _LEAST_SAMPLES)]
+    places = np.cumsum(np.where(np.isfinite(apart), apart, 0.0)).astype(int)
+    innovations = chance.normal(size=places[-1] + 1)
+    innovations[0] /= np.sqrt(1.0 - rho**2)
+    return Series(signal.lfilter([1.0], [1.0, -rho], innovations)[places], apart)
 
 
 @dataclass(frozen=True)

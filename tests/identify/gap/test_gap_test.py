@@ -6,11 +6,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.signal import lfilter
 
 from identify.campaign.run import Run
 from identify.estimation.least_squares import solve
+from identify.estimation.noise_model import spacing
 from identify.estimation.problem import problem_of
-from identify.gap.gap_test import gap_test, p_words
+from identify.gap.gap_test import Series, gap_test, p_words, slow_p
 from identify.gap.localise import locate
 from measure.tables.loop import Loop
 from simulate.effects import HubInertia, ViscousFriction
@@ -56,6 +58,48 @@ def test_a_missing_friction_is_a_gap_and_goes_with_speed():
     assert sum(place.share_percent for place in places) == pytest.approx(100.0)
     assert places[0].run == "2.0 Hz"
     assert {place.phase for place in places} <= {"uncoiling", "coiling", "reversal"}
+
+
+KINDS = ("white", "memory 0.5", "memory 0.8", "heavy tails", "quantised", "30 % missing")
+
+
+def noise(kind, chance, count=250):
+    """One series of noise of a kind, with the distances of its samples."""
+    rho = {"memory 0.5": 0.5, "30 % missing": 0.5, "memory 0.8": 0.8}.get(kind, 0.0)
+    drawn = chance.standard_t(3, count + 50) if kind == "heavy tails" else chance.normal(size=count + 50)
+    made = lfilter([1.0], [1.0, -rho], drawn)[50:]
+    if kind == "quantised":
+        ramp = np.linspace(0.0, 40.0, count)
+        made = np.round(made + ramp) - ramp
+    kept = np.sort(chance.choice(count, int(0.7 * count), replace=False)) if kind == "30 % missing" else np.arange(count)
+    return Series(made[kept], spacing(kept))
+
+
+def p_values(kind, draws, seed):
+    """Of campaigns of four runs and three channels of noise alone."""
+    chance = np.random.default_rng(seed)
+    return np.array([slow_p([[noise(kind, chance) for _ in range(4)] for _ in range(3)]) for _ in range(draws)])
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_noise_of_every_kind_is_called_a_gap_as_rarely_as_is_said(kind):
+    found = p_values(kind, 40, 11)
+    assert np.sum(found < 0.05) <= 7  # more of 40 happen once in 300 times
+    assert found.min() > 1e-4
+
+
+@pytest.mark.calibrate
+@pytest.mark.parametrize("kind", KINDS)
+def test_noise_of_every_kind_over_two_hundred_campaigns(kind):
+    assert 0.03 <= np.mean(p_values(kind, 200, 12) < 0.05) <= 0.08
+
+
+def test_a_slow_gap_beside_noise_with_a_memory_is_seen():
+    chance = np.random.default_rng(13)
+    wave = np.sin(np.linspace(0.0, 4.0 * np.pi, 250))
+    rows = [[noise("memory 0.5", chance) for _ in range(4)] for _ in range(3)]
+    found = [[Series(one.gaps + 1.5 * np.std(one.gaps) * wave, one.apart) for one in series] for series in rows]
+    assert slow_p(found) < 1e-3
 
 
 def test_a_probability_too_small_for_a_float_is_not_called_nought():
