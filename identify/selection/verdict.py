@@ -1,11 +1,11 @@
 """What may be said, from the probabilities of all hypotheses: one rule.
 
-no-gap     nothing missing is in the smallest set that holds 0.95
-named      one name is in every member of that set
-class      the foremost name and those that may stand in its place hold it together
+no-gap     that nothing is missing has more than 0.05, and what is left is noise
+unknown    a force without a name has more than 0.05, or what is left is no noise; or a run held out speaks against the names
+partly     the same, where the foremost names close the larger part of the gap
+named      one name is in every member of the smallest set that holds 0.95
+class      the foremost name and those that may stand in its place hold that set together
 several    the foremost hypothesis has more than one name
-partly     a force without a name is in that set, and the foremost names close the larger part of the gap
-unknown    a force without a name is in that set, and names close little; or a run held out speaks against the names
 """
 
 from __future__ import annotations
@@ -42,16 +42,21 @@ def verdict_of(weights: Mapping[Names, float], *, closes_most: bool, leaves_nois
     leaves_noise : whether what it leaves is as fast as noise.
     """
     listed = _listed(weights)
-    credible = credible_set(weights)
-    if () in credible and leaves_noise:
+    if weights.get((), 0.0) > 1.0 - CREDIBLE and leaves_noise:
         return Verdict("no-gap", (), {}, listed)
+    credible = credible_set(weights)
     foremost = max(credible, key=lambda names: weights[names])
     names = tuple(name for name in foremost if not is_unnamed(name))
-    if not leaves_noise or any(is_unnamed(name) for member in credible for name in member):
+    if not leaves_noise or _of_the_unnamed(weights) > 1.0 - CREDIBLE:
         return Verdict("partly" if names and closes_most else "unknown", names, _rivals(names, credible), listed)
     rivals = _rivals(names, credible)
     word = "several" if len(names) > 1 else "class" if any(rivals.values()) else "named"
     return Verdict(word, names, rivals, listed)
+
+
+def _of_the_unnamed(weights: Mapping[Names, float]) -> float:
+    """Probability that a force without a name is there."""
+    return sum(weight for names, weight in weights.items() if any(is_unnamed(name) for name in names))
 
 
 def credible_set(weights: Mapping[Names, float]) -> list[Names]:
