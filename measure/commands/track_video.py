@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from measure.commands.track_video_missing import assumptions, require_complete
 from measure.commands.track_video_options import options, project_from
 from measure.common import command_line as command
 from measure.common.errors import InputError
@@ -63,7 +64,7 @@ def _tracked(
     from measure.footage.formats import open_footage
 
     footage = open_footage(film)
-    _require_complete(given, project, footage)
+    require_complete(given, project, footage)
     note = provenance(_inputs(given, film, mask), command=["track-video", *arguments])
 
     def watch(frames: Any) -> Any:
@@ -73,7 +74,8 @@ def _tracked(
     compared = _compared(given, tracked)
     with gate(output, (), bool(compared)).together():
         files = written(output, tracked, compared, note, film, mask) + written_for_the_eye(output, footage, tracked, compared)
-    lines = [*lines_for_people(tracked.summary), *dispersion_lines(compared), *(f"written   {path}" for path in files)]
+    assumed = [f"assumed   {one}" for one in assumptions(project)] if output.trajectory is not None else []
+    lines = [*lines_for_people(tracked.summary), *assumed, *dispersion_lines(compared), *(f"written   {path}" for path in files)]
     if output.trajectory is not None:
         lines.append(command.next_command("explain-gap", given.model or "MODEL", output.trajectory, "LOOPS"))
     return (command.DONE if tracked.summary["verdict"] == "ok" else command.VERDICT_BAD), lines
@@ -110,25 +112,6 @@ def _require_usable(given: argparse.Namespace, mask: Path | None) -> None:
         existing_file(mask, what="a mask (PNG, BMP, TIFF)", most=LARGEST_TABLE)
     if given.overlay is not None and given.overlay.suffix.lower() != ".avi":
         raise InputError(f"--overlay {given.overlay}: the film is written as .avi; name it so.")
-
-
-def _require_complete(given: argparse.Namespace, project: Project, footage: Footage) -> None:
-    """Ask for everything that is missing at once."""
-    missing = []
-    if project.film.fps is None and footage.fps is None:
-        missing.append(
-            f"{footage.name}: carries no capture rate of the camera (the rate in a container is that of playing). "
-            "Give --fps with the rate that the camera was set to."
-        )
-    if not project.has_scale() and (given.output is not None or given.marks is None):
-        missing.append(
-            "no scale, so no metres. Give --mm-per-px S, --scale-from X1,Y1,X2,Y2,LENGTH_MM or --rule X1,Y1,X2,Y2,PITCH_MM; "
-            "for the marks in pixels alone give --marks FILE and no --output."
-        )
-    if given.compare and not project.has_scale():
-        missing.append("--compare needs a scale, because trajectories are compared in metres; give --mm-per-px S.")
-    if missing:
-        raise InputError("\n".join(missing))
 
 
 def _read_mask(path: Path | None, footage: Footage) -> Any:

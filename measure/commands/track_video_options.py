@@ -91,7 +91,8 @@ def project_from(given: argparse.Namespace) -> Project:
     from measure.geometry.film_project import make_project, read_project
 
     known = read_project(given.project) if given.project else make_project({})
-    table = known.model_dump(by_alias=True, exclude_none=True)
+    sections: dict[str, Any] = {"film": {}, "marks": {}, "scale": {}, "platform": {}, "camera": {}}
+    table = {**sections, **known.model_dump(by_alias=True, exclude_none=True, exclude_unset=True)}
     scales = {"mm_per_px": given.mm_per_px, "from_px_mm": given.scale_from, "rule_px_mm": given.rule}
     if sum(value is not None for value in scales.values()) > 1:
         raise InputError("--mm-per-px, --scale-from and --rule each give the scale; give one.")

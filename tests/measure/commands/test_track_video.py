@@ -143,11 +143,20 @@ def test_an_input_is_never_an_output(option, film, tmp_path, capsys):
 def test_all_that_is_missing_is_asked_for_at_once_and_the_film_before_that(film, tmp_path, capsys):
     assert main([str(film), "--compare", str(film)]) == 2
     said = capsys.readouterr().err
-    for part in ("no capture rate", "no scale", "--compare needs"):
+    for part in ("no capture rate", "no scale", "--compare needs", "--start-height-m", "--radius-m", "--distance-m"):
         assert part in said
     assert main([str(tmp_path / "none.avi")]) == 2
     assert "no such file" in (said := capsys.readouterr().err)
     assert "capture rate" not in said
+
+
+def test_what_is_assumed_is_said_and_nothing_where_all_is_given(film, tmp_path, capsys):
+    options = [str(film), "--fps", "250", "--mark", "60,80", "--mm-per-px", "0.5", "-o", str(tmp_path / "out.csv")]
+    assert main(options) == 0
+    said = capsys.readouterr().out
+    assert all(option in said for option in ("--start-height-m", "--radius-m", "--distance-m"))
+    assert main([*options, "--start-height-m", "0.25", "--radius-m", "0.5", "--distance-m", "3"]) == 0
+    assert "assumed   no" not in capsys.readouterr().out
 
 
 def test_marks_table_has_a_row_per_frame_and_mark(film, tmp_path):
