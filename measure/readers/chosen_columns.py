@@ -7,6 +7,8 @@ import shlex
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
+import numpy as np
+
 from measure.common.errors import InputError, OptionsMissing, clipped, nearest
 from measure.readers.column_mapping import QUANTITIES, ColumnMapping
 from measure.readers.column_names import proposed, taken_for, written_unit
@@ -114,8 +116,15 @@ def _likely(table: RawTable, quantities: Sequence[str], taken: list[int]) -> dic
         place = proposed(table, quantity, [*taken, *found.values()])
         if place is not None:
             found[quantity] = place
-    in_order = {q: QUANTITIES.index(q) for q in quantities if QUANTITIES.index(q) < len(table.columns)}
-    return found or ({} if taken or _says_something(table) else in_order)
+    return found or ({} if taken or _says_something(table) else _in_order(table, quantities))
+
+
+def _in_order(table: RawTable, quantities: Sequence[str]) -> dict[str, int]:
+    """The first column that only grows as the time, and the others in their order."""
+    grows = next((place for place, values in enumerate(table.columns) if np.all(np.diff(values) > 0.0)), -1)
+    others = iter(place for place in range(len(table.columns)) if place != grows)
+    places = {q: grows if q == "time" else next(others, -1) for q in quantities}
+    return {q: place for q, place in places.items() if place >= 0}
 
 
 def _says_something(table: RawTable) -> bool:

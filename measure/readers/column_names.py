@@ -10,17 +10,30 @@ from measure.tables.units import quantity_of, split_unit
 
 WORDS = {
     "time": (
-        *("time", "timestamp", "t", "zeit", "prüfzeit", "laufzeit", "messzeit", "zeitstempel", "temps", "durée", "tiempo", "tempo"),
+        *("time", "timestamp", "t", "tout", "zeit", "prüfzeit", "laufzeit", "messzeit", "zeitstempel", "temps", "durée", "tiempo", "tempo"),
         *("时间", "時間", "时刻", "日期时间", "秒数"),
     ),
     "elongation": (
-        *("elongation", "extension", "displacement", "position", "stroke", "deflection", "crosshead", "travel", "disp", "pos", "ext"),
-        *("weg", "verschiebung", "verlängerung", "auslenkung", "standardweg", "traversenweg", "kolbenweg", "hub", "laser", "lvdt"),
+        *(
+            "elongation",
+            "extension",
+            "displacement",
+            "position",
+            "stroke",
+            "deflection",
+            "crosshead",
+            "travel",
+            "disp",
+            "dist",
+            "pos",
+            "ext",
+        ),
+        *("weg", "verschiebung", "verlängerung", "auslenkung", "standardweg", "traversenweg", "kolbenweg", "hub", "laser", "lvdt", "dist"),
         *("déplacement", "deplacement", "course", "allongement", "élongation", "desplazamiento", "spostamento"),
         *("位移", "伸长", "行程", "变形", "位置", "変位", "伸び", "ストローク", "u", "x", "s"),
     ),
     "force": (
-        *("force", "load", "kraft", "standardkraft", "prüfkraft", "last", "effort", "charge", "fuerza", "forza", "loadcell"),
+        *("force", "forc", "load", "kraft", "standardkraft", "prüfkraft", "last", "effort", "charge", "fuerza", "forza", "loadcell"),
         *("力", "力值", "载荷", "荷载", "负荷", "试验力", "荷重", "試験力", "f"),
     ),
 }

@@ -170,6 +170,11 @@ def mapping_of(options):
     return ColumnMapping(given["--column"], given["--unit"])
 
 
+def test_without_names_the_column_that_grows_is_proposed_for_the_time(tmp_path):
+    path = written(tmp_path, rows(U, F, T))
+    check(read_loop_file(path, mapping_of(refused(path).options))[0])
+
+
 def test_rows_without_names_in_json_are_proposed_in_their_order(tmp_path):
     path = written(tmp_path, json.dumps({"data": PAIRS}), "bench.json")
     error = refused(path)

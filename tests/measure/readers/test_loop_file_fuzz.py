@@ -6,6 +6,7 @@ import random
 import h5py
 import numpy as np
 import pytest
+import xlwt
 from nptdms import ChannelObject, TdmsWriter
 from scipy.io import savemat
 
@@ -70,14 +71,20 @@ def of_benches(header, body):
 
 
 def seeds_read_apart(folder):
-    """MATLAB's file, packed and plain, and HDF5's."""
+    """MATLAB's file, packed and plain, HDF5's, and an old workbook."""
     columns = dict(zip(("time_s", "elongation_mm", "force_N"), _TABLE.T, strict=True))
     for packed in (False, True):
         savemat(folder / f"{packed}.mat", columns, do_compression=packed)
     with h5py.File(folder / "seed.h5", "w") as file:
         for name, values in columns.items():
             file.create_dataset(name, data=values, compression="gzip" if name == "force" else None).attrs["units"] = "mm"
-    return [(folder / name).read_bytes() for name in ("False.mat", "True.mat", "seed.h5")]
+    book = xlwt.Workbook()
+    sheet = book.add_sheet("Data")
+    for c, (name, values) in enumerate(columns.items()):
+        for r, cell in enumerate([name, *values.tolist()]):
+            sheet.write(r, c, cell)
+    book.save(folder / "seed.xls")
+    return [(folder / name).read_bytes() for name in ("False.mat", "True.mat", "seed.h5", "seed.xls")]
 
 
 def of_labview(folder):
