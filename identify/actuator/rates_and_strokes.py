@@ -32,24 +32,29 @@ def polynomials_for(loops: Sequence[LoopData], abscissa: Abscissa, order: int) -
     require_rates(loops, abscissa, order)
     x, f = rates_of(loops, abscissa), rates_of(loops, "frequency_Hz")
     per_Hz = float(f @ x / (f @ f))
-    one_stroke = abscissa == "speed_m_per_s" and np.max(np.abs(x / (per_Hz * f) - 1.0)) < SAME_RATE
-    x = per_Hz * f if one_stroke else x
-    middle, half = float((x.min() + x.max()) / 2.0), float(np.ptp(x) / 2.0) or 1.0
-    return OfOneStroke(abscissa, order, middle, half, per_Hz) if one_stroke else RatePolynomials(abscissa, order, middle, half)
+    if abscissa == "speed_m_per_s" and np.max(np.abs(x / (per_Hz * f) - 1.0)) < SAME_RATE:
+        middle, half = _middle_and_half(f)
+        return OfOneStroke(abscissa, order, per_Hz * middle, per_Hz * half, middle, half)
+    return RatePolynomials(abscissa, order, *_middle_and_half(x))
+
+
+def _middle_and_half(x: Array) -> tuple[float, float]:
+    return float((x.min() + x.max()) / 2.0), float(np.ptp(x) / 2.0) or 1.0
 
 
 @dataclass(frozen=True)
 class OfOneStroke(RatePolynomials):
     """Polynomials of the speed for loops of one stroke: the speed of each is its frequency times 2 pi A, with one amplitude for all.
 
-    So a fit over the speed is the same as one over the frequency, to the last digits, and says the same of a deployment.
+    So a fit over the speed is the one over the frequency, and says the same of a deployment. middle_Hz, half_Hz : of the frequencies.
     """
 
-    speed_per_Hz: float = 1.0
+    middle_Hz: float = 0.0
+    half_Hz: float = 1.0
 
     def z_of(self, data: LoopData) -> float:
         """The scaled speed of a loop."""
-        return (self.speed_per_Hz * data.frequency_Hz - self.middle) / self.half
+        return (data.frequency_Hz - self.middle_Hz) / self.half_Hz
 
 
 def covered(loops: Sequence[LoopData]) -> dict[str, tuple[float, ...]]:
