@@ -18,6 +18,24 @@ sees a rig of half a metre whole with a usual lens; a film's own scale is a nuis
 FARTHEST_OFF_ZERO = 0.05
 """Of a loop's largest force: one standard deviation of what a load cell that was set to zero anew is off by. A larger one is a fault."""
 
+# ---------------------------------------------------------------- estimation: when a fit ends
+
+ENOUGH, ROUGHLY = 0.05, 1.0
+"""Fall of the sum of squares, in units of the noise squared, at which a fit stops: a fifth of a standard error of one parameter, and one
+standard error where fits are only compared."""
+
+NEAR = 50.0
+"""Sums of squares, in the same unit, so close that either of two fits may turn out the deeper one when taken to its end."""
+
+CLOSE = 1.5
+"""Root mean square of the gap over the noise below which straight lines lead where they say, and a fit is worth being taken to its end."""
+
+DEGREES = 5.0
+"""Degrees of freedom of Student's t for the noise: heavy enough for one outlier in a hundred, and finite in its fourth moment nearly."""
+
+EFFECT_SPREAD = 10.0
+"""Prior of an effect's parameter, one standard deviation in noticeable sizes: wide, so that a large effect is not held back."""
+
 # ---------------------------------------------------------------- estimation: what a fit is worth
 
 OWN_SHARE = 0.02
@@ -135,6 +153,17 @@ and some) and below a two-hundredth of the force range."""
 OTHER_RATE, STIFFNESS_CHANGE = 1.2, 0.10
 """Ratio of frequencies from which on friction is judged, and relative change of the effective stiffness over them that matters."""
 
+STRAIGHT_FROM = 0.5
+"""Part of a stroke behind which a branch is taken for straight, in the paper's recipe by eye."""
+
+# ---------------------------------------------------------------- gap
+
+GAP_P = 1e-3
+"""Less likely than this as noise is called a gap: a model is compared more often than it is wrong."""
+
+CLEAR_LEAD = 3.0
+"""Log evidence, one to twenty, from which on one variable says better than another what a force goes with."""
+
 # ---------------------------------------------------------------- selection: probabilities
 
 CREDIBLE = 0.95
@@ -169,3 +198,6 @@ RIVAL_P = 0.01
 
 STRONG_BIC = 10.0
 """A lead in the sum of squares from which evidence counts as very strong (Kass and Raftery 1995, table 1)."""
+
+LIKELY = 0.8
+"""A test that splits off a rival less often than this is not worth being recommended: the usual power of a design."""

@@ -205,7 +205,7 @@ def test_no_module_imports_a_private_name_of_another():
     assert not wrong, _said(wrong)
 
 
-@pytest.mark.parametrize("room", _still("levels stand where they were first used", "identify"))
+@pytest.mark.parametrize("room", _still("levels stand where they were first used"))
 def test_a_level_that_several_modules_use_stands_in_a_module_of_levels(room):
     taken = [found for found in _imports(room) if found.module in _levels()]
     wrong = [found for found in taken if found.module.split(".")[-2] not in HOMES]

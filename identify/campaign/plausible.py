@@ -13,7 +13,7 @@ from measure.common.arrays import Array
 from measure.common.errors import InputError
 from measure.tables.checks import require_physical
 from measure.tables.trajectory import Trajectory
-from simulate.kernel.step_size import LONGEST_STEP_S, step_of
+from simulate.kernel.step_size import step_of, unhurried_step
 from simulate.model.model import Model, stroke_of
 from simulate.model.rig import per_leg
 
@@ -99,7 +99,7 @@ def _too_long(table: Trajectory, model: Model) -> Iterator[str]:
     lasts, between = float(time[-1] - time[0]), float(np.median(np.diff(time)))
     steps = lasts / min(step_of(model), between)
     rise = _rise_s(model)
-    if steps > _MOST_STEPS >= lasts / min(LONGEST_STEP_S, between):
+    if steps > _MOST_STEPS >= lasts / min(unhurried_step(), between):
         yield (
             f"to follow it the model takes {steps:.2g} steps, so stiff is it. Soften end_stop.stiffness_N_per_m "
             f"({model.end_stop.stiffness_N_per_m:g}) or an effect, or give a longer simulation.step_s."

@@ -27,10 +27,10 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import stats
 
-from identify.criteria import RIVAL_P, STRONG_BIC
+from identify.criteria import LIKELY, RIVAL_P, ROUGHLY, STRONG_BIC
 from identify.design.conditions import Condition, blank_film, blank_loop, deployments, loops
 from identify.estimation.fit import Fit
-from identify.estimation.least_squares import ROUGHLY, laid_out, solve
+from identify.estimation.least_squares import laid_out, solve
 from identify.estimation.problem import Problem
 from measure.common.arrays import Array
 from simulate.dispatch.threads import side_by_side
@@ -40,7 +40,6 @@ _RELEASES, _AT_FIRST = 10, 2  # ways in which a further run may be let go; fewer
 _CHECKED, _MOST_CHECKED = 3, 6  # tests, the most telling ones, that are predicted by full simulation; more while none is likely
 _STEPS = 8
 _SURE, _MOST_RUNS = 0.9, 6  # a test is as many runs as split off a rival this often, but no more
-LIKELY = 0.8  # a test that splits off a rival less often than this is not worth being recommended
 
 
 @dataclass(frozen=True)

@@ -10,21 +10,19 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
+from identify.criteria import CLOSE, ENOUGH, ROUGHLY
 from identify.estimation.covariance import shift_of
 from identify.estimation.fit import Fit
 from identify.estimation.problem import Problem
 from measure.common.arrays import Array
 from simulate.model.effect import Effect
 
-ENOUGH, ROUGHLY = 0.05, 1.0  # fall of the sum of squares at which a fit stops, in units of the noise squared
-NEAR = 50.0  # in units of the noise squared: two fits so close that either may turn out the deeper one
 _SAME_COURSE, _SAME_PLACE = 1e-3, 0.2  # relative change of the sum of squares, and way in scales, within which a Jacobian is still good
 _AT_BOUND, _OFF_BOUND = 1e-6, 1e-3  # in scales: nearer than this a parameter is at its bound, and starts so far off it
 _EARLY_SPREAD = 30.0  # typical sizes
 _FIRST_LEG, _NEXT_LEG, _LAST_LEG = 12, 6, 60
 _OF_LOOPS, _POLISHING, _POLISHED = 200, 12, 1e-11  # evaluations; further steps, and how long the last is, in units of the noise
 _OUTLIER = 2.0  # robust standard deviations from which on a gap counts less, where asked for
-CLOSE = 1.5  # times the noise: worth being taken to the very end
 
 
 def solve(

@@ -12,19 +12,12 @@ from dataclasses import replace
 import numpy as np
 
 from identify.campaign.prepared import Film
-from identify.estimation.least_squares import (
-    NEAR,
-    ROUGHLY,
-    Fit,
-    before_the_stops,
-    first_stop_s,
-    laid_out,
-    solve,
-    to_the_end,
-)
+from identify.criteria import GAP_P, NEAR, ROUGHLY
+from identify.estimation.fit import Fit
+from identify.estimation.least_squares import before_the_stops, first_stop_s, laid_out, solve, to_the_end
 from identify.estimation.parameters import POSE
 from identify.estimation.problem import Problem
-from identify.gap.gap_test import GAP_P, gap_test
+from identify.gap.gap_test import gap_test
 from measure.common.arrays import Array
 from simulate.dispatch.threads import side_by_side
 

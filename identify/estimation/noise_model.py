@@ -14,9 +14,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import special
 
+from identify.criteria import DEGREES
 from measure.common.arrays import Array
 
-DEGREES = 5.0
 LARGEST_LAG1 = 0.75
 SMALLEST_SCALE = 0.3  # of the noise that the fast part of a channel shows
 _ROUNDS = 4

@@ -8,12 +8,11 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import fft, signal, stats
 
-from identify.criteria import FAST_NOISE
+from identify.criteria import FAST_NOISE, GAP_P
 from identify.estimation.fit import Fit
 from identify.estimation.noise_model import ChannelNoise, spacing
 from measure.common.arrays import Array
 
-GAP_P = 1e-3  # less likely than this as noise: a gap
 _LOW_SHARE = 0.25
 _LEAST_SAMPLES = 16
 _LEAST_FLOAT = 1e-300
@@ -51,7 +50,7 @@ def gap_test(fit: Fit) -> GapTest:
     differences of neighbouring samples, in which a slow gap does not show, and is taken out. Noise then shakes every frequency alike: the
     power of the slow quarter of a cosine transform, for each degree of freedom that the fit has left, is compared with that of the rest.
     How far the two differ by chance is seen in noise of the same memory and length that goes the same way (parametric bootstrap). A noise
-    level is hardly assumed, so a sigma that is off cannot fake a gap; only what lies below a tenth of the noise is none, whatever its course.
+    level is hardly assumed, so a sigma that is off cannot fake a gap; only what lies below a tenth of the noise is none.
     """
     return GapTest(slow_p(_by_channel(fit), len(fit.q)), _release_p(fit), fit.rms)
 

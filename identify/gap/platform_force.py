@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from identify.campaign.prepared import Film
+from identify.criteria import CLEAR_LEAD
 from identify.estimation.problem import Problem
 from measure.common.arrays import Array
 from simulate.model.effect import PlatformEffect, parameter
@@ -24,7 +25,6 @@ KNOTS = 24
 _MOVES = ("z_m", "x_m", "theta_y_rad")  # what vertical force, lateral force and moment move
 AXES = len(_MOVES)
 _BAND = 3.0
-CLEAR_LEAD = 3.0  # of the log evidence, one to twenty
 
 
 def _table(typical: float, doc: str) -> Any:

@@ -12,10 +12,9 @@ from itertools import pairwise
 import numpy as np
 from scipy.optimize import brentq
 
+from identify.criteria import STRAIGHT_FROM
 from identify.loops.loop_data import LoopData, area, free_start
 from measure.common.arrays import Array
-
-STRAIGHT_FROM = 0.5  # of a stroke; the part behind it is taken for straight
 
 
 @dataclass(frozen=True)

@@ -12,10 +12,11 @@ from identify.actuator.curves import corrected_force
 from identify.actuator.fit_actuator import ActuatorFit
 from identify.actuator.rates_and_strokes import rates_of, strokes
 from identify.actuator.stiffness import stiffness_of_cycles
+from identify.criteria import STRAIGHT_FROM
 from identify.estimation.parameters import LINE_NAMES
 from identify.estimation.profile_likelihood import ProfileCurve
 from identify.loops.loop_data import LoopData, free_start
-from identify.loops.paper_recipe import STRAIGHT_FROM, shifted, straight_lines
+from identify.loops.paper_recipe import shifted, straight_lines
 from identify.report.loop_result import transition_of
 from measure.common.arrays import Array
 

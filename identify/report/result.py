@@ -8,7 +8,8 @@ from typing import Any
 import numpy as np
 
 from identify.campaign.load_cell_zeros import drifts_of, zeros_of
-from identify.design.next_test import LIKELY, NextTest
+from identify.criteria import LIKELY
+from identify.design.next_test import NextTest
 from identify.draft.effect_file import FILE
 from identify.gap.localise import force_in_loops, locate
 from identify.loops.covariates import hint, shares

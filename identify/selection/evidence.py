@@ -19,7 +19,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import linalg, special
 
-from identify.estimation.noise_model import DEGREES, ChannelNoise, estimated, log_likelihood, weights
+from identify.criteria import DEGREES
+from identify.estimation.noise_model import ChannelNoise, estimated, log_likelihood, weights
 from measure.common.arrays import Array
 
 ROUNDS = 8

@@ -8,11 +8,12 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import stats
 
+from identify.criteria import EFFECT_SPREAD
 from identify.estimation.fit import Fit
 from identify.estimation.parameters import STORED_FORCE
 from identify.selection.search import Hypothesis
 from identify.selection.verdict import Verdict
-from identify.selection.weighing import EFFECT_SPREAD, Weighed
+from identify.selection.weighing import Weighed
 from measure.common.arrays import Array
 from simulate.effects import StoredForcePerRun
 from simulate.model.effect import Effect

@@ -8,11 +8,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from identify.criteria import FORCES_DIFFER
+from identify.criteria import EFFECT_SPREAD, FORCES_DIFFER
 from identify.estimation.parameters import STORED_FORCE
 from identify.selection.evidence import Columns, Evidence
 from identify.selection.signatures import Signature, chords
-from identify.selection.weighing import EFFECT_SPREAD, Weighed, weighed_both_ways
+from identify.selection.weighing import Weighed, weighed_both_ways
 from measure.common.arrays import Array
 from simulate.model.effect import Effect
 

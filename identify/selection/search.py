@@ -13,8 +13,9 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from identify.criteria import CLOSE, ROUGHLY
 from identify.estimation.fit import Fit
-from identify.estimation.least_squares import CLOSE, ROUGHLY, before_the_stops, solve, solve_from_afar, to_the_end
+from identify.estimation.least_squares import before_the_stops, solve, solve_from_afar, to_the_end
 from identify.selection.priors import Prior
 from identify.selection.promises import FORCES, Promise, promises
 from identify.selection.unknown_force import Unnamed, is_unnamed, unnamed_forces

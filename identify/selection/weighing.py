@@ -8,7 +8,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from identify.criteria import NOTHING, WITHIN
+from identify.criteria import EFFECT_SPREAD, NOTHING, WITHIN
 from identify.estimation.fit import Fit
 from identify.estimation.noise_model import ChannelNoise, spacing
 from identify.gap.gap_test import is_noise
@@ -18,7 +18,6 @@ from identify.selection.signatures import Signature, columns_of_shapes
 from measure.common.arrays import Array
 from simulate.model.effect import Effect
 
-EFFECT_SPREAD = 10.0  # typical sizes: the prior of an effect's parameter
 _LOG_SHARES = float(np.log(NOTHING / (NOTHING + WITHIN))), float(np.log(WITHIN / (NOTHING + WITHIN)))
 _ROUNDS, _MOVED = 3, 0.1  # a step within so many standard deviations changes nothing
 

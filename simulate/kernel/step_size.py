@@ -20,6 +20,11 @@ _MOST_SAMPLES = 2_000_000  # some 600 MB
 _SLOW = 1e-5  # m/s and m: small against what eases friction in
 
 
+def unhurried_step() -> float:
+    """The step of a model in which nothing is stiff, s."""
+    return LONGEST_STEP_S
+
+
 def step_of(model: Model, longest: float = LONGEST_STEP_S) -> float:
     """The step for a model: a fraction of its stiffest time constant, at most half a millisecond unless told otherwise.
 

@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 import tomli_w
 
-from identify.design.next_test import LIKELY
+from identify.criteria import LIKELY
 from measure.common.output import write_text
 
 from .campaigns import FRAMES, Campaign, Deployment, Seen, Shaking, deployment, shaking

@@ -9,9 +9,10 @@ import pytest
 
 from identify.campaign.load_cell_zeros import drifts_of, zeros_of
 from identify.campaign.runs import read_campaign
+from identify.criteria import GAP_P
 from identify.estimation.least_squares import solve_from_afar
 from identify.estimation.problem import problem_of
-from identify.gap.gap_test import GAP_P, gap_test
+from identify.gap.gap_test import gap_test
 from identify.selection.explain import explain
 from identify.selection.search import BUDGETS
 from measure.tables.loop import Loop

@@ -10,11 +10,12 @@ import pytest
 
 from identify.campaign.run import Run
 from identify.campaign.runs import read_campaign
+from identify.criteria import GAP_P
 from identify.estimation.fit import Fit
 from identify.estimation.least_squares import before_the_stops, solve
 from identify.estimation.multistart import from_elsewhere, released_again, searched_everywhere
 from identify.estimation.problem import problem_of
-from identify.gap.gap_test import GAP_P, gap_test
+from identify.gap.gap_test import gap_test
 from measure.readers.measurement import read_measurement
 from simulate.files.model_file import read_model
 
