@@ -18,6 +18,7 @@ _COMMANDS = """commands beside this one:
   fit-actuator           loops become the force law of a leg
   simulate-deployment    a model becomes one deployment
   sweep-deployments      a model becomes thousands of them, and tolerances
+  design-control         a model gets a controller, with a certificate
   compare-model          a model against measurements, in numbers
   explain-gap            which effect the model lacks
 

@@ -25,6 +25,7 @@ from simulate.kernel.layout import (
     CLOCK,
     CONTROL_AXIS,
     CONTROL_BIAS,
+    CONTROL_FORCE,
     CONTROL_MEMORY,
     CONTROL_ROWS,
     COUNTED,
@@ -93,12 +94,14 @@ def _control_block(
         find_forces(w, by_run, m, p, law, at, i, n, time, reach)
         if by_run[p + LAW_FAILED] > 0.0 and time >= by_run[p + LAW_FAILS_AT]:
             leg = int(by_run[p + LAW_FAILED]) - 1
-            w[m + FORCE + leg] = -math.tanh(w[m + TRUE_V + leg] / by_run[p + LAW_BRAKE_SPEED]) * by_run[p + LAW_STUCK]
-        push_legs(w, m, at, power, i, n)
+            w[m + FORCE + leg] = -direction_of(w[m + TRUE_V + leg], by_run[p + LAW_BRAKE_SPEED]) * by_run[p + LAW_STUCK]
+        for leg in range(LEGS):
+            w[at + (CONTROL_FORCE + leg) * n + i] = w[m + FORCE + leg]
         if by_run[p + LAW_COUPLED_MASS] > 0.0:
             add_coupled_mass(w, by_run[p + LAW_COUPLED_MASS], at, i, n)
         if reach == 0.0:
             keep_account(w, m, time)
+    push_legs(w, at, power, n)
 
 
 @njit(cache=True, error_model="numpy")
@@ -181,26 +184,37 @@ def command_of(wanted: float, speed: float, by_run: Array, p: int) -> float:
     limit = by_run[p + LAW_LIMIT]
     if by_run[p + LAW_MOTOR] > 0.0:
         return min(max(wanted, -limit), limit)
-    along = 1.0 if by_run[p + LAW_CAMERA] > 0.0 else math.tanh(speed / by_run[p + LAW_BRAKE_SPEED])
+    along = 1.0 if by_run[p + LAW_CAMERA] > 0.0 else direction_of(speed, by_run[p + LAW_BRAKE_SPEED])
     return min(max(-along * wanted, 0.0), limit)
 
 
 @njit(cache=True, error_model="numpy")
 def force_of(level: float, speed: float, by_run: Array, p: int) -> float:
     """Force of an actuator on its leg, N: a motor's own, a brake's friction."""
-    return level if by_run[p + LAW_MOTOR] > 0.0 else -math.tanh(speed / by_run[p + LAW_BRAKE_SPEED]) * level
+    return level if by_run[p + LAW_MOTOR] > 0.0 else -direction_of(speed, by_run[p + LAW_BRAKE_SPEED]) * level
 
 
 @njit(cache=True, error_model="numpy")
-def push_legs(w: Array, m: int, at: int, power: int, i: int, n: int) -> None:
-    """The forces into the right side, along the legs, and their power."""
+def direction_of(speed: float, within: float) -> float:
+    """tanh(speed / within), which is 1 to the last digit beyond 20; a leg is rarely slower."""
+    x = speed / within
+    return math.copysign(1.0, x) if abs(x) > 20.0 else math.tanh(x)
+
+
+@njit(cache=True, error_model="numpy")
+def push_legs(w: Array, at: int, power: int, n: int) -> None:
+    """The forces of all runs of a block into the right side, along the legs, and their power."""
     for leg in range(LEGS):
-        force = w[m + FORCE + leg]
+        force = at + (CONTROL_FORCE + leg) * n
         for k in range(6):
-            w[(RIGHT + k) * n + i] += w[at + (CONTROL_AXIS + 6 * leg + k) * n + i] * force
-        w[(OUT_FORCE + leg) * n + i] += force
+            along, right = at + (CONTROL_AXIS + 6 * leg + k) * n, (RIGHT + k) * n
+            for i in range(n):
+                w[right + i] += w[along + i] * w[force + i]
+        for i in range(n):
+            w[(OUT_FORCE + leg) * n + i] += w[force + i]
         if power >= 0:
-            w[power + i] += force * w[m + TRUE_V + leg]
+            for i in range(n):
+                w[power + i] += w[force + i] * w[(OUT_V + leg) * n + i]
 
 
 @njit(cache=True, error_model="numpy")

@@ -66,9 +66,9 @@ SCRATCH = 57
     LAW_CAMERA, LAW_NOISE_RAD, LAW_STEP_RAD, LAW_OBSERVER, LAW_LIMIT, LAW_MOTOR, LAW_FAILED_SENSOR, LAW_SEED, LAW_GAINS,
 ) = range(20)  # fmt: skip
 
-# A controller's memory, behind the work of effects: of the six legs direction, lever (six rows a leg) and c of l'' = J a + c, and then
-# for each run by itself what it has sensed, commanded and done.
-CONTROL_AXIS, CONTROL_BIAS, CONTROL_ROWS = 0, 6 * LEGS, 7 * LEGS
+# A controller's memory, behind the work of effects: of the six legs direction, lever (six rows a leg), c of l'' = J a + c and the force,
+# and then for each run by itself what it has sensed, commanded and done.
+CONTROL_AXIS, CONTROL_BIAS, CONTROL_FORCE, CONTROL_ROWS = 0, 6 * LEGS, 7 * LEGS, 8 * LEGS
 COUNTED, CLOCK, PEAK, TAKEN_OUT, POWER_BEFORE = (
     0,
     1,

@@ -7,7 +7,7 @@ one plain static function, compiled for the kernel like the formulas of effects.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from typing import Annotated, Any, ClassVar, Literal
 
 import numpy as np
@@ -69,6 +69,11 @@ class Controller(Law):
     def _shared(self) -> list[float]:
         failed = [float(self.failed_brake), self.stuck_force_N, self.failure_s]
         return [1.0, *failed, self.brake_speed_m_per_s, self.coupled_mass_kg(), *[0.0] * 13]
+
+    def reseeded(self, by: int) -> Controller:
+        """The same with another noise, where it has any."""
+        del by
+        return self
 
     def coupled_mass_kg(self) -> float:
         """Mass that moves with the mean elongation of the six legs, kg: what couples them has inertia."""
@@ -135,11 +140,19 @@ class SampledController(Controller):
         return self
 
     def stiffness(self, model: Rig) -> tuple[float, float]:
-        """Spring and damper of the law, if its gains have the usual names, and of brakes at rest as far as they decide on stability."""
+        """Spring and damper of an ideal law, if its gains have the usual names, and of brakes at rest as far as they decide on stability.
+
+        What is sampled is held from step to step, so its gains ask for no shorter step.
+        """
         del model
         slope = self.force_limit_N / self.brake_speed_m_per_s if self.actuator == "brake" else 0.0
-        spring, damper = getattr(self, "stiffness_N_per_m", 0.0), getattr(self, "damping_N_s_per_m", 0.0)
+        ideal = self.sample_rate_Hz is None
+        spring, damper = (getattr(self, name, 0.0) if ideal else 0.0 for name in ("stiffness_N_per_m", "damping_N_s_per_m"))
         return spring, max(damper, _STABLE * slope)
+
+    def reseeded(self, by: int) -> SampledController:
+        """The same with another noise."""
+        return replace(self, seed=self.seed + by)
 
     def _shared(self) -> list[float]:
         head = super()._shared()[:6]

@@ -27,13 +27,22 @@ _PANELS = {
 }
 
 
-def playing_html(run: Deployment, measured: Trajectory | None = None) -> str:
-    """The whole page; a measured trajectory is laid over the modelled one, in the curves and in space."""
+def playing_html(run: Deployment, measured: Trajectory | None = None, *, orange: str = "", above: str = "") -> str:
+    """The whole page; a measured trajectory is laid over the modelled one, in the curves and in space.
+
+    Parameters
+    ----------
+    orange : what that trajectory is, where it was not measured. above : HTML that stands above, escaped already.
+    """
     from jinja2 import Environment
 
     data = json.dumps(_data(run, measured), allow_nan=False, separators=(",", ":")).replace("<", "\\u003c")
     page = Environment(autoescape=True).from_string(_PAGE.read_text(encoding="utf-8"))
-    return page.render(title=f"{run.model.name}, {run.time_s[-1]:.2f} s", data=data, measured=measured.name if measured else None)
+    return page.render(title=f"{run.model.name}, {run.time_s[-1]:.2f} s", data=data, orange=orange or _measured(measured), above=above)
+
+
+def _measured(measured: Trajectory | None) -> str:
+    return f"measured ({measured.name}); what was not measured is drawn as modelled" if measured else ""
 
 
 def _data(run: Deployment, measured: Trajectory | None) -> dict[str, Any]:

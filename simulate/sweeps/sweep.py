@@ -91,7 +91,7 @@ class Sweep:
         """Responses of rows; of noisy sensors each run, counted from `first`, has noise of its own."""
         if self._seed is not None:
             rows[:, self._seed] += np.arange(first, first + len(rows))
-        return _responses(rows, self._formulas, self.grid, geometry_of(self.model).deployed_height_m, alone)
+        return respond(rows, self._formulas, self.grid, geometry_of(self.model).deployed_height_m, alone)
 
     def rows_at(self, coded: Array) -> Array:
         """Rows of runs at these coded levels for the compiled kernel."""
@@ -160,10 +160,11 @@ def responses_of(models: Sequence[Model]) -> Array:
     acting = without_idle(models)
     finest = min((grid(model) for model in models), key=lambda found: found[0])
     rows = np.array([row_of(model) for model in acting])
-    return _responses(rows, formula_table_of(acting[0]), finest, geometry_of(models[0]).deployed_height_m)
+    return respond(rows, formula_table_of(acting[0]), finest, geometry_of(models[0]).deployed_height_m)
 
 
-def _responses(rows: Array, formulas: FormulaTable, steps: tuple[float, int, int], full_height: float, alone: bool = False) -> Array:
+def respond(rows: Array, formulas: FormulaTable, steps: tuple[float, int, int], full_height: float, alone: bool = False) -> Array:
+    """Responses (runs, responses.COUNT) of rows of models, SI; `steps` as from `kernel.step_size.grid`. On all cores, or alone on one."""
     answers = np.empty((len(rows), responses.COUNT))
     kernel = respond_on_one_core if alone else respond_on_all_cores
     kernel(rows, formulas, compiled_stage(MANY, False).address, MANY, *steps, full_height, answers)

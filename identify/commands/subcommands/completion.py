@@ -10,7 +10,16 @@ from measure.common.command_line import DONE, examples, parser, run
 
 NAME = "unspool completion"
 DOES = "Print what makes a shell complete options, tasks and effects. Put it where your shell reads it at its start."
-COMMANDS = ("unspool", "track-video", "fit-actuator", "simulate-deployment", "sweep-deployments", "compare-model", "explain-gap")
+COMMANDS = (
+    "unspool",
+    "track-video",
+    "fit-actuator",
+    "simulate-deployment",
+    "sweep-deployments",
+    "design-control",
+    "compare-model",
+    "explain-gap",
+)
 
 _BASH = """\
 _unspool() {

@@ -82,7 +82,8 @@ def _of_model(model: Model) -> list[str]:
     lines.append(f"force of a leg: {_span(stored)} N while uncoiling, {_span(upper)} N while coiling, at elongation 0")
     lines.append(f"an asymptote is approached within {_span(1e3 / per_leg(law.beta_per_m))} mm (1/beta)")
     effects = [f"{effect.name} ({', '.join(f'{v:g}' for v in effect.flat())})" for effect in model.effects]
-    return [*lines, f"effects: {', '.join(effects) or 'none'}"]
+    control = [] if model.controller is None else [f"controller: {model.controller.law}"]
+    return [*lines, f"effects: {', '.join(effects) or 'none'}", *control]
 
 
 def _span(values: Any) -> str:

@@ -1,0 +1,218 @@
+"""A controller designed and certified: gains searched on the corners of what differs, failures counted on fresh draws.
+
+The draws that certify are never those that decided. Where a certificate is refused the angles are tightened and the search goes on, on new
+draws, at most three times; each certificate then has a third of the doubt that is allowed.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from measure.common.arrays import Array
+from measure.common.errors import InputError
+from simulate.control.catalogue import known_laws
+from simulate.control.certificate import MOST_DRAWS, counted, described, draws_for, margins
+from simulate.control.gain_search import LIMIT, Found, Requirement, Scales, Search, ranges_of, scales_of
+from simulate.control.trials import Trials, turned_deg
+from simulate.control.uncertainty import STOPS, Uncertainty, with_stops
+from simulate.deployment.deploy import deploy
+from simulate.model.control import Controller, SampledController
+from simulate.model.model import Model
+
+RESERVE, TIGHTER, TRIES = 1.25, 1.3, 3
+_MARGIN_DRAWS, _RIVAL_DRAWS, _RIVAL_POINTS = 128, 512, 16
+_MOST_FORCE = 2.0  # mean stored forces, what other laws may use
+
+Say = Callable[[str], object]
+
+
+@dataclass(frozen=True)
+class Task:
+    """What is to be designed.
+
+    model : its controller, if it has one, is left out. law : name of a law. fixed : keys of the controller that are given.
+    most_force_N : of one actuator. requirements : angles and probabilities. confidence : of the certificate. draws : for each kind
+    of stops, or as many as the probability asks for.
+    """
+
+    model: Model
+    law: str
+    fixed: Mapping[str, Any]
+    most_force_N: float
+    requirements: tuple[Requirement, ...]
+    uncertainty: Uncertainty
+    confidence: float = 0.95
+    draws: int | None = None
+    seed: int = 0
+
+
+@dataclass(frozen=True)
+class Design:
+    """What came of it: the controller, if one was found, the one that came nearest, and all that is known about it."""
+
+    task: Task
+    controller: Controller | None
+    nearest: Controller
+    report: dict[str, Any]
+
+    @property
+    def model(self) -> Model:
+        """The model with the controller."""
+        return replace(self.task.model, controller=self.controller)
+
+    @property
+    def certified(self) -> bool:
+        """Whether every requirement is certified with every kind of stops."""
+        return self.report["verdict"] == "certified"
+
+
+def design_control(task: Task, say: Say = lambda _: None) -> Design:
+    """Choose the gains of a law and certify them.
+
+    Parameters
+    ----------
+    task : what is to be designed.
+    say : called with each part of the work as it begins.
+
+    Raises
+    ------
+    InputError
+        No such law, or a key that it does not have; more draws than anybody waits for.
+    """
+    _require_possible(task)
+    scales = scales_of(task.model, task.uncertainty.disparity, _rise_s(task.model))
+    search = _search_of(task, known_laws()[task.law], task.fixed, scales, RESERVE)
+    found, certificate, tries = _found(task, search, say)
+    nearest = found or search.nearest()
+    verdict = "none-found" if found is None else "certified" if _all(certificate) else "not-certified"
+    report = {
+        "verdict": verdict,
+        "law": task.law,
+        "controller": nearest.controller.table(),
+        "requirements": [r._asdict() for r in task.requirements],
+        "confidence": task.confidence,
+        "certificate": certificate,
+        "tries": tries,
+        **_judged(task, nearest, scales, search, say),
+    }
+    return Design(task, nearest.controller if found is not None else None, nearest.controller, report)
+
+
+def _found(task: Task, search: Search, say: Say) -> tuple[Found | None, list[dict[str, Any]], int]:
+    """The controller, its certificate, and how many were tried; None where no gains were good enough on the corners."""
+    last: tuple[Found | None, list[dict[str, Any]]] = None, []
+    for tries in range(TRIES):
+        say("gains on the corners")
+        found = search.least(task.most_force_N, task.seed + tries)
+        if found is None:
+            return *last, tries
+        say("fresh draws")
+        last = found, _certified(task, found.controller, tries)
+        if _all(last[1]):
+            return *last, tries + 1
+        if tries + 1 < TRIES:
+            search.reserve *= TIGHTER
+            search.tried.clear()
+    return *last, TRIES
+
+
+def _require_possible(task: Task) -> None:
+    laws = known_laws()
+    if task.law not in laws:
+        raise InputError(f'no law is named "{task.law}"; take one of {", ".join(laws)}.')
+    if _draws(task) > MOST_DRAWS:
+        highest = max(r.probability for r in task.requirements)
+        raise InputError(f"a probability of {highest:g} takes {_draws(task):.3g} draws; at most {MOST_DRAWS:g} are made.")
+
+
+def _draws(task: Task) -> int:
+    return task.draws or draws_for(task.requirements, _confidence(task))
+
+
+def _confidence(task: Task) -> float:
+    """Of one certificate, so that all that may be tried together have what is asked for."""
+    return 1.0 - (1.0 - task.confidence) / TRIES
+
+
+def _rise_s(model: Model) -> float:
+    """Time to full height without control, or half of the duration where it is not reached."""
+    return deploy(replace(model, controller=None)).time_to_full_height_s or 0.5 * model.simulation.duration_s
+
+
+def _search_of(task: Task, kind: type[Controller], fixed: Mapping[str, Any], scales: Scales, reserve: float) -> Search:
+    known = {key: value for key, value in fixed.items() if key in kind.__dataclass_fields__}
+    corners = Trials.of(task.model, _corners(task))
+    return Search(kind, known, ranges_of(kind, scales, known), corners, task.requirements, reserve)
+
+
+def _corners(task: Task) -> list[Model]:
+    """The corners, each with one of the three kinds of stops: by turns, moved on from release to release."""
+    rigs = [list(task.uncertainty.corners(with_stops(task.model, factor), task.seed)) for factor in STOPS.values()]
+    return [rigs[(i + i // 3) % 3][i] for i in range(len(rigs[0]))]
+
+
+def _fresh(task: Task, factor: float, runs: int, stream: int) -> Trials:
+    model = with_stops(task.model, factor)
+    return Trials.of(model, task.uncertainty.drawn(model, runs, task.seed + 1000 * (stream + 1)))
+
+
+def _certified(task: Task, controller: Controller, stream: int) -> list[dict[str, Any]]:
+    """The certificate: for each kind of stops what was counted on fresh draws."""
+    rows = []
+    for k, (name, factor) in enumerate(STOPS.items()):
+        answers = _fresh(task, factor, _draws(task), 10 * stream + k).answers(controller)
+        rows.append({"stops": name, "kept": counted(answers, task.requirements, _confidence(task)), **described(answers)})
+    return rows
+
+
+def _all(certificate: Sequence[Mapping[str, Any]]) -> bool:
+    return all(kept["certified"] for row in certificate for kept in row["kept"])
+
+
+def _judged(task: Task, found: Found, scales: Scales, search: Search, say: Say) -> dict[str, Any]:
+    """All that is said about a controller beside its certificate."""
+    draws = _fresh(task, 1.0, _RIVAL_DRAWS, 90)
+    say("margins")
+    kept = margins(found.controller, draws.first(_MARGIN_DRAWS), task.requirements)
+    say("without control")
+    without = [
+        {"stops": name, **_row(task, _fresh(task, factor, _RIVAL_DRAWS, 91 + k).answers(None))}
+        for k, (name, factor) in enumerate(STOPS.items())
+    ]
+    say("other laws")
+    return {
+        "search": {"tried": len(search.tried), "shortfall_on_corners": found.shortfall, "reserve": search.reserve, "ranges": search.ranges},
+        "step_error_deg": _step_error(found.controller, draws.first(_MARGIN_DRAWS)),
+        "margins": kept,
+        "without_control": without,
+        "other_laws": [_rival(task, name, scales, draws) for name in known_laws() if name != task.law],
+        "uncertainty": vars(task.uncertainty),
+        "most_force_N": task.most_force_N,
+        "seed": task.seed,
+    }
+
+
+def _row(task: Task, answers: Array) -> dict[str, Any]:
+    return {"kept": counted(answers, task.requirements, task.confidence), **described(answers)}
+
+
+def _rival(task: Task, law: str, scales: Scales, draws: Trials) -> dict[str, Any]:
+    """Another law at its best, with the same sensors, and with as much force as it likes up to twice the stored force."""
+    kind = known_laws()[law]
+    fixed = task.fixed if issubclass(kind, SampledController) else {}
+    search = _search_of(task, kind, fixed, scales, 1.0)
+    if issubclass(kind, SampledController):
+        search.ranges = {**search.ranges, LIMIT: (scales.gap_N, _MOST_FORCE * scales.force_N)}
+    best = search.best(None, task.seed, points=_RIVAL_POINTS, fine=_RIVAL_POINTS // 2)
+    return {"law": law, "controller": best.controller.table(), **_row(task, draws.answers(best.controller))}
+
+
+def _step_error(controller: Controller, draws: Trials) -> float:
+    """What half the step changes of theta_z at its largest, deg, in 95 % of the draws."""
+    step = 0.5 * draws.step_s(controller)
+    apart = turned_deg(draws.answers(controller)) - turned_deg(draws.answers(controller, step_s=step))
+    return float(np.quantile(np.abs(np.nan_to_num(apart, nan=np.inf)), 0.95))
