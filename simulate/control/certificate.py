@@ -15,7 +15,7 @@ import numpy as np
 
 from measure.common.arrays import Array
 from simulate.control.gain_search import LIMIT, Requirement
-from simulate.control.trials import Trials, turned_deg
+from simulate.control.trials import Trials, deployed, turned_deg
 from simulate.model import responses
 from simulate.model.control import Controller, SampledController
 from simulate.model.rig import LEGS
@@ -38,10 +38,14 @@ def draws_for(requirements: Sequence[Requirement], confidence: float) -> int:
 
 
 def counted(answers: Array, requirements: Sequence[Requirement], confidence: float) -> list[dict[str, Any]]:
-    """Of each requirement: failures in all and before the first stop, the upper bound of the failure probability, whether it is kept."""
-    rows = []
+    """Of each requirement: failures in all and before the first stop, the upper bound of the failure probability, whether it is kept.
+
+    A run that does not get to the full height has failed too.
+    """
+    rows, stuck = [], ~deployed(answers)
     for angle, probability in requirements:
-        failures, before = (int(np.sum(~(turned_deg(answers, place) < angle))) for place in (responses.THETA_Z, responses.BEFORE_STOP))
+        failures = int(np.sum(~(turned_deg(answers) < angle) | stuck))
+        before = int(np.sum(~(turned_deg(answers, responses.BEFORE_STOP) < angle)))
         bound = upper_bound(failures, len(answers), confidence)
         rows.append(
             {
@@ -94,7 +98,7 @@ def margins(controller: Controller, trials: Trials, requirements: Sequence[Requi
 
 
 def _failed(answers: Array, requirement: Requirement) -> float:
-    return 100.0 * float(np.mean(~(turned_deg(answers) < requirement.angle_deg)))
+    return 100.0 * float(np.mean(~(turned_deg(answers) < requirement.angle_deg) | ~deployed(answers)))
 
 
 def _changes(controller: Controller) -> list[tuple[str, list[Controller]]]:

@@ -81,7 +81,7 @@ def design_control(task: Task, say: Say = lambda _: None) -> Design:
     Raises
     ------
     InputError
-        No such law, or a key that it does not have; more draws than anybody waits for.
+        No such law; more draws than anybody waits for; a rig that does not reach its full height even without control.
     """
     _require_possible(task)
     scales = scales_of(task.model, task.uncertainty.disparity, _rise_s(task.model))
@@ -139,8 +139,14 @@ def _confidence(task: Task) -> float:
 
 
 def _rise_s(model: Model) -> float:
-    """Time to full height without control, or half of the duration where it is not reached."""
-    return deploy(replace(model, controller=None)).time_to_full_height_s or 0.5 * model.simulation.duration_s
+    """Time to full height without control."""
+    found = deploy(replace(model, controller=None)).time_to_full_height_s
+    if found is None:
+        raise InputError(
+            f'model "{model.name}": without control it does not reach the full height within simulation.duration_s '
+            f"({model.simulation.duration_s:g} s). Give it more time, or more force; a controller only holds it back."
+        )
+    return found
 
 
 def _search_of(task: Task, kind: type[Controller], fixed: Mapping[str, Any], scales: Scales, reserve: float) -> Search:

@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from measure.common.arrays import Array
-from simulate.control.trials import Trials, turned_deg
+from simulate.control.trials import Trials, deployed, turned_deg
 from simulate.model import responses
 from simulate.model.control import Controller, SampledController
 from simulate.model.model import Model
@@ -30,18 +30,20 @@ class Requirement(NamedTuple):
 
 
 class Scales(NamedTuple):
-    """By what the ranges of gains follow from the rig: by how much two legs may differ, stored force, stroke, time to full height."""
+    """By what the ranges of gains follow from the rig: by how much two legs may differ, stored force, stroke, time to full height, and
+    the time in which that has to be reached."""
 
     gap_N: float
     force_N: float
     stroke_m: float
     rise_s: float
+    duration_s: float
 
 
 def scales_of(model: Model, disparity: float, rise_s: float) -> Scales:
     """The scales of a rig whose stored forces may be off by a share of them."""
     force = float(np.mean(np.abs(per_leg(model.actuator.b_l_N))))
-    return Scales(2.0 * disparity * force, force, float(np.mean(stroke_of(model))), rise_s)
+    return Scales(2.0 * disparity * force, force, float(np.mean(stroke_of(model))), rise_s, model.simulation.duration_s)
 
 
 def ranges_of(kind: type[Controller], scales: Scales, fixed: Mapping[str, Any]) -> dict[str, tuple[float, float]]:
@@ -51,7 +53,7 @@ def ranges_of(kind: type[Controller], scales: Scales, fixed: Mapping[str, Any]) 
         "_N_per_m": (20.0 * scales.gap_N / scales.stroke_m, 5000.0 * scales.gap_N / scales.stroke_m),
         "_N_s_per_m": (0.1 * scales.gap_N / speed, 10.0 * scales.force_N / speed),
         "_N": (0.2 * scales.gap_N, 4.0 * scales.force_N),
-        "_s": (1.1 * scales.rise_s, 4.0 * scales.rise_s),
+        "_s": (scales.rise_s, max(scales.duration_s, 1.1 * scales.rise_s)),
     }
     fields = kind.__dataclass_fields__
     free = [name for name in kind.gains() if fields[name].default is MISSING and name not in fixed]
@@ -111,7 +113,7 @@ class Search:
         """The least force limit that was found to be enough, by halving the range of its logarithm."""
         low, high = _LEAST_SHARE * most_N, most_N
         for _ in range(_LEVELS):
-            middle = math.sqrt(low * high)
+            middle = _rounded(math.sqrt(low * high))
             near = min(self._good(high), key=lambda f: f.shortfall)
             self._downhill(self._place(near.controller), middle, _AT_A_LEVEL, lambda found: found.shortfall)
             low, high = (low, middle) if self._good(middle) else (middle, high)
@@ -152,8 +154,11 @@ class Search:
 
 
 def shortfall(answers: Array, requirements: Sequence[Requirement]) -> float:
-    """The largest share of the required angles that is reached with the required probability: at most 1 where all is kept."""
-    turned = np.minimum(turned_deg(answers), _BEYOND)
+    """The largest share of the required angles that is reached with the required probability: at most 1 where all is kept.
+
+    A run that does not get to the full height has not kept anything.
+    """
+    turned = np.minimum(np.where(deployed(answers), turned_deg(answers), np.inf), _BEYOND)
     return max(float(np.quantile(turned, r.probability, method="higher")) / r.angle_deg for r in requirements)
 
 

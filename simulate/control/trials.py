@@ -6,6 +6,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from measure.common.arrays import Array
 from simulate.kernel.layout import LAW_SEED
@@ -54,6 +55,11 @@ class Trials:
                 behind[:, LAW_SEED] += np.arange(len(rows))
             rows = np.hstack([rows, behind])
         return respond(rows, formula_table_of(model), steps, geometry_of(model).deployed_height_m)
+
+
+def deployed(answers: Array) -> NDArray[np.bool_]:
+    """(runs,) whether the full height was reached: a platform that is held back for good does not turn either."""
+    return np.isfinite(answers[:, responses.FULL_HEIGHT])
 
 
 def turned_deg(answers: Array, place: int = responses.THETA_Z) -> Array:
