@@ -13,7 +13,7 @@ from measure.common.output_gate import Outputs
 from simulate.files.options import add_model_options, model_from_options
 
 if TYPE_CHECKING:
-    from simulate.control.design import Design, Task
+    from simulate.control.task import Design, Task
     from simulate.model.model import Model
 
 NAME = "design-control"
@@ -45,7 +45,6 @@ def _parser() -> Any:
     made.add_argument("--noise", type=number(0.0), default=1e-4, metavar="M", help="of an elongation sensor, one standard deviation")
     made.add_argument("--actuator", choices=("brake", "motor"), default="brake", help="what acts on the legs (default: brake)")
     made.add_argument("--disparity", type=number(0.0, 90.0), default=10.0, metavar="PERCENT", help="by which stored forces may be off")
-    made.add_argument("--joints", type=number(0.0), default=3e-4, metavar="M", help="by which a joint's coordinate may be off, one sd")
     made.add_argument("--confidence", type=number(0.5, 0.9999), default=0.95, metavar="P", help="of the certificate")
     made.add_argument("--draws", type=whole(16, 200_000), metavar="N", help="for the certificate (default: what the probability asks for)")
     made.add_argument("--seed", type=whole(0, 2**31), default=0, help="of the draws (default: 0)")
@@ -104,8 +103,7 @@ def _designed(options: Any, arguments: Sequence[str], requirements: Sequence[tup
 
 
 def _task(model: Model, options: Any, requirements: Sequence[tuple[float, float]]) -> Task:
-    from simulate.control.design import Task
-    from simulate.control.gain_search import Requirement
+    from simulate.control.task import Requirement, Task
     from simulate.control.uncertainty import Uncertainty
 
     spread = model.nuisance
@@ -115,7 +113,7 @@ def _task(model: Model, options: Any, requirements: Sequence[tuple[float, float]
         _fixed(options),
         options.force_limit,
         tuple(Requirement(angle, probability) for angle, probability in requirements),
-        Uncertainty(options.disparity / 100.0, spread.release_position_m, spread.release_theta_rad, options.joints),
+        Uncertainty(options.disparity / 100.0, spread.release_position_m, spread.release_theta_rad, spread.joints_m),
         options.confidence,
         options.draws,
         options.seed,

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from measure.common.arrays import Array
-from simulate.control.gain_search import LIMIT, Requirement
+from simulate.control.task import LIMIT, Requirement
 from simulate.control.trials import Trials, deployed, turned_deg
 from simulate.model import responses
 from simulate.model.control import Controller, SampledController

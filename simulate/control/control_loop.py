@@ -139,9 +139,9 @@ def know_exactly(w: Array, by_run: Array, m: int, p: int, at: int, i: int, n: in
         w[m + TURN], w[m + TURN + 1] = 2.0 * math.atan2(w[(TRIAL + 6) * n + i], w[(TRIAL + 3) * n + i]), w[(TRIAL + 12) * n + i]
     for leg in range(LEGS):
         lever = w[at + (CONTROL_AXIS + 6 * leg + 5) * n + i]
-        seen = by_run[p + LAW_CAMERA] > 0.0
-        w[m + ESTIMATE + leg] = lever * w[m + TURN] if seen else w[m + TRUE_U + leg]
-        w[m + SPEED + leg] = lever * w[m + TURN + 1] if seen else w[m + TRUE_V + leg]
+        by_camera = by_run[p + LAW_CAMERA] > 0.0
+        w[m + ESTIMATE + leg] = lever * w[m + TURN] if by_camera else w[m + TRUE_U + leg]
+        w[m + SPEED + leg] = lever * w[m + TURN + 1] if by_camera else w[m + TRUE_V + leg]
 
 
 @njit(cache=True, error_model="numpy")
@@ -180,7 +180,7 @@ def take_due(w: Array, m: int, time: float) -> None:
 
 @njit(cache=True, error_model="numpy")
 def command_of(wanted: float, speed: float, by_run: Array, p: int) -> float:
-    """What an actuator is told for a force that the law wants: a motor that force, a brake how hard to press where it can give it."""
+    """Command for a force that the law asks for: of a motor that force, of a brake how hard it presses, where it can give it."""
     limit = by_run[p + LAW_LIMIT]
     if by_run[p + LAW_MOTOR] > 0.0:
         return min(max(wanted, -limit), limit)

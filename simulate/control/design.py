@@ -7,7 +7,7 @@ draws, at most three times; each certificate then has a third of the doubt that 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -16,9 +16,10 @@ from measure.common.arrays import Array
 from measure.common.errors import InputError
 from simulate.control.catalogue import known_laws
 from simulate.control.certificate import MOST_DRAWS, counted, described, draws_for, margins
-from simulate.control.gain_search import LIMIT, Found, Requirement, Scales, Search, ranges_of, scales_of
+from simulate.control.gain_search import Found, Scales, Search, ranges_of, scales_of
+from simulate.control.task import LIMIT, Design, Task
 from simulate.control.trials import Trials, turned_deg
-from simulate.control.uncertainty import STOPS, Uncertainty, with_stops
+from simulate.control.uncertainty import STOPS, with_stops
 from simulate.deployment.deploy import deploy
 from simulate.model.control import Controller, SampledController
 from simulate.model.model import Model
@@ -28,46 +29,6 @@ _MARGIN_DRAWS, _RIVAL_DRAWS, _RIVAL_POINTS = 128, 512, 16
 _MOST_FORCE = 2.0  # mean stored forces, what other laws may use
 
 Say = Callable[[str], object]
-
-
-@dataclass(frozen=True)
-class Task:
-    """What is to be designed.
-
-    model : its controller, if it has one, is left out. law : name of a law. fixed : keys of the controller that are given.
-    most_force_N : of one actuator. requirements : angles and probabilities. confidence : of the certificate. draws : for each kind
-    of stops, or as many as the probability asks for.
-    """
-
-    model: Model
-    law: str
-    fixed: Mapping[str, Any]
-    most_force_N: float
-    requirements: tuple[Requirement, ...]
-    uncertainty: Uncertainty
-    confidence: float = 0.95
-    draws: int | None = None
-    seed: int = 0
-
-
-@dataclass(frozen=True)
-class Design:
-    """What came of it: the controller, if one was found, the one that came nearest, and all that is known about it."""
-
-    task: Task
-    controller: Controller | None
-    nearest: Controller
-    report: dict[str, Any]
-
-    @property
-    def model(self) -> Model:
-        """The model with the controller."""
-        return replace(self.task.model, controller=self.controller)
-
-    @property
-    def certified(self) -> bool:
-        """Whether every requirement is certified with every kind of stops."""
-        return self.report["verdict"] == "certified"
 
 
 def design_control(task: Task, say: Say = lambda _: None) -> Design:
@@ -104,20 +65,21 @@ def design_control(task: Task, say: Say = lambda _: None) -> Design:
 
 def _found(task: Task, search: Search, say: Say) -> tuple[Found | None, list[dict[str, Any]], int]:
     """The controller, its certificate, and how many were tried; None where no gains were good enough on the corners."""
-    last: tuple[Found | None, list[dict[str, Any]]] = None, []
+    last: Found | None = None
+    certificate: list[dict[str, Any]] = []
     for tries in range(TRIES):
         say("gains on the corners")
         found = search.least(task.most_force_N, task.seed + tries)
         if found is None:
-            return *last, tries
+            return last, certificate, tries
         say("fresh draws")
-        last = found, _certified(task, found.controller, tries)
-        if _all(last[1]):
-            return *last, tries + 1
+        last, certificate = found, _certified(task, found.controller, tries)
+        if _all(certificate):
+            return last, certificate, tries + 1
         if tries + 1 < TRIES:
             search.reserve *= TIGHTER
             search.tried.clear()
-    return *last, TRIES
+    return last, certificate, TRIES
 
 
 def _require_possible(task: Task) -> None:

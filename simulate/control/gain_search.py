@@ -10,23 +10,17 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from measure.common.arrays import Array
+from simulate.control.task import LIMIT, Requirement
 from simulate.control.trials import Trials, deployed, turned_deg
 from simulate.model import responses
 from simulate.model.control import Controller, SampledController
 from simulate.model.model import Model
 from simulate.model.rig import per_leg, stroke_of
 
-LIMIT, OBSERVER = "force_limit_N", "observer_Hz"
+OBSERVER = "observer_Hz"
 _COARSE, _FINE, _LEVELS, _AT_A_LEVEL, _FOR_ENERGY = 32, 16, 5, 10, 12  # the first a power of two, as Sobol points want
 _LEAST_SHARE = 0.05  # of the force limit that is allowed, below which no limit is tried
 _BEYOND = 1e6  # what stands for a run that diverged
-
-
-class Requirement(NamedTuple):
-    """abs(theta_z) below an angle with a probability."""
-
-    angle_deg: float
-    probability: float
 
 
 class Scales(NamedTuple):

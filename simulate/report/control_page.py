@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from measure.common.figure_plots import save_figure
-from simulate.control.design import Design
+from simulate.control.task import Design
 from simulate.deployment.deploy import deploy_many
 from simulate.deployment.result import Deployment
 from simulate.report.control_plots import control_figure

@@ -9,10 +9,11 @@ import pytest
 
 from measure.common.errors import InputError
 from simulate.control.certificate import counted, draws_for, upper_bound
-from simulate.control.design import Task, design_control
+from simulate.control.design import design_control
 from simulate.control.eddy_damper import EddyDamper
-from simulate.control.gain_search import Requirement, Search, ranges_of, scales_of, shortfall
+from simulate.control.gain_search import Search, ranges_of, scales_of, shortfall
 from simulate.control.synchronise import Synchronise
+from simulate.control.task import Requirement, Task
 from simulate.control.trials import Trials
 from simulate.control.uncertainty import STOPS, Uncertainty, with_stops
 from simulate.model import responses
