@@ -15,6 +15,7 @@ from simulate.control.mechanical_link import MechanicalLink
 from simulate.control.one_way import OneWay
 from simulate.control.profile import Profile
 from simulate.control.synchronise import Synchronise
+from simulate.control.trials import deployed
 from simulate.files.model_file import read_model
 from simulate.model import responses
 from simulate.model.control import Controller
@@ -24,7 +25,10 @@ from simulate.sweeps.sweep import Sweep
 
 ROOT = Path(__file__).resolve().parents[2]
 _SAMPLE = 512
-_HEAD = "| what acts | beyond 30 deg, % | before the first stop, % | largest, deg | force, N | energy, J | stops, N |\n|" + " --- |" * 7
+_HEAD = (
+    "| what acts | beyond 30 deg, % | before the first stop, % | largest, deg | full height, % | force, N | energy, J | stops, N |\n|"
+    + " --- |" * 8
+)
 
 _SOFT = Synchronise(stiffness_N_per_m=1000.0, damping_N_s_per_m=20.0, force_limit_N=1.0)
 _SENSED: dict[str, Any] = {"sample_rate_Hz": 1000.0, "delay_s": 0.002, "lag_s": 0.005, "sensor_noise_m": 1e-4, "observer_Hz": 40.0}
@@ -51,7 +55,8 @@ def row(name: str, answers: Array) -> str:
     turned, early = (np.abs(np.degrees(answers[:, place])) for place in (responses.THETA_Z, responses.BEFORE_STOP))
     force, energy = np.max(answers[:, responses.CONTROL_FORCE]), np.max(answers[:, responses.CONTROL_ENERGY])
     shares = f"{100 * np.mean(turned > 30.0):.1f} | {100 * np.mean(early > 30.0):.1f}"
-    return f"| {name} | {shares} | {np.max(turned):.3g} | {force:.2f} | {energy:.2f} | {np.max(answers[:, responses.STOP_FORCE]):.0f} |"
+    reached, stops = 100 * np.mean(deployed(answers)), np.max(answers[:, responses.STOP_FORCE])
+    return f"| {name} | {shares} | {np.max(turned):.3g} | {reached:.0f} | {force:.2f} | {energy:.2f} | {stops:.0f} |"
 
 
 def main() -> None:
