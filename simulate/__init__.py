@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from simulate.files.model_file import read_model as read_model
     from simulate.files.model_file import write_model as write_model
     from simulate.loop import loop_force as loop_force
+    from simulate.model.control import SampledController as SampledController
     from simulate.model.effect import LegEffect as LegEffect
     from simulate.model.effect import PlatformEffect as PlatformEffect
     from simulate.model.effect import parameter as parameter
@@ -45,6 +46,7 @@ _HOMES = {
     "Release": "model.model",
     "Simulation": "model.model",
     "effects": "effects",
+    "SampledController": "model.control",
     "LegEffect": "model.effect",
     "PlatformEffect": "model.effect",
     "parameter": "model.effect",
@@ -72,6 +74,7 @@ __all__ = [
     "Platform",
     "PlatformEffect",
     "Release",
+    "SampledController",
     "Simulation",
     "SweepResult",
     "deploy",

@@ -90,16 +90,15 @@ from typing import Any, ClassVar
 
 from pydantic.dataclasses import dataclass
 
-from simulate.model.control import SampledController
-from simulate.model.rig import CHECKED, NotNegative
+from simulate import SampledController
 
 
-@dataclass(frozen=True, config=CHECKED, kw_only=True)
+@dataclass(frozen=True, kw_only=True)
 class Integral(SampledController):
     """Each leg is held back by the sum of what it has been ahead by."""
 
     law: ClassVar[str] = "integral-{name}"
-    gain_N_per_m: NotNegative
+    gain_N_per_m: float
     """force for a metre, summed over the samples"""
 
     @staticmethod
