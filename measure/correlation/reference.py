@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from measure.correlation.steepest_descent import AFFINE, EUCLIDEAN, TRANSLATION
 
 _MOSTLY = 0.9
-"""Share of a rotation that must be determined for the mark to be searched for turned."""
+"""Share of a rotation that must be determined for the mark to be searched for turned, and of a stretch that must not be to be open."""
 
 
 @dataclass(frozen=True)
@@ -114,6 +114,14 @@ class Reference:
         """Whether the texture shows a rotation of the mark in the picture."""
         rotation = np.array([0.0, -1.0, 1.0, 0.0]) / np.sqrt(2.0)
         return self.warp == EUCLIDEAN or (self.warp == AFFINE and bool(np.linalg.norm(self.followed @ rotation) > _MOSTLY))
+
+    @cached_property
+    def loose(self) -> tuple[NDArray[np.float64], ...]:
+        """Stretches along x and along y, (2, 2) each, that the texture does not fix; only of an affine warp."""
+        if self.warp != AFFINE:
+            return ()
+        along = np.eye(4)[[0, 3]] @ (np.eye(4) - self.followed)
+        return tuple(one.reshape(2, 2) for one in along if np.linalg.norm(one) > _MOSTLY)
 
     @property
     def followed(self) -> NDArray[np.float64]:

@@ -10,7 +10,9 @@ from measure.correlation.reference_image import reference
 from measure.correlation.refinement import refine, surface_near
 from measure.film.track import track
 from measure.footage.footage import from_array
-from measure.synthetic.made_film import pictures, project_for, true_motion
+from measure.geometry.camera import Camera
+from measure.synthetic.made_film import MadeMark, Scene, pictures, project_for, true_motion
+from measure.tables.trajectory import Trajectory
 
 CENTRE, SUBSET = 36, 41
 
@@ -70,3 +72,53 @@ def test_bars_of_a_turning_platform_hold_the_truth_in_24_films(rig, calibration_
     ]  # fmt: skip
     validation_table("95 % bars of a platform that turns by 30 deg", rows, "Six speckled marks on a cylinder; aim 85 to 99 %.")
     assert all(85.0 < row["inside, %"] <= 99.5 and 0.6 < row["rms over sigma"] < 1.4 for row in rows), rows
+
+
+def _drum(kind, seed):
+    """A drum with six marks that rises, drifts, tilts and turns by 30 deg about the vertical in 60 frames."""
+    rng = np.random.default_rng(seed)
+    time = np.arange(60) / 100.0
+    s = np.clip((time - 0.08) / 0.48, 0.0, 1.0)
+    tilt = np.radians(rng.uniform(-1.5, 1.5, 2))
+    motion = Trajectory(
+        time,
+        {
+            "x_m": 0.004 * np.sin(3.0 * s), "z_m": 0.10 * s**2 * (3.0 - 2.0 * s), "theta_x_rad": tilt[0] * np.sin(3.0 * s),
+            "theta_y_rad": tilt[1] * s**2, "theta_z_rad": np.radians(30.0) * s**2,
+        },
+    )  # fmt: skip
+    size, azimuth = rng.uniform(0.014, 0.018), rng.uniform(0.40, 0.55)
+    marks = tuple(MadeMark(a, h, size, kind) for h in (-0.0115, 0.0115) for a in (-azimuth, 0.0, azimuth))
+    place = (152.0 + rng.uniform(0.0, 1.0), 330.0 + rng.uniform(0.0, 1.0))
+    camera = Camera(0.5e-3, place, 0.0, 3.0, (152.0, 190.0))
+    scene = Scene(304, 384, camera, marks, 0.07, 0.0235, background=0.05, rays=8)
+    return motion, scene, 2 * int(1000.0 * size * 0.75) + 1
+
+
+@pytest.mark.calibrate
+@pytest.mark.parametrize(("kind", "aim_deg"), [("dot", 0.1), ("quadrant", 0.3)])
+def test_dots_and_quadrants_on_a_drum_are_seen_and_give_its_rotation(kind, aim_deg, calibration_seed, share_of, validation_table):
+    """The pictures are cast with 8 x 8 rays a pixel, so that an upright edge is at its place to an eighth of a pixel."""
+    gaps, ratios, unseen, off = [], [], 0, 0
+    for number in range(share_of(12)):
+        motion, scene, subset = _drum(kind, calibration_seed + number)
+        truth = true_motion(motion, scene, 100.0)
+        film = from_array(np.array(list(pictures(motion, scene, fps=100.0, seed=calibration_seed + number))))
+        tracked = track(film, project_for(scene, 100.0, 0.0, subset))
+        assert tracked.trajectory is not None
+        gap = (tracked.trajectory.channels["theta_z_rad"] - truth.trajectory.channels["theta_z_rad"])[1:]
+        gaps.append(gap)
+        ratios.append(gap / tracked.trajectory.sigma["theta_z_rad"][1:])
+        marks = tracked.marks
+        unseen += int((~marks.observed).sum())
+        off += int((np.hypot(marks.x_px - truth.x_px, marks.y_px - truth.y_px) > 0.5).sum())
+    row = {
+        "mark": kind, "films": len(gaps), "theta_z rms, deg": np.degrees(np.sqrt(np.nanmean(np.square(gaps)))),
+        "inside, %": 100 * np.nanmean(np.abs(ratios) < 1.96), "sightings": 360 * len(gaps), "unseen": unseen, "off by 0.5 px": off,
+    }  # fmt: skip
+    validation_table(
+        f"a drum with {kind}s that turns by 30 deg", [row], f"Aim: theta_z to {aim_deg} deg, none off by over 0.5 px unflagged."
+    )
+    assert row["theta_z rms, deg"] < aim_deg, row
+    assert off <= 1e-3 * row["sightings"], row
+    assert unseen <= 1e-2 * row["sightings"], row
