@@ -25,9 +25,23 @@ def test_what_cannot_be_asked_is_refused_and_nothing_is_written(folder, capsys):
     assert [path.name for path in folder.iterdir()] == ["rig.toml"]
 
 
-@pytest.mark.slow
+@pytest.mark.calibrate
 def test_a_model_with_its_controller_the_result_and_the_page_are_written(folder, capsys):
-    words = ["rig.toml", "--probability", "0.9", "--draws", "64", "-o", "out.toml", "--json", "out.json", "--page", "out.html"]
+    words = [
+        "rig.toml",
+        "--set",
+        "simulation.duration_s=0.7",
+        "--probability",
+        "0.9",
+        "--draws",
+        "64",
+        "-o",
+        "out.toml",
+        "--json",
+        "out.json",
+        "--page",
+        "out.html",
+    ]
     assert design_control.main(words) == 0
     assert sorted(path.name for path in folder.iterdir()) == ["out.html", "out.json", "out.toml", "rig.toml"]
     result, model = json.loads((folder / "out.json").read_text()), read_model(folder / "out.toml")
