@@ -26,7 +26,7 @@ VALIDATION ?= $(if $(filter 1,$(SHARE)),docs/validation/calibration,out/validati
 SUBSET ?= standard
 METHODS ?= explain-gap
 
-.PHONY: installed demo test fast calibrate lint docs datasets scoreboard clean pins
+.PHONY: installed demo test fast calibrate lint docs datasets scoreboard bench clean pins
 .DELETE_ON_ERROR:
 
 demo: $(VENV)/installed
@@ -62,6 +62,10 @@ installed: $(VENV)/installed-test
 # What explain-gap answers to cases whose truth is sealed; an interrupted run goes on.   make scoreboard SUBSET=fast
 scoreboard: $(VENV)/installed-test
 	$(CALM) $(BIN)/python tests/hidden/scoreboard.py --subset $(SUBSET) $(addprefix --method ,$(METHODS)) --processes $(WORKERS)
+
+# The same under the noise and the errors of a laboratory; an interrupted run goes on.   make bench SEED=7 SHARE=0.25
+bench: $(VENV)/installed-test
+	$(CALM) $(BIN)/python tests/hidden/bench.py --seed $(SEED) --share $(SHARE) --processes $(WORKERS)
 
 clean:
 	rm -rf $(VENV) out dist .pytest_cache .ruff_cache .hypothesis

@@ -90,4 +90,45 @@ class StageDrive(LegEffect):
         return p[0] / (1.0 + math.exp(-(u - 0.12) / 0.004)) / (1.0 + math.exp((u - 0.18) / 0.004))
 
 
-KINDS: dict[str, type[Effect]] = {kind.name: kind for kind in (Gust, CoilDents, SideWind, Snag, StageDrive)}
+@dataclass(frozen=True)
+class Hardening(PlatformEffect):
+    """A cable that comes under tension above a height, and pulls back the more the higher it goes."""
+
+    name = "hardening-cable"
+    force_N: float = parameter(0.0, low=0.0, high=100.0, typical=0.2, doc="pulls down 0.1 m above the height from which it is tight")
+
+    @staticmethod
+    def platform_wrench(t: float, pose: Any, twist: Any, p: Any, wrench: Any) -> None:
+        """Takes away what grows with the cube of the way above 0.45 m."""
+        if pose[2] > 0.45:
+            wrench[2] -= p[0] * ((pose[2] - 0.45) / 0.1) ** 3
+
+
+@dataclass(frozen=True)
+class SideLift(PlatformEffect):
+    """A plate that stands askew: the faster the platform rises, the more it is pushed aside, with the square of the speed."""
+
+    name = "side-lift"
+    force_N: float = parameter(0.0, low=-10.0, high=10.0, typical=0.05, doc="lateral force at 1 m/s")
+
+    @staticmethod
+    def platform_wrench(t: float, pose: Any, twist: Any, p: Any, wrench: Any) -> None:
+        """Adds force along x."""
+        wrench[0] += p[0] * twist[2] * abs(twist[2])
+
+
+@dataclass(frozen=True)
+class LostLoad(PlatformEffect):
+    """A ballast that hangs on for 0.18 s and then falls off: its weight is missing from then on."""
+
+    name = "lost-load"
+    force_N: float = parameter(0.0, low=-10.0, high=10.0, typical=0.1, doc="upwards from then on")
+
+    @staticmethod
+    def platform_wrench(t: float, pose: Any, twist: Any, p: Any, wrench: Any) -> None:
+        """Adds a step, eased in over some milliseconds."""
+        wrench[2] += p[0] / (1.0 + math.exp(-(t - 0.18) / 0.003))
+
+
+_ALL = (Gust, CoilDents, SideWind, Snag, StageDrive, Hardening, SideLift, LostLoad)
+KINDS: dict[str, type[Effect]] = {kind.name: kind for kind in _ALL}

@@ -37,7 +37,7 @@ METHODS = {
     "sparse-regression": "rivals.sparse_regression",
     "gaussian-process": "rivals.gaussian_process",
 }
-_KEPT = ("verdict", "effects", "gap", "next_experiment", "next_experiments", "missing_force", "sentence")
+_KEPT = ("verdict", "weights", "effects", "gap", "drafted", "left", "next_experiment", "next_experiments", "missing_force", "sentence")
 # The limit is processor time, so that an answer does not depend on what else the machine does; what was used is left in a file.
 _CALL = """
 import resource, sys

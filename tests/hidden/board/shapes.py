@@ -22,7 +22,7 @@ Chance = np.random.Generator
 ONE_SIGN = (
     *("hub-inertia", "viscous-friction", "power-law-friction", "stribeck-friction", "force-relaxation", "backlash", "leg-mass"),
     *("joint-friction", "counterweight-inertia", "pulley-inertia", "pulley-friction", "cable-pendulum", "air-drag", "handrail-contact"),
-    *("snag", "base-excitation", "series-play", "eddy-damping", "sensor-filter"),
+    *("snag", "base-excitation", "series-play", "eddy-damping", "sensor-filter", "hardening-cable"),
 )
 # Shape parameters: drawn and not scaled. All others are amounts.
 SHAPE = {

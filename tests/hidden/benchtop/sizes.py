@@ -1,0 +1,71 @@
+"""How large a hidden force is: in multiples of what the runs of the case can detect under its nuisances."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+from board.bench import Bench, seen
+from board.detectable import needed
+from board.freedom import shown_besides
+from board.shapes import Hidden
+from board.yardstick import Yardstick
+
+from .nuisances import FORCE, tolerances
+
+Array = np.ndarray
+
+EFFECT_SIZE, OUTSIDE_SIZE = 5.0, 10.0
+_ROUNDS = 8
+
+
+@dataclass(frozen=True)
+class LooseYardstick(Yardstick):
+    """A yardstick that leaves free, too, what the model file may have wrong and what force each run started with."""
+
+    @cached_property
+    def besides(self) -> Array:
+        """What cameras add, errors of the model file, and the stored force of each run, in their spreads, (m, k)."""
+        bench = self.bench
+        here = bench.here
+        errors = [values - here for values in bench.vectors([other.rig.true for other in tolerances(bench)])]
+        forces = []
+        for i, run in enumerate(bench.films):
+            level = np.broadcast_to(bench.rig.true.actuator.b_l_N, 6)
+            films = tuple(replace(r, legs_N=r.legs_N + 1e-3 * FORCE * level) if r is run else r for r in bench.films)
+            other = replace(bench, campaign=replace(bench.campaign, deployments=films))
+            forces.append(_whole(other, i, bench) - here)
+        return np.hstack([shown_besides(bench), 1e3 * np.stack([*errors, *forces], axis=1)])
+
+
+def _whole(other: Bench, number: int, bench: Bench) -> Array:
+    """All values of the bench, those of one run from the other."""
+    values = bench.here.copy()
+    (values[bench.rows[number]],) = seen([(other.rig.true, other.runs[number])])
+    return values
+
+
+def amount_of(hidden: Hidden, runs: LooseYardstick, outside: bool) -> tuple[float, float]:
+    """The amount to hide, and how many times the detectable one it is; 0, 0 where these runs cannot show it.
+
+    Linear, and therefore counted up to the stops only, but for what acts at the stops: behind them a release does not act linearly.
+    """
+    multiple = OUTSIDE_SIZE if outside else EFFECT_SIZE
+    amount = _detectable(hidden, runs, needed(1 if outside else hidden.parameters))
+    if amount is None:
+        return 0.0, 0.0
+    hide = min(multiple * amount, 0.9 * hidden.most)
+    return hide, hide / amount
+
+
+def _detectable(hidden: Hidden, runs: LooseYardstick, wanted: float) -> float | None:
+    amount, shows = min(1.0, hidden.most), 0.0
+    for _ in range(_ROUNDS):
+        there = runs.bench.with_model(runs.bench.rig.true.with_effect(hidden.at(amount))).here
+        left = runs.free.left(np.concatenate([there - runs.bench.here, np.zeros(len(runs.free.basis) - len(there))]))
+        shows = float(left @ left)
+        if abs(shows / wanted - 1.0) < 0.1 or (shows < wanted and amount == hidden.most):
+            break
+        amount = min(amount * float(np.clip(np.sqrt(wanted / max(shows, 1e-9)), 0.02, 20.0)), hidden.most)
+    return amount if shows > 0.5 * wanted else None
