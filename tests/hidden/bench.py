@@ -9,16 +9,16 @@ from __future__ import annotations
 
 import argparse
 import sys
+from datetime import date
 from functools import partial
 from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).resolve().parent))
 
+from benchtop.asking import MINUTES, PATIENCE_S, answered, ask
 from benchtop.cases import board
-from benchtop.making import made
 from benchtop.page import as_json, markdown, printed
-from benchtop.scoring import scored
-from board.running import OURS, PATIENCE_S, ask_all, read_answers, version
+from board.running import version
 
 from measure.common.output import json_text, write_text
 
@@ -31,6 +31,8 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument("--answered", action="store_true", help="ask nothing: score what the present sources have answered")
     parser.add_argument("--processes", type=int, default=2)
     parser.add_argument("--patience", type=float, default=PATIENCE_S, metavar="S", help="processor time after which a case has failed")
+    parser.add_argument("--minutes", type=float, default=MINUTES, metavar="M", help="no case is begun after so long; default %(default)s")
+    parser.add_argument("--page", type=Path, metavar="FILE", help="where the page is written, default bench.md beside the answers")
     parser.add_argument("-o", "--output", type=Path, default=Path("out/bench"), metavar="FOLDER")
     return parser
 
@@ -38,18 +40,12 @@ def _parser() -> argparse.ArgumentParser:
 def main(arguments: list[str] | None = None) -> int:
     given = _parser().parse_args(arguments)
     specs = board(given.seed, given.share)[: given.cases]
-    file = given.output / f"{OURS}.jsonl"
-    if given.answered:
-        have = {answer.token: answer for answer in read_answers(file) if answer.version == version()}
-        specs = [spec for spec in specs if spec.token in have]
-    else:
-        makers = {spec.token: partial(made, spec, given.output) for spec in specs}
-        have = ask_all(makers, OURS, file, processes=given.processes, patience_s=given.patience, say=partial(print, file=sys.stderr))
-    rows = scored(specs, [have[spec.token] for spec in specs], given.output)
-    about = f"Seed {given.seed}, share {given.share:g}, {len(rows)} cases, sources `{version()}`."
+    how = {"processes": given.processes, "patience_s": given.patience, "minutes": given.minutes, "say": partial(print, file=sys.stderr)}
+    rows = answered(specs, given.output) if given.answered else ask(specs, given.output, **how)
+    about = f"{date.today()}: seed {given.seed}, share {given.share:g}, {len(rows)} cases, sources `{version()}`."
     print(printed(rows))
     write_text(given.output / "bench.json", json_text(as_json(rows)))
-    write_text(given.output / "bench.md", markdown(rows, about))
+    write_text(given.page or given.output / "bench.md", markdown(rows, about))
     return 0
 
 

@@ -4,20 +4,20 @@ from __future__ import annotations
 
 import json
 from collections import Counter
-from functools import partial
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+from benchtop.asking import ask
 from benchtop.cases import ERRORS, KINDS, Spec, board
 from benchtop.making import made, sealed_file
 from benchtop.nuisances import as_built, forces_of_runs
 from benchtop.page import calibration, headline, markdown
-from benchtop.scoring import Scored, removed, score, scored
+from benchtop.scoring import Scored, removed, score
 from benchtop.tracks import Track, coloured, tracked
 from board.rigs import drawn_rig
-from board.running import OURS, Answer, ask_all
+from board.running import Answer
 from calibration import consistent
 
 from measure.tables.trajectory import Trajectory
@@ -29,9 +29,7 @@ LEAST = {"model file: named, or in the class": 0.83, "effects: class-correct": 0
 @pytest.mark.calibrate
 def test_a_bench_board_of_a_fresh_seed_is_answered_as_well_as_is_promised(tmp_path, calibration_seed, pytestconfig, validation_table):
     specs = board(calibration_seed, pytestconfig.option.share)
-    makers = {spec.token: partial(made, spec, tmp_path) for spec in specs}
-    answers = ask_all(makers, OURS, tmp_path / "answers.jsonl", processes=2)
-    rows = scored(specs, [answers[spec.token] for spec in specs], tmp_path)
+    rows = ask(specs, tmp_path)
     rates = {one.name: one for one in headline(rows)}
     note = f"{len(rows)} cases; 95 % intervals after Clopper and Pearson."
     validation_table("Rates", [{"rate": one.name, "hits": one.hits, "cases": one.cases, "aim": one.goal} for one in rates.values()], note)

@@ -1,0 +1,52 @@
+"""Asks about the cases of a bench board for as long as there is time."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Sequence
+from functools import partial
+from pathlib import Path
+
+from board.running import OURS, Answer, ask_all, read_answers, version
+
+from .cases import Spec
+from .making import made
+from .scoring import Scored, scored
+
+PATIENCE_S = 300.0  # of processor time
+MINUTES = 60.0
+
+
+def answered(specs: Sequence[Spec], folder: Path) -> list[Scored]:
+    """Those that the present sources have answered, scored."""
+    have = _have(folder)
+    done = [spec for spec in specs if spec.token in have]
+    return scored(done, [have[spec.token] for spec in done], folder)
+
+
+def ask(
+    specs: Sequence[Spec],
+    folder: Path,
+    *,
+    processes: int = 2,
+    patience_s: float = PATIENCE_S,
+    minutes: float = MINUTES,
+    say: Callable[[str], None] = lambda text: None,
+) -> list[Scored]:
+    """Ask about one case after the other until the time is over, and score those that were answered. Mixed, they are a fair sample."""
+    end = time.monotonic() + 60.0 * minutes
+    for first in range(0, len(specs), processes):
+        if time.monotonic() > end:
+            say(f"the time is over: {first} of {len(specs)} cases")
+            break
+        makers = {spec.token: partial(made, spec, folder) for spec in specs[first : first + processes]}
+        ask_all(makers, OURS, _file(folder), processes=processes, patience_s=patience_s, say=say)
+    return answered(specs, folder)
+
+
+def _file(folder: Path) -> Path:
+    return folder / f"{OURS}.jsonl"
+
+
+def _have(folder: Path) -> dict[str, Answer]:
+    return {answer.token: answer for answer in read_answers(_file(folder)) if answer.version == version()}
