@@ -12,7 +12,6 @@ import numpy as np
 from identify.actuator.homogeneity import Disagreement, disagreements
 from identify.actuator.levels import Levels, drift_significance, levels_of, zeros_apart
 from identify.actuator.loops_alone import problem_of_loops, solve_loops
-from identify.actuator.misfit import Misfit, misfit_of
 from identify.actuator.rate_order import polynomials_of
 from identify.actuator.rates_and_strokes import covered
 from identify.actuator.rounding import covariance_of_rounding
@@ -28,6 +27,7 @@ from identify.estimation.parameters import BETA_NAME, Change
 from identify.estimation.problem import Problem
 from identify.estimation.profile_likelihood import ProfileCurve, profile_curve
 from identify.estimation.rate import Abscissa
+from identify.gap.misfit import Misfit, misfit_of
 from identify.loops.covariates import shares
 from identify.loops.faults import Fault
 from identify.loops.loop_data import LoopData, effective_number

@@ -14,7 +14,6 @@ from pathlib import Path
 import numpy as np
 
 from identify.actuator.homogeneity import Disagreement, follows_frequency, what_differs
-from identify.actuator.misfit import Misfit
 from identify.criteria import (
     LARGEST_MISFIT,
     LEAST_STEPS,
@@ -25,6 +24,7 @@ from identify.criteria import (
     SURE_MISFIT,
 )
 from identify.estimation.estimate import Estimate, Word
+from identify.gap.misfit import Misfit
 from identify.loops.faults import Fault
 from identify.loops.loop_data import LoopData, area
 from identify.loops.residual_dependence import Dependence

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
+from identify.criteria import ROUGHLY
 from identify.draft.choice import Chosen, chosen_forms
 from identify.draft.effect_file import Origin, Variable, effect_from, formula_text, source_of
 from identify.estimation.fit import Fit
@@ -16,6 +17,7 @@ from simulate.model.effect import Effect
 
 MOST_TRIED = 2  # variables whose form is fitted by full simulation
 _LEAST_SCORE = 0.0
+_MOST_STEPS = 12
 _LESS_WELL = 10.0  # of the sum of squares: a variable so much worse is not tried beside the best
 
 
@@ -87,7 +89,7 @@ def _tried(beside: Fit, chosen: Chosen, held_out: Callable[[Fit], float | None],
     problem = beside.problem.with_another(effect)
     start = laid_out(beside, problem)
     start[problem.rows_of(effect.name)] = (chosen.values - effect.flat()) / effect.typical(beside.problem.measures)
-    fit = to_the_end(solve(problem, start))
+    fit = to_the_end(solve(problem, start, enough=ROUGHLY, most_steps=_MOST_STEPS, loosely=True))
     drafted = fit.problem.effects_at(fit.q)[-1]
     return Drafted(
         variable,

@@ -31,7 +31,7 @@ from identify.selection.detection_limits import DetectionLimit, detection_limits
 from identify.selection.findings import Finding, NoiseOfChannel, findings_of, noise_of_channels, rms_over_noise, share_closed
 from identify.selection.priors import MODEL_ERRORS, log_prior
 from identify.selection.promises import FORCES
-from identify.selection.search import BUDGETS, Budget, Hypothesis, Names, Say, Search
+from identify.selection.search import BUDGETS, Budget, Hypothesis, Names, Say, Search, halves
 from identify.selection.unknown_force import Unnamed, is_unnamed, simulated
 from identify.selection.verdict import Verdict, verdict_of
 from simulate.effects import CATALOGUE
@@ -152,10 +152,16 @@ def explain(
     runs, added = with_noise_where_none(runs)
     problem = problem_of(model, [run for run in runs if not run.hold_out], covariate, own_zeros=tare == "each", changes=changes)
     found = _explained(problem, runs, catalogue, budget, say)
-    if tare == "auto" and found.verdict in ("unknown", "partly") and zeros_differ(found.after):
+    if tare == "auto" and found.verdict in ("unknown", "partly") and zeros_differ(found.after) and _zeros_help(found.after):
         say("giving each loop a zero of its own")
         found = _explained(replace(problem, own_zeros=True), runs, catalogue, budget, say)
     return replace(found, noise_added=added)
+
+
+def _zeros_help(fit: Fit) -> bool:
+    """Whether zeros of the loops' own close half of what is left."""
+    problem = replace(fit.problem, own_zeros=True)
+    return halves(fit, solve(problem, laid_out(fit, problem), enough=ROUGHLY, loosely=True))
 
 
 def _explained(problem: Problem, runs: Sequence[Run], catalogue: Mapping[str, type[Effect]], budget: Budget, say: Say) -> Explanation:
@@ -168,6 +174,9 @@ def _explained(problem: Problem, runs: Sequence[Run], catalogue: Mapping[str, ty
     after = foremost.fit
     closes_most = share_closed(before, after, noise) > LARGER_PART
     verdict = verdict_of(weights, closes_most=closes_most, leaves_noise=leaves_noise)
+    if verdict.word == "partly":
+        foremost = search.shortest(foremost.names)
+        after, verdict = foremost.fit, replace(verdict, names=foremost.names)
     findings = findings_of(foremost, nothing, verdict, noise) if verdict.names else ()
     verdict = _as_far_as_known(verdict, findings, foremost)
     say("looking at the runs held out")

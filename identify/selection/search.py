@@ -13,7 +13,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from identify.criteria import CLOSE, ROUGHLY
+from identify.criteria import CLOSE, HALF, ROUGHLY
 from identify.estimation.fit import Fit
 from identify.estimation.least_squares import before_the_stops, solve, solve_from_afar, to_the_end
 from identify.selection.priors import Prior
@@ -26,6 +26,8 @@ Names = tuple[str, ...]
 Say = Callable[[str], None]
 
 _STEPS = 8
+_NEARLY_ALL = 0.9
+_NO_LARGER = 1.01  # times the gap: fits end within a hundredth
 _DEEPER = 10.0  # sum of squares by which another local minimum is worth looking from anew
 _SETTLING = 3  # fits of what turns out to hold the largest weight in the end
 _SHORT = 1.0  # of a promise, in log evidence: then the fit may have gone astray
@@ -96,8 +98,22 @@ class Search:
 
     @property
     def foremost(self) -> Hypothesis:
-        """The fitted hypothesis with the largest weight."""
-        return max(self.fitted.values(), key=lambda one: one.log_weight)
+        """The fitted hypothesis with the largest weight, of those whose names all make the gap smaller."""
+        return max((self.fitted[names] for names in self._closing()), key=lambda one: one.log_weight)
+
+    def _closing(self) -> list[Names]:
+        """Fitted hypotheses that leave no larger a gap than those with one name less; a name that makes the gap larger is none."""
+        return [
+            names
+            for names, one in self.fitted.items()
+            if not names or all(one.fit.rms <= _NO_LARGER * less.fit.rms for less in self._with_one_less(names))
+        ]
+
+    @property
+    def _base(self) -> Names:
+        """The names beside which all others were weighed: the foremost ones, or the foremost of those that were looked from."""
+        seen = [names for names in self.promised if names in self.fitted]
+        return max(seen, key=lambda names: (names == self.foremost.names, self.fitted[names].log_weight))
 
     def run(self, base: Fit) -> None:
         """Search on from a fit without any effect, until nothing that was only weighed might hold a share or the budget is spent."""
@@ -106,10 +122,26 @@ class Search:
             worth = [one for one in self.ahead.values() if self._is_worth_a_fit(one)]
             if worth and self.spent < self.budget.fits:
                 self._fit(max(worth, key=lambda one: one.log_weight))
-            elif self.foremost.names not in self.seen_from:
+            elif self.foremost.names not in self.seen_from and self._leads_on(self.foremost):
                 self._look_from(self.foremost)
             else:
                 return
+
+    def _leads_on(self, one: Hypothesis) -> bool:
+        """Whether a further name may be looked for: of several names each must have halved the gap that those before it left."""
+        return len(one.names) < 2 or halves(min((less.fit for less in self._with_one_less(one.names)), key=lambda fit: fit.rms), one.fit)
+
+    def _with_one_less(self, names: Names) -> list[Hypothesis]:
+        """Fitted hypotheses that have one of these names less; nothing where none was fitted."""
+        fewer = [tuple(other for other in names if other != name) for name in names]
+        return [self.fitted[less] for less in fewer if less in self.fitted] or [self.fitted[()]]
+
+    def shortest(self, names: Names) -> Hypothesis:
+        """Of these names the fewest, of those that were fitted, that close nine tenths of what all of them close."""
+        whole = self.fitted[()].fit.rms ** 2 - self.fitted[names].fit.rms ** 2
+        found = [one for one in self.fitted.values() if set(one.names) <= set(names)]
+        enough = [one for one in found if self.fitted[()].fit.rms ** 2 - one.fit.rms**2 >= _NEARLY_ALL * whole]
+        return min(enough, key=lambda one: (len(one.names), one.fit.rms))
 
     def settled(self) -> Hypothesis:
         """The hypothesis with the largest probability, fitted if it was only weighed; of one with a force without a name the rest.
@@ -133,9 +165,10 @@ class Search:
 
         A force without a name counts beside the hypothesis that is foremost in the end, and beside nothing.
         """
-        kept = {(), self.foremost.names}
+        kept = {(), self.foremost.names, self._base}
         logs = {n: one.log_weight for n, one in self.ahead.items() if one.promise is not None or one.beside.names in kept}
-        logs |= {names: one.log_weight for names, one in self.fitted.items()}
+        logs = {names: log for names, log in logs.items() if names not in self.fitted}
+        logs |= {names: self.fitted[names].log_weight for names in self._closing()}
         whole = np.logaddexp.reduce(list(logs.values()))
         found = self._shared_out({names: float(np.exp(log - whole)) for names, log in logs.items()})
         return dict(sorted(found.items(), key=lambda row: -row[1]))
@@ -157,11 +190,11 @@ class Search:
 
     def beside_foremost(self) -> list[Promise]:
         """What each effect would say beside the foremost hypothesis, the whole films together."""
-        return self.promised[self.foremost.names]
+        return self.promised[self._base]
 
     def tables_beside(self, names: Names) -> list[Unnamed]:
         """Forces without a name beside a hypothesis that was looked from, the likeliest first; else those beside the foremost."""
-        return self.tables.get(names) or self.tables[self.foremost.names]
+        return self.tables.get(names) or self.tables[self._base]
 
     def _keep(self, names: Names, found: Weighed) -> None:
         """Keep a fit, or the better one of two of the same names."""
@@ -234,7 +267,7 @@ class Search:
         elif promise.name == FORCES:
             problem = replace(problem, forces_differ=True)
         start = np.concatenate([promise.base, own, promise.sizes])
-        found = weighed(to_the_end(solve(problem, start)))
+        found = weighed(to_the_end(solve(problem, start, loosely=True)))
         if found.log_z + self.prior(ahead.names) < ahead.log_weight - _SHORT:
             self._keep(ahead.names, weighed(solve_from_afar(problem, start)))
         self._keep(ahead.names, found)
@@ -246,6 +279,11 @@ class Search:
         again = to_the_end(solve(nothing.fit.problem, fit.q[: fit.problem.first_effect], enough=ROUGHLY))
         if again.cost < nothing.fit.cost - _DEEPER:
             self._keep((), weighed(again))
+
+
+def halves(before: Fit, after: Fit) -> bool:
+    """Whether a fit leaves at most half of what another leaves beyond the noise, in squares."""
+    return max(after.rms**2 - 1.0, 0.0) <= HALF * max(before.rms**2 - 1.0, 0.0)
 
 
 def _with_law_as_given(fit: Fit) -> Fit:

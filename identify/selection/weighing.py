@@ -8,10 +8,11 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from identify.criteria import EFFECT_SPREAD, NOTHING, WITHIN
+from identify.criteria import EFFECT_SPREAD, NOTHING, SURE_MISFIT, WITHIN
 from identify.estimation.fit import Fit
 from identify.estimation.noise_model import ChannelNoise, spacing
 from identify.gap.gap_test import is_noise
+from identify.gap.misfit import misfit_of
 from identify.selection.evidence import ROUNDS, Channel, Columns, Evidence, Lines, evidence
 from identify.selection.model_errors import ModelErrors, model_errors
 from identify.selection.signatures import Signature, columns_of_shapes
@@ -105,8 +106,18 @@ class Weighed:
 
     @property
     def leaves_noise(self) -> bool:
-        """Whether what it leaves is noise; whatever noise would have to remember for longer than it can is a gap."""
-        return is_noise(self.evidence.left)
+        """Whether what it leaves is noise: noise forgets within a few samples, and does not come again in every cycle."""
+        return is_noise(self.evidence.left) and not self._comes_again
+
+    @property
+    def _comes_again(self) -> bool:
+        """Whether loops have a gap as large as their noise that comes again in every cycle."""
+        loops = [loop.data for loop in self.fit.problem.loops]
+        if not loops:
+            return False
+        left = misfit_of(loops, self.fit.residuals_N)
+        over = left.repeated_N / np.array([data.force_sigma_N for data in loops])
+        return bool(left.significance > SURE_MISFIT and np.max(over) > 1.0)
 
     @property
     def step(self) -> Array:
