@@ -39,10 +39,10 @@ def _parser() -> argparse.ArgumentParser:
 
 def main(arguments: list[str] | None = None) -> int:
     given = _parser().parse_args(arguments)
-    specs = board(given.seed, given.share)[: given.cases]
+    drawn = board(given.seed, given.share)[: given.cases]
     how = {"processes": given.processes, "patience_s": given.patience, "minutes": given.minutes, "say": partial(print, file=sys.stderr)}
-    rows = answered(specs, given.output) if given.answered else ask(specs, given.output, **how)
-    about = f"{date.today()}: seed {given.seed}, share {given.share:g}, {len(rows)} cases, sources `{version()}`."
+    rows = answered(drawn, given.output) if given.answered else ask(drawn, given.output, **how)
+    about = f"{date.today()}: seed {given.seed}, share {given.share:g}, {len(rows)} of {len(drawn)} cases answered, sources `{version()}`."
     print(printed(rows))
     write_text(given.output / "bench.json", json_text(as_json(rows)))
     write_text(given.page or given.output / "bench.md", markdown(rows, about))
