@@ -16,6 +16,7 @@ import numpy as np
 from identify.criteria import CLOSE, HALF, ROUGHLY
 from identify.estimation.fit import Fit
 from identify.estimation.least_squares import before_the_stops, solve, solve_from_afar, to_the_end
+from identify.estimation.multistart import released_again
 from identify.selection.priors import Prior
 from identify.selection.promises import FORCES, Promise, promises
 from identify.selection.unknown_force import Unnamed, is_unnamed, unnamed_forces
@@ -155,7 +156,14 @@ class Search:
                 break
             self._fit(ahead)
         names = tuple(name for name in next(iter(self.weights())) if not is_unnamed(name))
-        return self.fitted.get(names, self.foremost)
+        return self._brought_back(self.fitted.get(names, self.foremost))
+
+    def _brought_back(self, one: Hypothesis) -> Hypothesis:
+        """The same with releases looked for again where films are missed behind their stops: a fit may end in a wrong local minimum."""
+        again = released_again(one.fit)
+        if again.cost < one.fit.cost - _DEEPER:
+            self._keep(one.names, weighed(again))
+        return self.fitted[one.names]
 
     def _is_worth_a_fit(self, one: Ahead) -> bool:
         return one.promise is not None and one.names not in self.fitted and one.log_weight > self.foremost.log_weight - self.budget.least
