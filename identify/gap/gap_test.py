@@ -13,7 +13,7 @@ from identify.estimation.fit import Fit
 from identify.estimation.noise_model import ChannelNoise, spacing
 from measure.common.arrays import Array
 
-_LOW_SHARE = 0.25
+_LOW_SHARE, _LOWEST_SHARE = 0.25, 0.05
 _LEAST_SAMPLES = 16
 _LEAST_FLOAT = 1e-300
 _LONGEST_MEMORY = 0.95
@@ -151,19 +151,20 @@ class Power:
         return float(stats.f.sf(self.ratio, self.slow_n, self.fast_n))
 
 
-def power_of(series: Array) -> Power | None:
-    """The slow quarter against the rest of a series (n,), or None of one that is too short to tell."""
+def power_of(series: Array, slow: float = _LOW_SHARE) -> Power | None:
+    """The slow share of a series (n,) against the rest, or None of one that is too short to tell."""
     if len(series) < _LEAST_SAMPLES:
         return None
     power = np.asarray(fft.dct(series, norm="ortho")) ** 2
-    cut = max(4, int(_LOW_SHARE * len(series)))
+    cut = max(4, int(slow * len(series)))
     return Power(float(power[:cut].sum()), float(power[cut:].sum()), cut, len(series) - cut)
 
 
 def is_noise(innovations: Sequence[Array]) -> bool:
-    """Whether what is left of each channel, whitened, is noise: no slow part stands out by chance and by its size."""
-    powers = [power for series in innovations if (power := power_of(series)) is not None]
-    return not any(power.p_value < GAP_P and power.ratio > FAST_NOISE**2 for power in powers)
+    """Whether what is left of each channel, whitened, is noise: nothing slow, or very slow, stands out by chance and by its size."""
+    looks = [power_of(series, slow) for series in innovations for slow in (_LOW_SHARE, _LOWEST_SHARE)]
+    powers = [power for power in looks if power is not None]
+    return not any(power.p_value < GAP_P / len(powers) and power.ratio > FAST_NOISE**2 for power in powers)
 
 
 def _release_p(fit: Fit) -> float:

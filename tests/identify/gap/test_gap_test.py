@@ -10,9 +10,9 @@ from scipy.signal import lfilter
 
 from identify.campaign.run import Run
 from identify.estimation.least_squares import solve
-from identify.estimation.noise_model import spacing
+from identify.estimation.noise_model import LARGEST_LAG1, spacing
 from identify.estimation.problem import problem_of
-from identify.gap.gap_test import Series, gap_test, p_words, slow_p
+from identify.gap.gap_test import Series, gap_test, is_noise, p_words, slow_p
 from identify.gap.localise import locate
 from measure.tables.loop import Loop
 from simulate.effects import HubInertia, ViscousFriction
@@ -100,6 +100,18 @@ def test_a_slow_gap_beside_noise_with_a_memory_is_seen():
     rows = [[noise("memory 0.5", chance) for _ in range(4)] for _ in range(3)]
     found = [[Series(one.gaps + 1.5 * np.std(one.gaps) * wave, one.apart) for one in series] for series in rows]
     assert slow_p(found) < 1e-3
+
+
+@pytest.mark.parametrize("rho", [0.0, 0.5, 0.8])
+def test_innovations_of_noise_are_noise_and_those_of_a_smooth_gap_are_none(rho):
+    """Whitened by as much memory as the noise model has at most: a motion's gap is slower than that."""
+    chance = np.random.default_rng(14)
+    for _ in range(40):
+        drawn = lfilter([1.0], [1.0, -rho], chance.normal(size=300))[50:]
+        white = drawn[1:] - min(rho, LARGEST_LAG1) * drawn[:-1]
+        assert is_noise([white])
+    gap = 9.0 * np.sin(np.linspace(0.0, 3.0 * np.pi, 250)) + chance.normal(size=250)
+    assert not is_noise([gap[1:] - LARGEST_LAG1 * gap[:-1]])
 
 
 def test_a_probability_too_small_for_a_float_is_not_called_nought():
