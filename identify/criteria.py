@@ -188,6 +188,10 @@ makes sqrt(2), and a memory of 0.85, where 0.75 is the most that the noise model
 LARGER_PART = 0.5
 """Share of the gap that names must close to be mentioned where something else is left beside them."""
 
+FARTHEST_SPREADS = 3.0
+"""Standard deviations of their prior, root mean square over the parameters of an effect, beyond which an estimate contradicts it: one is
+expected, and three of a single parameter happen once in 370 times."""
+
 HALF = 0.5
 """Share of what is left beyond the noise below which a further name, or zeros of the loops' own, must bring it for more to be looked for:
 where nothing halves the gap the missing physics is none of the catalogue."""

@@ -13,7 +13,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from identify.criteria import CLOSE, HALF, ROUGHLY
+from identify.criteria import CLOSE, FARTHEST_SPREADS, HALF, ROUGHLY
 from identify.estimation.fit import Fit
 from identify.estimation.least_squares import before_the_stops, solve, solve_from_afar, to_the_end
 from identify.estimation.multistart import released_again
@@ -68,6 +68,14 @@ class Hypothesis:
         """Its fit."""
         return self.weighed.fit
 
+    @property
+    def is_believable(self) -> bool:
+        """Whether the parameters of its effects are no farther off than their own priors let one expect, where they have one."""
+        first = self.fit.problem.first_effect
+        known = [(q, one.spread) for q, one in zip(self.fit.q[first:], self.fit.problem.parameters[first:], strict=True)]
+        off = np.array([q / spread for q, spread in known if np.isfinite(spread)])
+        return not len(off) or float(np.sqrt(np.mean(off**2))) <= FARTHEST_SPREADS
+
 
 @dataclass(frozen=True)
 class Ahead:
@@ -103,11 +111,11 @@ class Search:
         return max((self.fitted[names] for names in self._closing()), key=lambda one: one.log_weight)
 
     def _closing(self) -> list[Names]:
-        """Fitted hypotheses that leave no larger a gap than those with one name less; a name that makes the gap larger is none."""
+        """Fitted hypotheses that can be meant: no name makes the gap larger, no error is far beyond any drawing's tolerance."""
         return [
             names
             for names, one in self.fitted.items()
-            if not names or all(one.fit.rms <= _NO_LARGER * less.fit.rms for less in self._with_one_less(names))
+            if not names or (one.is_believable and all(one.fit.rms <= _NO_LARGER * less.fit.rms for less in self._with_one_less(names)))
         ]
 
     @property
