@@ -59,6 +59,16 @@ class ModelErrors:
         """Which parameters of one kind of error show."""
         return np.array([place for place, other in zip(self.places, self.names, strict=True) if other == name], dtype=np.intp)
 
+    def effects(self, model: Model, sizes: Array) -> tuple[Effect, ...]:
+        """The errors as effects of a model, from their sizes (q,) in tolerances, on top of what the model has of each."""
+        made = []
+        for kind, tolerance in TOLERANCES:
+            mine = [i for i, name in enumerate(self.names) if name == kind.name]
+            known, off = model.effect(kind), np.zeros(len(kind.flat_names()))
+            off[[self.places[i] for i in mine]] = sizes[mine] * tolerance(model)[[self.places[i] for i in mine]]
+            made += [known.with_flat(known.flat() + off)] if mine else []
+        return tuple(made)
+
 
 def model_errors(fit: Fit) -> ModelErrors:
     """The columns at a fit; without deployments there are none."""

@@ -17,6 +17,7 @@ from identify.selection.evidence import ROUNDS, Channel, Columns, Evidence, Line
 from identify.selection.model_errors import ModelErrors, model_errors
 from identify.selection.signatures import Signature, columns_of_shapes
 from measure.common.arrays import Array
+from simulate.files.model_file import add_effects
 from simulate.model.effect import Effect
 
 _LOG_SHARES = float(np.log(NOTHING / (NOTHING + WITHIN))), float(np.log(WITHIN / (NOTHING + WITHIN)))
@@ -106,8 +107,21 @@ class Weighed:
 
     @property
     def leaves_noise(self) -> bool:
-        """Whether what it leaves is noise: noise forgets within a few samples, and does not come again in every cycle."""
-        return is_noise(self.evidence.left) and not self._comes_again
+        """Whether what it leaves is noise: noise forgets within a few samples, and does not come again in every cycle.
+
+        What the tolerances of the model file are to explain is simulated, for straight lines may promise more than they keep.
+        """
+        left = self._left_with_errors if self.evidence.lines.errors.shape[1] else self.evidence.left
+        return is_noise(left) and not self._comes_again
+
+    @property
+    def _left_with_errors(self) -> list[Array]:
+        """Innovations that a simulation with the errors of the model file leaves, as this hypothesis has them, channel by channel."""
+        found, problem = self.evidence, self.fit.problem
+        effects = self.tolerances.effects(problem.model, found.errors)
+        q = np.clip(self.fit.q + self.step, *self.bounds)
+        gaps = problem.with_model(lambda model: add_effects(model, effects)).gaps(q)
+        return [noise.whitened(gaps[one.rows], one.apart) for noise, one in zip(found.noise, found.lines.channels, strict=True)]
 
     @property
     def _comes_again(self) -> bool:
