@@ -107,7 +107,7 @@ def test_innovations_of_noise_are_noise_and_those_of_a_smooth_gap_are_none(rho):
     """Whitened by as much memory as the noise model has at most: a motion's gap is slower than that."""
     chance = np.random.default_rng(14)
     for _ in range(40):
-        drawn = lfilter([1.0], [1.0, -rho], chance.normal(size=300))[50:]
+        drawn = np.asarray(lfilter([1.0], [1.0, -rho], chance.normal(size=300)))[50:]
         white = drawn[1:] - min(rho, LARGEST_LAG1) * drawn[:-1]
         assert is_noise([white])
     gap = 9.0 * np.sin(np.linspace(0.0, 3.0 * np.pi, 250)) + chance.normal(size=250)
