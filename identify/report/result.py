@@ -115,9 +115,9 @@ def _gaps(found: Explanation) -> dict[str, Any]:
 
 
 def _of_kind(found: Explanation) -> float:
-    """Noise over what tables were taken to have, of the channels of runs held out as of those that took part."""
+    """Noise over what tables were taken to have, of the channels of runs held out as of those that took part; never less than that."""
     channels = {block.channel for held in found.held for block in held.before.problem.blocks}
-    return float(np.median([one.over for one in found.noise if one.channel in channels] or [1.0]))
+    return max(1.0, float(np.median([one.over for one in found.noise if one.channel in channels] or [1.0])))
 
 
 def _pooled(parts: list[Any]) -> float:
