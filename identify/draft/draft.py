@@ -30,8 +30,8 @@ class Drafted:
     formula: str
     source: str
     fit: Fit
-    before: float | None = None
-    after: float | None = None
+    before: float | None
+    after: float | None
 
     @property
     def effect(self) -> Effect:
@@ -74,13 +74,12 @@ def draft(beside: Fit, tables: Sequence[Unnamed], held_out: Callable[[Fit], floa
     """
     found = [one for one in chosen_forms(tables, beside.effective_samples) if one.score > _LEAST_SCORE]
     near = [one for one in found[:MOST_TRIED] if one.score > found[0].score - _LESS_WELL]
-    tried = [_tried(beside, one, held_out, origin) for one in near]
-    before = held_out(beside) if tried else None
-    tried = [Drafted(one.variable, one.formula, one.source, one.fit, before, one.after) for one in tried]
+    before = held_out(beside) if near else None
+    tried = [_tried(beside, one, before, held_out, origin) for one in near]
     return min(tried, key=lambda one: one.fit.cost if one.after is None else one.after, default=None)
 
 
-def _tried(beside: Fit, chosen: Chosen, held_out: Callable[[Fit], float | None], origin: Origin) -> Drafted:
+def _tried(beside: Fit, chosen: Chosen, before: float | None, held_out: Callable[[Fit], float | None], origin: Origin) -> Drafted:
     table = chosen.table.table
     assert isinstance(table, LegTable | ForceTable)
     variable, span = Variable.of(table), (float(table.places[0]), float(table.places[-1]))
@@ -96,5 +95,6 @@ def _tried(beside: Fit, chosen: Chosen, held_out: Callable[[Fit], float | None],
         formula_text(chosen.form, drafted.flat(), variable),
         source_of(chosen.form, drafted.flat(), variable, span, origin),
         fit,
-        after=held_out(fit),
+        before,
+        held_out(fit),
     )

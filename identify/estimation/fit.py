@@ -51,10 +51,6 @@ class Fit:
         """Columns (m, n) freed of what the parameters can do themselves: projected on what is perpendicular to that."""
         return columns - self.basis @ (self.basis.T @ columns)
 
-    def beyond(self, first: int) -> Array:
-        """What the parameters from `first` on do to the gaps, (m, k), freed of what those before them can do themselves."""
-        return replace(self, jacobian=self.jacobian[:, :first]).free_of_parameters(self.jacobian[:, first:])
-
     def moves(self, parameter: int) -> bool:
         """Whether moving a parameter does anything to the gaps."""
         return float(np.linalg.norm(self.jacobian[:, parameter])) > _NOTHING
@@ -150,16 +146,6 @@ class Fit:
         slopes = self.problem.slopes_at(self.q)[places]
         rows = np.searchsorted(self.columns, places)
         return self.covariance[np.ix_(rows, rows)] * np.outer(slopes, slopes)
-
-    @cached_property
-    def effective_parameters(self) -> float:
-        """Number of parameters that the effects speak with, never more than they have.
-
-        A direction of the parameters, in typical sizes, counts as far as it moves the measurements beyond what base and releases
-        can do, s^2 / (1 + s^2): one that shows nothing (an axis across the camera, an angle that another makes up for) says nothing.
-        """
-        sizes = np.linalg.svd(self.beyond(self.problem.first_effect), compute_uv=False) ** 2
-        return float(np.sum(sizes / (1.0 + sizes)))
 
     def part(self, block: Block) -> Array:
         """The gap of one run and channel."""

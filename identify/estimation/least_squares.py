@@ -15,7 +15,6 @@ from identify.estimation.covariance import shift_of
 from identify.estimation.fit import Fit
 from identify.estimation.problem import Problem
 from measure.common.arrays import Array
-from simulate.model.effect import Effect
 
 _SAME_COURSE, _SAME_PLACE = 1e-3, 0.2  # relative change of the sum of squares, and way in scales, within which a Jacobian is still good
 _AT_BOUND, _OFF_BOUND = 1e-6, 1e-3  # in scales: nearer than this a parameter is at its bound, and starts so far off it
@@ -173,26 +172,10 @@ def to_the_end(fit: Fit, free: Sequence[int] | None = None) -> Fit:
     return solve(fit.problem, fit.q, free=free, most_steps=_LAST_LEG)
 
 
-def refitted(fit: Fit, effects: Sequence[Effect]) -> Fit:
-    """The same measurements with some of the effects that a fit has, fitted from where it stands."""
-    problem = fit.problem.with_effects(effects)
-    return solve(problem, laid_out(fit, problem))
-
-
 def laid_out(fit: Fit, other: Problem) -> Array:
     """The parameters of a fit, by their names, for another problem of the same model; unknown ones (releases of other runs) are zero."""
     known = {parameter.name: parameter.shift(float(q)) for parameter, q in zip(fit.problem.parameters, fit.q, strict=True)}
     return np.array([parameter.place_of_shift(known.get(parameter.name, 0.0)) for parameter in other.parameters])
-
-
-def bic_penalty(problem: Problem) -> float:
-    """What a parameter costs by the BIC, samples taken as independent: for fits that leave little but noise."""
-    return float(np.log(problem.measured))
-
-
-def bic(fit: Fit) -> float:
-    """Sum of squares and the price of the parameters: of base and releases all, of effects those that speak."""
-    return fit.cost + (fit.problem.first_effect + fit.effective_parameters) * bic_penalty(fit.problem)
 
 
 def horizons(problem: Problem) -> list[float]:

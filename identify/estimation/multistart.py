@@ -40,25 +40,10 @@ def released_again(fit: Fit, free: Sequence[int] | None = None) -> Fit:
     early = solve(before_the_stops(fit.problem), fit.q, free=free)
     if gap_test(early).p_value < GAP_P:
         return fit
-    return to_the_end(_searched(fit, early, missed, free), free)
-
-
-def searched_everywhere(fit: Fit) -> Fit:
-    """The same fit, or a better one: every film's release looked for again, whether or not the film seems to have strayed.
-
-    A wrong local minimum can be so shallow that it is only told from noise by an effect that mends it.
-    """
-    if not fit.problem.films:
-        return fit
-    early = solve(before_the_stops(fit.problem), fit.q)
-    return to_the_end(_searched(fit, early, range(len(fit.problem.films))))
-
-
-def _searched(fit: Fit, early: Fit, films: Sequence[int], free: Sequence[int] | None = None) -> Fit:
     spread = early.covariance if free is None else _own_covariance(early, free)
-    for index in films:
+    for index in missed:
         fit = from_elsewhere(fit, index, early.q, spread, free)
-    return fit
+    return to_the_end(fit, free)
 
 
 def _missed_behind_the_stops(fit: Fit) -> list[int]:

@@ -135,10 +135,6 @@ class Unknowns:
         low, high = np.array([(parameter.low, parameter.high) for parameter in self.parameters]).T
         return low, high
 
-    def values_at(self, q: Array) -> Array:
-        """The parameters in their own units, (k,)."""
-        return np.array([parameter.value(float(place)) for parameter, place in zip(self.parameters, q, strict=True)])
-
     def slopes_at(self, q: Array) -> Array:
         """Change of each value with its own q, (k,)."""
         return np.array([parameter.slope(float(place)) for parameter, place in zip(self.parameters, q, strict=True)])

@@ -95,10 +95,6 @@ class Problem(Unknowns):
         films = side_by_side(lambda i: self._film_gap(self.films[i], observe(self._view(q, i)), *self.datum_at(q, i)), len(self.films))
         return np.concatenate([*films, *self._loop_gaps(q), self.prior(q)])
 
-    def gaps_many(self, points: Sequence[Array]) -> list[Array]:
-        """`gaps` at several points, each by itself."""
-        return [self.gaps(q) for q in points]
-
     def gaps_beside(self, points: Sequence[Array], only: Sequence[int | None] | None = None, known: Array | None = None) -> list[Array]:
         """`gaps` at points that hardly differ from the first one, with the same steps, side by side: differences are smooth.
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import stats
 
-from identify.criteria import EFFECT_SPREAD
+from identify.criteria import EFFECT_SPREAD, TWO_SIDED_95
 from identify.estimation.fit import Fit
 from identify.estimation.parameters import STORED_FORCE
 from identify.selection.search import Hypothesis
@@ -18,7 +18,6 @@ from measure.common.arrays import Array
 from simulate.effects import StoredForcePerRun
 from simulate.model.effect import Effect
 
-_TWO_SIDED_95 = 1.96
 _OUTLIER = 4.0  # scales of Student's t
 _AT_BOUND = 1e-3  # typical sizes
 _SHOWN = 0.95  # of the prior's standard deviation: a parameter that is no better known than before does not show
@@ -135,7 +134,7 @@ def _estimated(found: Weighed, name: str) -> _Part:
     effect = kind.with_flat(np.clip(plain + values * scale, plain + ends[0] * scale, plain + ends[1] * scale))
     low, high = plain + ends[0] * scale, plain + ends[1] * scale
     at = effect.flat()
-    reach = _TWO_SIDED_95 * stderr * scale
+    reach = TWO_SIDED_95 * stderr * scale
     ci95 = np.clip(np.column_stack([at - reach, at + reach]), low[:, None], high[:, None])
     ci95[~shown] = np.column_stack([low, high])[~shown]
     near = shown & ((values - ends[0] < _AT_BOUND) | (ends[1] - values < _AT_BOUND))

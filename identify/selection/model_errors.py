@@ -6,7 +6,6 @@ from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from identify.estimation.fit import Fit
 from measure.common.arrays import Array
@@ -54,10 +53,6 @@ class ModelErrors:
         """All but some kinds."""
         kept = [i for i, other in enumerate(self.names) if other not in names]
         return ModelErrors(self.columns[:, kept], tuple(self.names[i] for i in kept), tuple(self.places[i] for i in kept))
-
-    def places_of(self, name: str) -> NDArray[np.intp]:
-        """Which parameters of one kind of error show."""
-        return np.array([place for place, other in zip(self.places, self.names, strict=True) if other == name], dtype=np.intp)
 
     def effects(self, model: Model, sizes: Array) -> tuple[Effect, ...]:
         """The errors as effects of a model, from their sizes (q,) in tolerances, on top of what the model has of each."""

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from typing import Any, ClassVar
+from typing import ClassVar
 
 from pydantic.dataclasses import dataclass
 
+from simulate.control.synchronise import Synchronise
 from simulate.model.control import Controller
 from simulate.model.rig import CHECKED, NotNegative, Rig
 
@@ -37,10 +38,4 @@ class MechanicalLink(Controller):
         del model
         return self.stiffness_N_per_m, self.damping_N_s_per_m
 
-    @staticmethod
-    def command(t: float, u: Any, v: Any, turn: Any, memory: Any, p: Any, out: Any) -> None:
-        """Forces of the springs and dampers, N; the shaft's inertia is in the mass matrix."""
-        place = (u[0] + u[1] + u[2] + u[3] + u[4] + u[5]) / 6.0
-        speed = (v[0] + v[1] + v[2] + v[3] + v[4] + v[5]) / 6.0
-        for leg in range(6):
-            out[leg] = -p[0] * (u[leg] - place) - p[1] * (v[leg] - speed)
+    command = staticmethod(Synchronise.command)  # against the mean of all six alike; the shaft's inertia is in the mass matrix

@@ -19,7 +19,7 @@ from identify.design.next_test import (
     likely_releases,
     worth_a_closer_look,
 )
-from identify.estimation.least_squares import refitted, solve_from_afar
+from identify.estimation.least_squares import laid_out, solve, solve_from_afar
 from identify.estimation.problem import problem_of
 from identify.report.result import next_experiment
 from simulate.effects import HubInertia, PowerLawFriction, ViscousFriction
@@ -73,6 +73,12 @@ def test_a_test_that_shows_only_if_one_of_the_two_is_true_is_half_as_likely_to_s
 def test_a_test_that_shows_only_with_some_of_the_parameters_that_may_be_true_splits_as_seldom():
     shown = np.array([1e4, 1e4, 1e4, 0.0])
     assert chance_of_split(0.0, 0.0, (shown, shown)) == pytest.approx(0.75, abs=1e-3)
+
+
+def refitted(fit, effects):
+    """The same measurements with these effects, fitted from where a fit stands."""
+    problem = fit.problem.with_effects(effects)
+    return solve(problem, laid_out(fit, problem))
 
 
 @pytest.fixture(scope="module")

@@ -6,11 +6,12 @@ import numpy as np
 import pytest
 
 from identify.campaign.run import Run
+from identify.criteria import TWO_SIDED_95
 from identify.estimation.fit import Fit
 from identify.estimation.least_squares import solve
 from identify.estimation.parameters import lines_of
 from identify.estimation.problem import problem_of
-from identify.estimation.profile_likelihood import REACH, profile_interval
+from identify.estimation.profile_likelihood import Profile
 from measure import Loop
 from simulate.effects import ForceRelaxation, HubInertia, StribeckFriction
 from simulate.loop import loop_force
@@ -30,6 +31,12 @@ def fitted(prototype, hidden) -> Fit:
     return solve(problem, enough=1e-6)
 
 
+def interval(fit: Fit, index: int) -> tuple[float, float]:
+    """Both ends of the 95 % interval of a parameter, in scales."""
+    profile = Profile(fit, index)
+    return profile.end(-1.0), profile.end(1.0)
+
+
 def risen(fit: Fit, index: int, value: float) -> float:
     """Rise of the sum of squares with one parameter held, the others fitted by scipy, in variances of that parameter."""
     start = fit.q.copy()
@@ -43,8 +50,8 @@ def risen(fit: Fit, index: int, value: float) -> float:
 def test_straight_parameter_has_the_interval_of_its_standard_error(prototype):
     fit = fitted(prototype, HubInertia(0.1))
     sigma = np.sqrt(fit.covariance[-1, -1])
-    ends = profile_interval(fit, len(fit.q) - 1)
-    assert ends == pytest.approx((fit.q[-1] - REACH * sigma, fit.q[-1] + REACH * sigma), abs=0.05 * REACH * sigma)
+    ends = interval(fit, len(fit.q) - 1)
+    assert ends == pytest.approx((fit.q[-1] - TWO_SIDED_95 * sigma, fit.q[-1] + TWO_SIDED_95 * sigma), abs=0.05 * TWO_SIDED_95 * sigma)
 
 
 BENT = [
@@ -57,13 +64,13 @@ BENT = [
 def test_ends_of_a_bent_parameter_are_where_a_full_fit_has_risen_as_far(prototype, effect, back):
     fit = fitted(prototype, effect)
     index = len(fit.q) - back
-    low, high = profile_interval(fit, index)
-    assert [risen(fit, index, end) for end in (low, high)] == pytest.approx([REACH**2] * 2, rel=0.07)
+    low, high = interval(fit, index)
+    assert [risen(fit, index, end) for end in (low, high)] == pytest.approx([TWO_SIDED_95**2] * 2, rel=0.07)
     assert abs((high - fit.q[index]) / (fit.q[index] - low) - 1.0) > 0.05  # which straight lines could not say
 
 
 def test_interval_ends_at_a_bound(prototype):
     fit = fitted(prototype, HubInertia(1e-6))
-    low, high = profile_interval(fit, len(fit.q) - 1)
+    low, high = interval(fit, len(fit.q) - 1)
     assert low == pytest.approx(fit.problem.parameters[-1].low)
     assert high > fit.q[-1]
