@@ -58,9 +58,6 @@ BETA_PARABOLA = 0.15, 1.0
 TWO_SIDED_95 = 1.96
 """Standard deviations to either end of a 95 % interval of a normal distribution."""
 
-CHI2_95 = 3.841
-"""95 % quantile of chi squared with one degree of freedom."""
-
 ANYWHERE = 1e4
 """Standard deviations, in the scale of a loop, of a zero that nothing tells beforehand: wide enough to say nothing."""
 
