@@ -59,6 +59,11 @@ def test_bounds_hold_what_was_drafted_on_a_rig_of_any_size(form):
     assert (low < values).all()
     assert (values < high).all()
     assert (kind.typical(LARGE) < high - low).all()
+    count = len(form.amplitudes)
+    assert high[:count] == pytest.approx(100.0 * np.abs(values[:count]), rel=1e-4)  # on this rig, whatever stands in the file
+    assert [(low[k], high[k]) for k, shape in enumerate(form.shapes, count)] == [
+        pytest.approx(shape.bounds(0.1, 0.9), rel=1e-4) for shape in form.shapes
+    ]
 
 
 def test_a_drafted_effect_is_off_by_default_and_read_by_every_command(tmp_path):
