@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import csv
+import io
 from collections import Counter
 from collections.abc import Collection, Iterable, Iterator, Mapping
 from itertools import islice
 from pathlib import Path
+from typing import TextIO
 
 import numpy as np
 
@@ -136,10 +138,21 @@ def numbers_if_they_are(table: RawTable, name: str) -> Array | None:
 def write_columns(columns: Mapping[str, Iterable], path: Path) -> None:
     """Write columns of equal lengths, whole or not at all; every float keeps its last digit, NaN is an empty cell."""
     with replacing(Path(path)) as temporary, open(temporary, "w", encoding="utf-8", newline="") as file:
-        writer = csv.writer(file, lineterminator="\n")
-        writer.writerow([_disarmed(name) for name in columns])
-        for row in zip(*columns.values(), strict=True):
-            writer.writerow([_cell(value) for value in row])
+        _write_rows(columns, file)
+
+
+def csv_text(columns: Mapping[str, Iterable]) -> str:
+    """Columns of equal lengths as the text of a CSV, as `write_columns` writes it."""
+    file = io.StringIO()
+    _write_rows(columns, file)
+    return file.getvalue()
+
+
+def _write_rows(columns: Mapping[str, Iterable], file: TextIO) -> None:
+    writer = csv.writer(file, lineterminator="\n")
+    writer.writerow([_disarmed(name) for name in columns])
+    for row in zip(*columns.values(), strict=True):
+        writer.writerow([_cell(value) for value in row])
 
 
 def _disarmed(words: str) -> str:

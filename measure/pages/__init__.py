@@ -1,0 +1,1 @@
+"""What all pages share: base template, stylesheet, script, figures as inline SVG, and the summary that every page begins with."""
