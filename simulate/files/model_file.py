@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import asdict, fields, is_dataclass
 from functools import reduce
@@ -20,10 +21,11 @@ from simulate.control.catalogue import known_laws
 from simulate.effects import CATALOGUE
 from simulate.model.control import Controller
 from simulate.model.effect import Catalogue, Effect, effect_from
-from simulate.model.model import Model
+from simulate.model.model import LEGS, STORED_FORCE, Model, with_value
 from simulate.model.possible import impossible
 
 SCHEMA = 1
+_STORED = STORED_FORCE.partition(".")[2]
 _BESIDE_THE_MODEL = ("schema", "effect", "controller", "provenance")
 
 
@@ -236,9 +238,32 @@ def write_model(model: Model, path: Path, provenance: Mapping[str, Any] | None =
 
 
 def with_changes(model: Model, changes: Mapping[str, Any], where: str, catalogue: Catalogue = CATALOGUE) -> Model:
-    """The model of one run: what `[run.model]` changes, checked like a model file."""
+    """The model of one run: what `[run.model]` changes, checked like a model file; the stored force, given by that name, last."""
     known = {**catalogue, **{effect.name: type(effect) for effect in model.effects}}
-    return model_from(merged(document_of(model), changes), where, known) if changes else model
+    of_law = changes.get("actuator")
+    stored = of_law.get(_STORED) if isinstance(of_law, Mapping) else None
+    if stored is None:
+        return model_from(merged(document_of(model), changes), where, known) if changes else model
+    others = {**changes, "actuator": {key: value for key, value in changes["actuator"].items() if key != _STORED}}
+    return with_stored_force(with_changes(model, others, where, known), STORED_FORCE, stored, where, known)
+
+
+def with_stored_force(model: Model, key: str, value: Any, where: str, catalogue: Catalogue = CATALOGUE) -> Model:
+    """The model with b_l, b_u and initial force moved together, checked: `value` in N for the leg of the key, or for all, or six.
+
+    Raises
+    ------
+    InputError
+        No such leg, or a value that cannot be.
+    """
+    each: list[Any] = value if isinstance(value, list) and "[" not in key and len(value) == LEGS else [value]
+    if not all(isinstance(force, int | float) and not isinstance(force, bool) and math.isfinite(force) for force in each):
+        raise InputError(f"{where}: the stored force is a number in N, or without an index a list of six; found {found(value)}.")
+    try:
+        moved = with_value(model, key, tuple(float(force) for force in each) if len(each) > 1 else float(each[0]))
+    except KeyError as error:
+        raise InputError(f"{where}: [{key.partition('[')[2].rstrip(']')}] is not one of the six legs; they count from 0.") from error
+    return model_from(document_of(moved), where, catalogue)
 
 
 def add_effects(model: Model, effects: tuple[Effect, ...]) -> Model:

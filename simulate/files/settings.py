@@ -8,16 +8,17 @@ from typing import Any
 from measure.common.errors import InputError
 from measure.common.inputs import parsed_toml
 from simulate.effects import CATALOGUE
-from simulate.files.model_file import document_of, model_from
+from simulate.files.model_file import document_of, model_from, with_stored_force
 from simulate.model.effect import Catalogue
-from simulate.model.model import LEGS, Model
+from simulate.model.model import LEGS, Model, is_stored_force
 
 
 def with_settings(model: Model, settings: Iterable[str], catalogue: Catalogue = CATALOGUE) -> Model:
     """The model with each `KEY=VALUE` worked in, checked like a model file.
 
     A key is named as in the file, `platform.mass_kg`, `actuator.b_l_N[0]`, or `effect.NAME.PARAMETER`, which adds the effect
-    where it is absent. A value is written as in the file.
+    where it is absent. A value is written as in the file. `actuator.stored_force_N` is no key of the file: it moves b_l, b_u and
+    the initial force together, of one leg with an index.
 
     Raises
     ------
@@ -27,6 +28,9 @@ def with_settings(model: Model, settings: Iterable[str], catalogue: Catalogue = 
     for setting in settings:
         key, _, text = setting.partition("=")
         where = f"--set {setting}"
+        if is_stored_force(key.strip()):
+            model = with_stored_force(model, key.strip(), _value(text, where), where, catalogue)
+            continue
         document = document_of(model)
         table, name = _table_of(document, key.strip().split("."), where)
         head, _, index = name.partition("[")

@@ -54,6 +54,10 @@ __all__ = [
     "with_value",
 ]
 
+STORED_FORCE = "actuator.stored_force_N"
+"""The stored force under its own name: b_l, b_u and the initial force of a leg, moved together; its value is that of b_l."""
+_BESIDE_B_L = ("b_u_N", "initial_force_N")
+
 
 @dataclass(frozen=True, config=CHECKED)
 class Model(Rig):
@@ -82,6 +86,7 @@ def with_value(model: Any, key: str, value: Any) -> Any:
     """The model with one value changed, named as in the model file: `platform.mass_kg`, `actuator.b_l_N[0]`.
 
     A parameter of an effect is `effect.NAME.PARAMETER`. An index on a value that serves all legs gives each leg its own first.
+    Each key moves alone, but for `actuator.stored_force_N`, which moves b_l, b_u and the initial force by the same amount.
 
     Raises
     ------
@@ -91,6 +96,8 @@ def with_value(model: Any, key: str, value: Any) -> Any:
     if isinstance(model, Model) and key.startswith("effect."):
         effect, parameter = _effect_at(model, key)
         return model.with_effect(with_value(effect, parameter, value))
+    if isinstance(model, Model) and is_stored_force(key):
+        return _with_stored_force(model, key.removeprefix(STORED_FORCE), value)
     head, _, rest = key.partition(".")
     name, _, index = head.partition("[")
     current = getattr(model, name, None) if name in getattr(type(model), "__dataclass_fields__", {}) else None
@@ -109,6 +116,8 @@ def value_of(model: Any, key: str) -> float:
     """One number of the model, named as in `with_value`."""
     if isinstance(model, Model) and key.startswith("effect."):
         return value_of(*_effect_at(model, key))
+    if isinstance(model, Model) and is_stored_force(key):
+        return value_of(model.actuator, "b_l_N" + key.removeprefix(STORED_FORCE))
     head, _, rest = key.partition(".")
     name, _, index = head.partition("[")
     if name not in getattr(type(model), "__dataclass_fields__", {}):
@@ -122,6 +131,28 @@ def value_of(model: Any, key: str) -> float:
         return float(current)
     entries = current if isinstance(current, tuple) else per_leg(current)
     return float(entries[_index(index, len(entries), key)])
+
+
+def is_stored_force(key: str) -> bool:
+    """Whether a key names the stored force, of one leg or of all."""
+    return key.partition("[")[0] == STORED_FORCE
+
+
+def _with_stored_force(model: Model, index: str, value: Any) -> Model:
+    law, there = model.actuator, "b_l_N" + index
+    if index:
+        shift = value - value_of(law, there)
+        for name in _BESIDE_B_L:
+            law = with_value(law, name + index, value_of(law, name + index) + shift)
+    else:
+        law = replace(law, **{name: _moved(getattr(law, name), value, law.b_l_N) for name in _BESIDE_B_L})
+    return replace(model, actuator=with_value(law, there, value))
+
+
+def _moved(current: Any, to: Any, since: Any) -> Any:
+    """A value, or one a leg, moved by what the stored force is moved by."""
+    moved = per_leg(current) + (per_leg(to) - per_leg(since))
+    return tuple(moved.tolist()) if any(isinstance(known, tuple) for known in (current, to, since)) else float(moved[0])
 
 
 def _effect_at(model: Model, key: str) -> tuple[Effect, str]:

@@ -22,16 +22,13 @@ _SPREAD = re.compile(r"^(?:\+-|\+/-|±)(?P<size>[0-9.eE+-]+)(?P<percent>%?)$")
 _NORMAL = re.compile(r"^sigma:(?P<size>[0-9.eE+-]+)(?P<percent>%?)$")
 _RANGE = re.compile(r"^(?P<low>[-+0-9.eE]+)\.\.(?P<high>[-+0-9.eE]+)$")
 
-# What belongs together: a factor on the first moves the others of the same leg by as much.
-_TOGETHER = {"actuator.b_l_N": ("actuator.b_u_N", "actuator.initial_force_N")}
-
 
 @dataclass(frozen=True)
 class Factor:
     """A value of the model that a sweep varies between two levels, or with a normal spread about their middle.
 
-    The stored force of a leg is one thing: a factor on `actuator.b_l_N[i]` moves b_l, b_u and the initial force of that
-    leg by the same amount. Any other key, a_l among them, moves alone.
+    A key means what it means in `with_value`: it moves alone, but for `actuator.stored_force_N[i]`, which moves b_l, b_u and
+    the initial force of a leg by the same amount.
     """
 
     letter: str
@@ -54,31 +51,20 @@ class Factor:
             The model cannot have such a value.
         """
         value = (self.low + self.high) / 2 + coded * (self.high - self.low) / 2
-        shift = value - value_of(model, self.key)
-        name, bracket, index = self.key.partition("[")
         try:
-            for other in _TOGETHER.get(name, ()):
-                model = _shifted(model, other + bracket + index, shift)
             return with_value(model, self.key, value)
         except ValueError as error:  # InputError among them, and the model's own checks
             raise InputError(f"--factor {self.key}: the model cannot have {value:.6g}. Narrow its levels.") from error
 
 
-def _shifted(model: Model, key: str, shift: float) -> Model:
-    current = getattr(model.actuator, key.split(".")[1]) if "[" not in key else None
-    if isinstance(current, tuple):
-        return with_value(model, key, tuple(v + shift for v in current))
-    return with_value(model, key, value_of(model, key) + shift)
-
-
 def paper_factors(model: Model) -> list[Factor]:
     """The paper's 12 factors: stored force and slope of each leg at +-10 %, letters A to M without I, leg by leg."""
-    keys = [f"actuator.{name}[{leg}]" for leg in range(LEGS) for name in ("b_l_N", "a_l_N_per_m")]
+    keys = [f"actuator.{name}[{leg}]" for leg in range(LEGS) for name in ("stored_force_N", "a_l_N_per_m")]
     return [factor_of(model, f"{key}=+-10%", letter) for key, letter in zip(keys, LETTERS, strict=False)]
 
 
 def factors_of(model: Model, settings: Sequence[str], lettered: int = 0) -> list[Factor]:
-    """The factors by their settings, as `actuator.b_l_N[0]=+-10%`, or the paper's where none is given.
+    """The factors by their settings, as `actuator.stored_force_N[0]=+-10%`, or the paper's where none is given.
 
     Parameters
     ----------
@@ -108,7 +94,7 @@ def factor_of(model: Model, setting: str, letter: str) -> Factor:
         value = value_of(model, key)
     except KeyError as error:
         raise InputError(
-            f"--factor {setting}: {error.args[0]} is no number of the model. Name one as in the model file, such as actuator.b_l_N[0]."
+            f"--factor {setting}: {error.args[0]} is no number of the model. Name one as in the model file, such as platform.mass_kg."
         ) from error
     normal = _NORMAL.match(levels)
     low, high = _about(value, normal, setting) if normal else _levels(value, levels, setting)

@@ -42,7 +42,7 @@ def sweep(
     Parameters
     ----------
     model : with a geometry.
-    factors : what is varied, `"actuator.b_l_N[0]=+-10%"`, `"platform.mass_kg=0.7..0.9"`, `"release.theta_rad[2]=sigma:0.001"`; by
+    factors : what is varied, `"actuator.stored_force_N[0]=+-10%"`, `"platform.mass_kg=0.7..0.9"`, `"release.theta_rad[2]=sigma:0.001"`; by
         default the paper's twelve, stored force and slope of each leg at +-10 %.
     design : "full", "fractional", "latin-hypercube", "sobol" or "random".
     runs : of a sampled or fractional design; by default 1024, or the least of a fractional one.

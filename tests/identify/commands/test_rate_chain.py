@@ -54,7 +54,8 @@ def test_loops_that_an_inertia_turns_are_said_to_and_the_effect_is_offered(fitte
 
 def test_a_factor_on_the_level_moves_the_deployments_of_a_sweep(fitted, capsys):
     out = fitted / "swept"
-    words = [str(fitted / "frequency.toml"), "-o", str(out), "--factor", "actuator.b_l_N[0]=+-2%", "--json", str(fitted / "swept.json")]
+    factor = ["--factor", "actuator.stored_force_N[0]=+-2%"]
+    words = [str(fitted / "frequency.toml"), "-o", str(out), *factor, "--json", str(fitted / "swept.json")]
     assert sweep_deployments.main(words) == 0
     result = json.loads((fitted / "swept.json").read_text())
     assert abs(result["coefficients"]["A"]) > 1.0

@@ -57,7 +57,7 @@ def test_an_effect_of_ones_own_is_named_and_its_model_is_accepted_by_every_comma
     deployment = str(tmp_path / "deployment.csv")
     assert simulate_deployment.main([str(model), *own, "-o", deployment, "--quiet"]) == 0
     assert compare_model.main([str(model), deployment, *loops, *own, "--quiet"]) == 0
-    factor = ["--factor", "effect.return-spring.stiffness_N_per_m=+-10%", "--factor", "actuator.b_l_N[0]=+-10%"]
+    factor = ["--factor", "effect.return-spring.stiffness_N_per_m=+-10%", "--factor", "actuator.stored_force_N[0]=+-10%"]
     assert sweep_deployments.main([str(model), *own, *factor, "-o", str(tmp_path / "sweep"), "--quiet"]) == 0
     capsys.readouterr()
     assert simulate_deployment.main([str(model), "-o", str(tmp_path / "none.csv")]) == 2
@@ -101,7 +101,7 @@ def test_pieces_of_a_sweep_with_another_formula_are_not_taken_up(file, prototype
         other = tmp_path / f"mine-{len(keys)}.py"
         other.write_text(SPRING.replace("u * abs(u)", formula))
         model = prototype.with_effect(spring(other, 5.0))
-        factors = tuple(factors_of(model, ["actuator.b_l_N[0]=+-10%"]))
+        factors = tuple(factors_of(model, ["actuator.stored_force_N[0]=+-10%"]))
         keys.append(key_of(Sweep(model, factors, design_of("full", 1, None, 0, []))))
     assert keys[0] != keys[1]
 

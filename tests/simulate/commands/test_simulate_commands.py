@@ -103,9 +103,9 @@ def test_a_sweep_writes_what_the_contract_says(folder, capsys):
     words = [
         "prototype.toml",
         "--factor",
-        "actuator.b_l_N[0]=+-10%",
+        "actuator.stored_force_N[0]=+-10%",
         "--factor",
-        "actuator.b_l_N[1]=+-0.279",
+        "actuator.stored_force_N[1]=+-0.279",
         "--json",
         "s.json",
         "-o",
@@ -115,7 +115,8 @@ def test_a_sweep_writes_what_the_contract_says(folder, capsys):
     result = json.loads((folder / "s.json").read_text())
     assert result["runs"] == 4
     assert result["diverged"] == 0
-    assert result["factors"][0] == {"letter": "A", "key": "actuator.b_l_N[0]", "low": pytest.approx(2.511), "high": pytest.approx(3.069)}
+    stored_force = {"letter": "A", "key": "actuator.stored_force_N[0]", "low": pytest.approx(2.511), "high": pytest.approx(3.069)}
+    assert result["factors"][0] == stored_force
     assert result["coefficients"]["A"] == pytest.approx(-result["coefficients"]["B"], rel=0.01)
     assert result["formula"].startswith("theta_z = ")
     assert result["variability_percent"]["A"] == pytest.approx(50, abs=1)

@@ -101,7 +101,8 @@ def test_a_sweep_whose_every_run_diverges_says_so_in_valid_json_with_nothing_ave
     monkeypatch.chdir(tmp_path)
     write_model(prototype, tmp_path / "m.toml")
     wild = ["--set", "simulation.step_s=0.004", "--set", "simulation.sample_rate_Hz=250", "--set", "end_stop.stiffness_N_per_m=1e12"]
-    words = ["m.toml", *wild, "--factor", "platform.mass_kg=+-1%", "--factor", "actuator.b_l_N[0]=+-1%", "--json", "s.json", "--quiet"]
+    factors = ["--factor", "platform.mass_kg=+-1%", "--factor", "actuator.stored_force_N[0]=+-1%"]
+    words = ["m.toml", *wild, *factors, "--json", "s.json", "--quiet"]
     assert sweep_deployments.main(words) == 1
     report = json.loads((tmp_path / "s.json").read_text(), parse_constant=lambda name: pytest.fail(f"{name} in JSON"))
     assert report["diverged"] == 4

@@ -22,7 +22,7 @@ from simulate.sweeps.sweep import Sweep, piece_of, run_by, run_on
 
 def sweep_of(model, runs, duration_s=0.2):
     model = replace(model, simulation=Simulation(duration_s, 200.0))
-    words = ["actuator.b_l_N[0]=+-10%", "platform.mass_kg=sigma:1%", "geometry.stowed_height_m=+-1%"]
+    words = ["actuator.stored_force_N[0]=+-10%", "platform.mass_kg=sigma:1%", "geometry.stowed_height_m=+-1%"]
     factors = tuple(factors_of(model, words))
     return Sweep(model, factors, design_of("random", 3, runs, 4, [1]))
 

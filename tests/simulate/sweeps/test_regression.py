@@ -97,13 +97,13 @@ def test_formula_puts_equal_terms_into_a_bracket_with_their_signs():
 def test_paper_factors_are_stored_force_and_slope_of_each_leg_under_its_letters(prototype):
     factors = paper_factors(prototype)
     assert "".join(factor.letter for factor in factors) == "ABCDEFGHJKLM"
-    assert factors[0].key == "actuator.b_l_N[0]"
+    assert factors[0].key == "actuator.stored_force_N[0]"
     assert (factors[0].low, factors[0].high) == pytest.approx((2.511, 3.069))
     assert factors[3].key == "actuator.a_l_N_per_m[1]"
 
 
 def test_a_factor_on_the_stored_force_moves_the_whole_band_of_its_leg(prototype):
-    factor = factor_of(prototype, "actuator.b_l_N[2]=+-0.1", "A")
+    factor = factor_of(prototype, "actuator.stored_force_N[2]=+-0.1", "A")
     law: Any = factor.applied(prototype, -1.0).actuator
     assert law.b_l_N[2] == pytest.approx(2.69)
     assert law.b_u_N[2] == pytest.approx(2.79)

@@ -10,7 +10,7 @@ from simulate import Simulation, SweepResult, sweep
 from simulate.commands import sweep_deployments
 from simulate.files.model_file import write_model
 
-FACTORS = ["actuator.b_l_N[0]=+-10%", "platform.mass_kg=0.7..0.9"]
+FACTORS = ["actuator.stored_force_N[0]=+-10%", "platform.mass_kg=0.7..0.9"]
 
 
 @pytest.fixture(scope="module")

@@ -23,7 +23,7 @@ def swept(model, words, kind="full", runs=None, seed=0):
     return sweep, np.concatenate([answers for _, answers in run_on(sweep)])
 
 
-STORED_FORCES = [f"actuator.b_l_N[{leg}]=+-10%" for leg in range(6)]
+STORED_FORCES = [f"actuator.stored_force_N[{leg}]=+-10%" for leg in range(6)]
 ALTERNATING = (1, -1, 1, -1, 1, -1)
 
 
@@ -80,7 +80,7 @@ def test_a_sweeps_run_is_the_deployment_of_its_model(prototype):
 def test_factors_that_bend_the_row_are_not_taken_for_straight_linear_rows(prototype):
     # the stowed lengths of the legs follow the stowed height by a square root
     model = replace(prototype, simulation=Simulation(0.3, 500.0))
-    sweep, answers = swept(model, ["geometry.stowed_height_m=0.2..0.3", "actuator.b_l_N[0]=+-1%"], "sobol", 8)
+    sweep, answers = swept(model, ["geometry.stowed_height_m=0.2..0.3", "actuator.stored_force_N[0]=+-1%"], "sobol", 8)
     assert sweep._linear_rows is None
     for run in range(8):
         theta = deploy(sweep.model_at(sweep.design.piece(run, run + 1)[0])).channels["theta_z_rad"]
@@ -100,7 +100,7 @@ def test_any_number_of_workers_gives_the_same_bytes(prototype, workers):
 def test_diverged_runs_are_counted_and_left_out_of_every_mean(prototype):
     # with the hard stop the step of 4 ms is far too long; with the soft one it is not
     model = replace(prototype, end_stop=EndStop(100.0, 1.0, 1e-3), simulation=Simulation(1.0, 250.0, 4e-3))
-    words = ["end_stop.stiffness_N_per_m=100..1e9", "platform.mass_kg=+-1%", "actuator.b_l_N[0]=+-1%"]
+    words = ["end_stop.stiffness_N_per_m=100..1e9", "platform.mass_kg=+-1%", "actuator.stored_force_N[0]=+-1%"]
     sweep, answers = swept(model, words)
     result = SweepResult(sweep, [answers], "theta_z_deg", 30.0)
     counted = count_runs(answers, 30.0)
