@@ -94,11 +94,13 @@ $(BIN)/python:
 	@echo "making the environment $(VENV) with $$($(PYTHON) --version)"
 	@$(PYTHON) -m venv --clear $(VENV)
 
-# Newest versions of everything, written down: constraints.txt is made by this and names no index.
+# Newest versions of everything, written down: constraints.txt is made by this and names no index; neither do the hashes of all files.
 pins:
 	rm -rf out/pins
 	$(PYTHON) -m venv out/pins
 	out/pins/bin/python -m pip install --quiet --upgrade pip
 	out/pins/bin/python -m pip install --quiet hatchling editables --group dev --editable '.[dask,excel,hdf5,labview,uff]'
 	out/pins/bin/python -m pip freeze --all --exclude unspool --exclude setuptools > constraints.txt
+	out/pins/bin/python -m pip install --quiet uv
+	out/pins/bin/python supply-chain/make_supply_chain.py
 	rm -rf out/pins

@@ -256,8 +256,8 @@ def test_no_folder_of_tests_is_a_package():
 
 def test_only_the_named_things_stand_at_the_root():
     files = {path.name for path in ROOT.iterdir() if path.is_file() and not path.name.startswith(".")}
-    known = {"CHANGELOG.md", "CITATION.cff", "CONTRIBUTING.md", "LICENSE", "Makefile", "README.md", "constraints.txt", "pyproject.toml"}
-    assert files == known
+    about = {"CHANGELOG.md", "CITATION.cff", "CONTRIBUTING.md", "LICENSE", "README.md", "SECURITY.md"}
+    assert files == about | {"Makefile", "constraints.txt", "pyproject.toml"}
     folders = {path.name for path in ROOT.iterdir() if (path / "__init__.py").exists()}
     assert folders == set(ROOMS)
 
@@ -290,8 +290,9 @@ def test_every_library_imported_by_the_packages_is_a_declared_dependency():
 
 def test_every_library_imported_by_tests_or_datasets_is_declared_too():
     mirrored = (
-        *(f"tests/{room}" for room in (*ROOMS, "hidden", "plugins")),
+        *(f"tests/{room}" for room in (*ROOMS, "hidden", "plugins", "robust")),
         "datasets",
+        "supply-chain",
     )  # benchmarks compare with what others have written
     assert not _undeclared(mirrored, _declared(with_groups=True))
 
@@ -389,7 +390,7 @@ def test_every_command_knows_the_common_options_and_answers_a_wrong_one_with_the
 
 def _texts() -> list[Path]:
     kept = {".csv", ".j2", ".json", ".md", ".py", ".toml", ".txt"}
-    folders = (*ROOMS, "tests", "docs", "datasets", ".ci")
+    folders = (*ROOMS, "tests", "docs", "datasets", "supply-chain", ".ci")
     inside = [path for folder in folders for path in (ROOT / folder).rglob("*") if path.is_file()]
     return [path for path in (*ROOT.iterdir(), *inside) if path.is_file() and (path.suffix in kept or path.name in ("run", "Makefile"))]
 

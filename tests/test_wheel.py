@@ -44,3 +44,7 @@ def test_the_wheel_holds_every_file_that_the_packages_read(installed):
 
 def test_the_wheel_carries_the_licence(installed):
     assert any(name.endswith("licenses/LICENSE") for name in installed)
+
+
+def test_the_wheel_carries_the_bill_of_materials(installed):
+    assert any(name.endswith(".dist-info/sboms/unspool.cdx.json") for name in installed)
