@@ -127,10 +127,8 @@ def summary(found: Explanation) -> list[str]:
 
 def _write(given: Namespace, found: Explanation, inputs: list[Path]) -> None:
     """All results at once, after everything has been computed."""
-    import json
-
     from identify.draft.effect_file import FILE
-    from identify.report.page import report_html
+    from identify.report.explain_page import report_html
     from identify.report.result import missing_table, result_of
     from identify.selection.explain import extended
     from measure.common.output import json_text, provenance, write_json, write_text
@@ -142,7 +140,7 @@ def _write(given: Namespace, found: Explanation, inputs: list[Path]) -> None:
     table = given.output / "missing_force.csv" if missing is not None else None
     result = {**result_of(found, str(table) if table else None), "provenance": note}
     title = f"The gap between {found.before.problem.model.name} and its measurements"
-    page = report_html(found, title, {"What made this": json.dumps(note, indent=1)}, str(table) if table else None)
+    page = report_html(found, title, {}, str(table) if table else None, note=note)
     if table is not None and missing is not None:
         write_columns(missing, table)
     if found.drafted is not None:

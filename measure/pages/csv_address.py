@@ -9,7 +9,7 @@ from urllib.parse import quote
 from measure.common.arrays import Array
 from measure.tables.csv_cells import csv_text
 
-_DIGITS = 8
+_DIGITS = 7
 _KEPT = ", ()/:^*"  # characters that stand for themselves in such an address
 
 
@@ -18,7 +18,7 @@ def csv_address(columns: Mapping[str, Sequence[Any] | Array]) -> str:
 
     Parameters
     ----------
-    columns : numbers, which keep eight digits, or texts; where a column has ended its cells are empty.
+    columns : numbers, which keep seven digits, or texts; where a column has ended its cells are empty.
     """
     most = max(map(len, columns.values()), default=0)
     table = {name: [*map(_short, values), *[""] * (most - len(values))] for name, values in columns.items()}

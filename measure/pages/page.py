@@ -8,7 +8,8 @@ from pathlib import Path
 from typing import Any
 
 _HERE = Path(__file__).parent
-_SCRIPTS = ("figures.js", "switches.js")
+_WRITTEN_OUT = 1e7
+_SCRIPTS = ("figures.js", "scene.js", "switches.js")
 
 
 def page_html(template: Path, title: str, *, scripts: tuple[str, ...] = (), **shown: Any) -> str:
@@ -32,7 +33,9 @@ def page_html(template: Path, title: str, *, scripts: tuple[str, ...] = (), **sh
 
 def number(value: float | None, digits: int = 4) -> str:
     """A number with so many significant digits, a dash where there is none."""
-    return "\u2013" if value is None or value != value else f"{value:.{digits}g}"
+    if value is None or value != value:
+        return "\u2013"
+    return f"{value:.0f}" if 10**digits <= abs(value) < _WRITTEN_OUT else f"{value:.{digits}g}"
 
 
 def opened(text: str) -> str:

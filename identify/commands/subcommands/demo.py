@@ -92,6 +92,7 @@ class _Steps:
 def _measure(steps: _Steps, work: Path) -> None:
     steps.under_way("following the marks")
     from measure import open_footage, read_project, track
+    from measure.common.output import provenance, write_provenance
     from measure.tables.trajectory import write_trajectory
 
     footage = open_footage(work / "film.avi")
@@ -102,6 +103,7 @@ def _measure(steps: _Steps, work: Path) -> None:
     tracked = track(footage, read_project(work / "film.toml"), watch)
     assert tracked.trajectory is not None
     write_trajectory(tracked.trajectory, work / "film.csv")
+    write_provenance(work / "film.csv", provenance([work / "film.avi", work / "film.toml"], command=[NAME]))
     result = tracked.summary
     millimetres = 1e3 * result["platform"]["median_sigma"]["z_m"]
     figures = f"sigma {result['sigma_px']:.4f} px a mark   {millimetres:.4f} mm the platform   {result['verdict']}"
@@ -175,10 +177,8 @@ def _explain(steps: _Steps, model: Model, work: Path) -> Explanation:
 
 
 def _report(given: Namespace, found: Explanation, compared: Comparison, work: Path) -> Path:
-    import json
-
     from identify.commands.compare_model import summary
-    from identify.report.page import report_html
+    from identify.report.explain_page import report_html
     from identify.report.result import result_of
     from identify.selection.explain import extended
     from measure.common.output import provenance, write_json, write_text
@@ -188,9 +188,9 @@ def _report(given: Namespace, found: Explanation, compared: Comparison, work: Pa
     model = found.before.problem.model
     write_model(extended(model, found), given.output / "extended.toml", note)
     write_json(given.output / "result.json", {**result_of(found), "provenance": note})
-    notes = {"Model against deployments, before": "\n".join(summary(compared)), "What made this": json.dumps(note, indent=1)}
+    notes = {"Model against deployments, before": "\n".join(summary(compared))}
     if given.json is not None:
         write_json(given.json, {**result_of(found), "provenance": note})
     report = given.output / "report.html"
-    write_text(report, report_html(found, "The demonstration: a film and six loops, explained", notes))
+    write_text(report, report_html(found, "The demonstration: a film and six loops, explained", notes, note=note))
     return report

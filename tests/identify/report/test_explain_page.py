@@ -1,0 +1,115 @@
+"""The page of an explanation says what the result says, in words that cannot be misread."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass, replace
+
+import numpy as np
+import pytest
+
+from identify.campaign.noiseless import AddedNoise
+from identify.gap.platform_force import ForceAlongTime, MissingForce
+from identify.report.alone import candidates
+from identify.report.explain_page import report_html
+from identify.report.gap_figures import EFFECT, GIVEN, REFITTED, figure_of, largest, told
+from identify.report.gap_plots import missing_force_figure
+from identify.report.phrases import PHRASES, phrase_of
+from identify.report.story import checks
+from identify.report.variants import variants_of
+from identify.selection.findings import Finding
+from simulate.effects import CATALOGUE
+from simulate.model.effect import LegEffect, parameter
+
+
+def test_the_page_gives_every_test_its_runs(shaken):
+    first, *others = shaken.next_tests
+    thrice = replace(shaken, next_tests=(replace(first, runs=3), *others))
+    rows = re.findall(r'<th scope="row">(a (?:deployment|loop)[^<]*)</th><td class="n">(\d+)', report_html(thrice, "loops", {}))
+    assert rows == [(test.condition.words, str(test.runs)) for test in thrice.next_tests]
+
+
+def test_a_force_at_one_place_is_drawn_alone_up_to_where_it_has_no_part(shaken):
+    """Where only the vertical force was estimated there is one panel, from the place before to the place behind."""
+    nothing, force = np.full((1, 3), np.nan), np.array([[0.18, 0.0, 0.0]])
+    sigma = np.where(force > 0.0, 0.005, nothing)
+    (axes,) = missing_force_figure(MissingForce(ForceAlongTime, np.array([0.2]), force, sigma, {}, 0.05)).axes
+    assert axes.get_ylabel() == "missing force, N"
+    assert axes.get_xlim() == pytest.approx((0.15, 0.25))
+    assert [text.get_text() for text in axes.get_legend().get_texts()] == ["vertical, up"]
+
+
+def test_the_page_says_which_tables_were_given_noise(shaken):
+    assert "values without noise" not in report_html(shaken, "loops", {})
+    given = replace(shaken, noise_added=(AddedNoise("run-1.csv", "z_m", 1e-5), AddedNoise("run-1.csv", "theta_y_rad", 1e-4)))
+    assert "run-1.csv: values without noise, as a simulation writes them" in report_html(given, "loops", {})
+    assert "(z_m 1e-05, theta_y_rad 0.0001)" in report_html(given, "loops", {})
+
+
+def test_the_first_sentence_names_the_effect_its_size_in_units_of_people_and_what_it_is_worth(shaken):
+    said = re.search(r'<p class="sentence">([^<]*)</p>', report_html(shaken, "loops", {}))
+    assert said
+    numbers = re.search(r"([\d.]+) g \(([\d.]+) to ([\d.]+) g\)", said[1])
+    assert numbers
+    size, low, high = map(float, numbers.groups())
+    assert low < size < high
+    assert size == pytest.approx(10.0, rel=0.02)
+    assert "or hub-inertia" in said[1] or "or leg-mass" in said[1]
+    assert "of the noise, without to" in said[1]
+
+
+def test_the_gap_is_drawn_where_the_eye_sees_it(shaken):
+    rows = told(shaken)
+    first = largest(rows)
+    assert first.over_noise > 0.5 * max(row.over_noise for row in rows)
+    assert first.visible > 0.2, "a fifth of the measured range"
+    figure = figure_of(first, name="gap")
+    above, below = figure.drawn
+    assert [one.name for one in above.drawn] == ["measured", GIVEN, REFITTED, EFFECT]
+    assert [one.name for one in below.drawn][1:] == [GIVEN, REFITTED, EFFECT], "all on one scale"
+
+
+def test_what_a_candidate_leaves_is_exact_where_it_was_fitted_and_never_less_than_noise_where_it_does_nothing(shaken):
+    found = {one.name: one for one in candidates(shaken)}
+    assert len(found) == 6
+    for name in ("hub-inertia", "leg-mass"):
+        assert found[name].left == pytest.approx(1.0, abs=0.05)
+        assert found[name].fitted
+    others = [one for one in found.values() if not one.fitted]
+    assert all(one.left > 3.0 for one in others), "no other candidate closes the gap of this campaign"
+    assert all(one.why.startswith("excluded") for one in others)
+
+
+def test_a_switched_off_effect_leaves_the_gap_that_it_closes(shaken):
+    on, off = variants_of(shaken)
+    assert (on.state, off.state) == ("1", "0")
+    assert shaken.over_noise(on.fit) == pytest.approx(shaken.over_noise(shaken.after))
+    assert shaken.over_noise(off.fit) > 10.0
+
+
+def test_the_page_says_what_was_checked(shaken):
+    rows = {words: good for words, good, _ in checks(shaken)}
+    assert rows["What is left is noise"]
+    assert not rows["The rivals are excluded"], "a shaker cannot tell a heavy hub from heavy legs"
+
+
+@pytest.mark.parametrize("kind", CATALOGUE.values(), ids=CATALOGUE.keys())
+def test_every_effect_is_told_in_a_phrase_with_its_numbers(kind):
+    size = len(kind.flat_names())
+    effect, sure = kind(), np.full(size, 0.1)
+    finding = Finding(effect, sure, np.column_stack([effect.flat() - 0.2, effect.flat() + 0.2]), (), 0.0, 0.0, 1.0)
+    assert "{" not in phrase_of(finding)
+    assert kind.name in PHRASES
+    assert phrase_of(finding)[0].islower()
+
+
+def test_an_effect_of_ones_own_is_told_by_its_name(shaken):
+    @dataclass(frozen=True)
+    class Sticky(LegEffect):
+        """Sticks."""
+
+        name = "sticky"
+        force_N: float = parameter(0.0, low=0.0, high=1.0, typical=0.1, doc="force")
+
+    finding = Finding(Sticky(0.02), np.array([0.001]), np.array([[0.018, 0.022]]), (), 0.0, 0.0, 1.0)
+    assert phrase_of(finding) == "the model lacks sticky: force_N = 20.0 mN (18.0 to 22.0 mN)"
