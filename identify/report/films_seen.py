@@ -32,10 +32,12 @@ def _frame(table: Path) -> FilmFrame | None:
     files = [Path(one["file"]) for one in note.get("inputs", [])]
     film = next((path for path in files if path.exists() and is_film(path)), None)
     projects = [path for path in (table.with_suffix(".project.toml"), *files) if path.suffix == ".toml" and path.is_file()]
-    for project in projects if film is not None else ():
+    if film is None:
+        return None
+    for project in projects:
         try:
             marks = read_project(project).marks
-            return film_frame(film, [tuple(place) for place in marks.place_px], marks.subset_px)
+            return film_frame(film, [(float(x), float(y)) for x, y in marks.place_px], marks.subset_px)
         except InputError:
             continue
     return None
