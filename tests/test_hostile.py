@@ -360,13 +360,13 @@ def test_an_odd_table_ends_in_a_sentence_or_a_result(bench, full, seed, share_of
 
 OUTPUTS = {
     "track-video": (TRACK, ("--marks", "--json", "--pictures", "--overlay")),
-    "fit-actuator": (["fit-actuator", "loop.csv"], ("--json", "--figure", "--save-mapping")),
+    "fit-actuator": (["fit-actuator", "loop.csv"], ("--json", "--figure", "--page", "--save-mapping")),
     "simulate-deployment": (
         ["simulate-deployment", "model.toml"],
         ("--json", "--legs", "--energy", "--mjcf", "--page", "--figure", "--gravity-study"),
     ),
-    "sweep-deployments": (["sweep-deployments", "model.toml", "--factor", "platform.mass_kg=+-1%"], ("--json",)),
-    "compare-model": (["compare-model", "model.toml", "campaign.toml"], ("--json",)),
+    "sweep-deployments": (["sweep-deployments", "model.toml", "--factor", "platform.mass_kg=+-1%"], ("--json", "--page")),
+    "compare-model": (["compare-model", "model.toml", "campaign.toml"], ("--json", "--page")),
     "explain-gap": (["explain-gap", "model.toml", "campaign.toml"], ("--json",)),
 }
 NAMES = (

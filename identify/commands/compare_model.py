@@ -31,12 +31,13 @@ def _parser() -> Any:
     made = parser(NAME, DOES, output="figure (png, pdf or svg)")
     made.add_argument("model", type=Path, metavar="MODEL", help="model file (TOML)")
     made.add_argument("measured", nargs="+", type=Path, metavar="MEASURED", help="loops, trajectories, or lists of runs (TOML)")
+    made.add_argument("--page", type=Path, metavar="FILE", help="page with the numbers and every run (HTML)")
     made.add_argument("--as-given", action="store_true", help="take the release from the model file instead of fitting each run's own")
     add_effects_option(made)
     add_reading_options(made)
     add_parameter_options(made)
     return examples(
-        made, "compare-model rig.toml film.csv -o comparison.png", "compare-model rig.toml campaign.toml --as-given --json comparison.json"
+        made, "compare-model rig.toml film.csv -o comparison.png", "compare-model rig.toml campaign.toml --page comparison.html"
     )
 
 
@@ -53,7 +54,7 @@ def _work(arguments: Sequence[str]) -> int:
 
 def _gate(given: Namespace) -> Outputs:
     """All that the command writes and reads."""
-    return Outputs({"--output": given.output, "--json": given.json}, {}, files_read(given))
+    return Outputs({"--output": given.output, "--json": given.json, "--page": given.page}, {}, files_read(given))
 
 
 def _compared(given: Namespace) -> list[str]:
@@ -114,3 +115,13 @@ def _write(given: Namespace, found: Comparison, inputs: list[Path]) -> None:
             save_figure(comparison_figure(found.curves), temporary, given.output.suffix[1:])
     if given.json is not None:
         write_json(given.json, {**result_of(found), "provenance": note})
+    if given.page is not None:
+        from identify.report.compare_page import compare_html
+        from measure.common.output import write_text
+
+        further = (
+            []
+            if found.gap_is_noise
+            else [f"Find out what is missing: {next_command('explain-gap', given.model, *given.measured).removeprefix('next').strip()}"]
+        )
+        write_text(given.page, compare_html(found, further, note))

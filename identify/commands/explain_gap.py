@@ -128,7 +128,7 @@ def summary(found: Explanation) -> list[str]:
 def _write(given: Namespace, found: Explanation, inputs: list[Path]) -> None:
     """All results at once, after everything has been computed."""
     from identify.draft.effect_file import FILE
-    from identify.report.explain_page import report_html
+    from identify.report.explained.page import report_html
     from identify.report.result import missing_table, result_of
     from identify.selection.explain import extended
     from measure.common.output import json_text, provenance, write_json, write_text

@@ -61,6 +61,7 @@ def _parser() -> Any:
     made.add_argument("--model", type=Path, metavar="MODEL", help="put the actuator into this model instead of a bare one")
     made.add_argument("--curve", type=Path, metavar="FILE", help="measured, corrected and fitted force of every sample that counts (CSV)")
     made.add_argument("--figure", type=Path, metavar="FILE", help="loops, model and residual on one page (png, pdf, svg)")
+    made.add_argument("--page", type=Path, metavar="FILE", help="page with the law, every loop and what is left (HTML)")
     return examples(
         made,
         "fit-actuator loops/*.csv --model rig.toml -o fitted.toml",
@@ -91,7 +92,7 @@ def _next(given: Namespace) -> str:
 
 def _gate(given: Namespace) -> Outputs:
     """All that the command writes and reads."""
-    files = {f"--{name.replace('_', '-')}": getattr(given, name) for name in ("output", "json", "figure", "curve", "save_mapping")}
+    files = {f"--{name.replace('_', '-')}": getattr(given, name) for name in ("output", "json", "figure", "curve", "page", "save_mapping")}
     read = [*given.loops, *given.effects, *filter(None, (given.model, given.mapping))]
     return Outputs({} if given.preview else files, {}, read)
 
@@ -307,3 +308,8 @@ def _write(given: Namespace, mapping: ColumnMapping, fit: Any, data: Any, result
         from measure.tables.csv_cells import write_columns
 
         write_columns(curve_columns(fit), given.curve)
+    if given.page:
+        from identify.report.loop_page import actuator_html
+        from measure.common.output import write_text
+
+        write_text(given.page, actuator_html(fit, result, note, _next(given).removeprefix("next").strip()))

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from identify.estimation.fit import Fit
 from identify.gap.compare import Curve, curves_of
 from identify.gap.platform_force import MissingForce
-from identify.report.variants import Variant
+from identify.report.explained.variants import Variant
 from identify.selection.explain import Explanation
 from measure.common.arrays import Array
 from measure.pages.figure import Band, Figure, Line, Panel
@@ -48,7 +48,7 @@ class Told:
     @property
     def without(self) -> Curve:
         """Of the model with its law refitted and no effect: the gap that an effect has to close."""
-        return next(stage.curve for stage in self.stages if stage.name == REFITTED)
+        return next((stage.curve for stage in self.stages if stage.name == REFITTED), self.stages[0].curve)
 
     @property
     def visible(self) -> float:

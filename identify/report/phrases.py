@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import fields
+from typing import Any
 
 import numpy as np
 
 from identify.selection.findings import Finding
 from measure.pages.in_use import in_use, unit_in_use
+from simulate.model.effect import Effect
 
 PHRASES: Mapping[str, str] = {
     "hub-inertia": "each leg carries {mass_kg} more moving mass than the model",
@@ -59,6 +62,17 @@ def phrase_of(finding: Finding) -> str:
     if finding.name in PHRASES:
         return PHRASES[finding.name].format_map(values)
     return f"the model lacks {finding.name}: " + ", ".join(f"{name} = {text}" for name, text in values.items())
+
+
+def sized(effect: Effect, parameters: Mapping[str, Mapping[str, Any]]) -> str:
+    """The phrase of an effect that was fitted with loops, by the rows of its parameters."""
+    texts = {}
+    for item in fields(effect):
+        row = parameters.get(f"{effect.name}.{item.name}")
+        texts[item.name] = item.name if row is None else in_use(item.name, row["value"], row["ci95"])
+    if effect.name in PHRASES:
+        return PHRASES[effect.name].format_map(texts)
+    return f"with {effect.name}: " + ", ".join(f"{name} = {text}" for name, text in texts.items())
 
 
 def _values(finding: Finding) -> dict[str, str]:

@@ -4,8 +4,11 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
+from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
+
+from measure.common.version import installed_version
 
 _HERE = Path(__file__).parent
 _WRITTEN_OUT = 1e7
@@ -51,3 +54,17 @@ def json_of(data: Any) -> str:
 def versions_in(note: Mapping[str, Any]) -> str:
     """The versions of a note of provenance, in a line."""
     return ", ".join(f"{name} {version}" for name, version in note.get("versions", {}).items())
+
+
+def date_of_data(note: Mapping[str, Any]) -> str:
+    """When the newest file that went in was last changed, as a day; a note holds no date of its own."""
+    files = [Path(one["file"]) for one in note.get("inputs", ())]
+    times = [path.stat().st_mtime for path in files if path.exists()]
+    return f"{datetime.fromtimestamp(max(times), UTC):%d %B %Y}" if times else "unknown"
+
+
+def facts_of(note: Mapping[str, Any], **first: str) -> dict[str, str]:
+    """What every page says of itself: what the caller knows first, then date of the data and versions."""
+    versions = dict(note.get("versions", {}))
+    program = versions.pop("unspool", None) or installed_version()
+    return {**first, "date of the data": date_of_data(note), "unspool": program, "versions": versions_in({"versions": versions})}

@@ -54,6 +54,7 @@ def _parser() -> Any:
     )
     made.add_argument("--probability", type=number(0.001, 0.999), default=0.95, metavar="P", help="of keeping under it (default: 0.95)")
     made.add_argument("--seed", type=whole(0, 2**63 - 1), default=0, help="of sampled designs (default: 0)")
+    made.add_argument("--page", type=Path, metavar="FILE", help="page with failures, factors and tolerances (HTML)")
     made.add_argument("--resume", action="store_true", help="go on with an interrupted sweep of the same model and design")
     made.add_argument("--workers", type=whole(1, 100_000), metavar="N", help="cores (default: all); the answer does not depend on it")
     made.add_argument("--dask", metavar="ADDRESS", help="compute on the cluster of this scheduler, as tcp://host:8786")
@@ -74,7 +75,7 @@ def _work(arguments: Sequence[str]) -> int:
 
 def _gate(options: Any) -> Outputs:
     """All that the command writes and reads; the pieces of the sweep stand in a folder beside that of the result."""
-    files = {"--json": options.json}
+    files = {"--json": options.json, "--page": options.page}
     folders = {"--output": (options.output, TABLES), "the pieces": (_pieces(options), ())}
     return Outputs(files, folders, [options.model, *options.effects])
 
@@ -170,6 +171,11 @@ def _write(options: Any, result: SweepResult, report: dict[str, Any]) -> None:
     write_provenance(responses, report["provenance"])
     if options.json is not None:
         write_json(options.json, report)
+    if options.page is not None:
+        from measure.common.output import write_text
+        from simulate.report.sweep_page import sweep_html
+
+        write_text(options.page, sweep_html(result, report, [line.strip() for line in _tolerance_sentences(report["tolerance"])]))
 
 
 def _sentences(report: dict[str, Any], options: Any) -> str:

@@ -34,8 +34,8 @@ def loop_files(tmp_path):
 
 
 def test_loops_become_a_model_file_that_gives_back_the_truth(loop_files, tmp_path, capsys):
-    outputs = [tmp_path / name for name in ("actuator.toml", "result.json", "page.png")]
-    status = main([*loop_files, "-o", str(outputs[0]), "--json", str(outputs[1]), "--figure", str(outputs[2])])
+    outputs = [tmp_path / name for name in ("actuator.toml", "result.json", "page.png", "page.html")]
+    status = main([*loop_files, "-o", str(outputs[0]), "--json", str(outputs[1]), "--figure", str(outputs[2]), "--page", str(outputs[3])])
     assert status == 0
     actuator = read_model(outputs[0]).actuator
     assert actuator.b_l_N == pytest.approx(2.79, abs=0.01)
@@ -46,6 +46,10 @@ def test_loops_become_a_model_file_that_gives_back_the_truth(loop_files, tmp_pat
     assert [round(row["frequency_Hz"], 2) for row in result["loops"]] == [0.5, 1.0, 3.0]
     assert all(abs(row["area_error_percent"]) < 2.0 for row in result["loops"])
     assert outputs[2].stat().st_size > 10_000
+    page = outputs[3].read_text()
+    assert f"The law meets 3 loops to {result['pooled_nrmse_percent']:.2g} % of the range of all forces" in page
+    assert "loop_0.5.csv: 0.5 Hz, stroke 100 mm" in page
+    assert "://" not in page
     assert "verdict  ok" in capsys.readouterr().out
 
 

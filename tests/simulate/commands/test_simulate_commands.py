@@ -110,6 +110,8 @@ def test_a_sweep_writes_what_the_contract_says(folder, capsys):
         "s.json",
         "-o",
         "out",
+        "--page",
+        "sweep.html",
     ]
     assert sweep_deployments.main(words) == 0
     result = json.loads((folder / "s.json").read_text())
@@ -122,6 +124,10 @@ def test_a_sweep_writes_what_the_contract_says(folder, capsys):
     assert result["variability_percent"]["A"] == pytest.approx(50, abs=1)
     assert set(result) >= {"failed_percent", "wall_s", "tolerance", "formula", "provenance"}
     assert files(folder / "out") == ["coefficients.csv", "responses.csv", "responses.csv.provenance.json", "sweep.png"]
+    page = (folder / "sweep.html").read_text()
+    assert f"{result['failed_percent']:.3g} % of 4 runs turn beyond 30 deg" in page
+    assert "actuator.stored_force_N[1]" in page
+    assert "://" not in page
     assert "theta_z = " in capsys.readouterr().out
 
 

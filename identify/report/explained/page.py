@@ -8,14 +8,15 @@ from typing import Any
 
 import numpy as np
 
-from identify.report import gap_figures, page_rows
-from identify.report.alone import candidates, names_left
-from identify.report.films_seen import frame_of
-from identify.report.replayed import scene
+from identify.report import gap_figures
+from identify.report.explained import page_rows
+from identify.report.explained.alone import candidates, names_left
+from identify.report.explained.films_seen import frame_of
+from identify.report.explained.replayed import scene
+from identify.report.explained.rig_drawing import rig_drawing
+from identify.report.explained.story import checks, summary_of, sureness
+from identify.report.explained.variants import switched, variants_of
 from identify.report.result import result_of
-from identify.report.rig_drawing import rig_drawing
-from identify.report.story import checks, summary_of, sureness
-from identify.report.variants import switched, variants_of
 from identify.selection.explain import Explanation
 from identify.selection.findings import Finding
 from measure.pages.csv_address import csv_address

@@ -3,18 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from datetime import UTC, datetime
-from pathlib import Path
 from typing import Any
 
 from identify.criteria import CREDIBLE, GAP_P
 from identify.gap.gap_test import gap_test, p_words
-from identify.report.page_rows import percent
+from identify.report.explained.page_rows import percent
 from identify.report.phrases import phrase_of
 from identify.report.result import left_sentence, next_experiment
 from identify.selection.explain import Explanation
-from measure.common.version import installed_version
-from measure.pages.page import number, opened, versions_in
+from measure.pages.page import facts_of, number, opened
 from measure.pages.summary import Number, Summary, Tone
 
 WORDS: Mapping[str, tuple[str, Tone]] = {
@@ -142,20 +139,7 @@ def facts(found: Explanation, note: Mapping[str, Any]) -> dict[str, str]:
     films, loops, held = len(problem.films), len(problem.loops), len(found.held)
     parts = [f"{count} {word}{'s' if count != 1 else ''}" for count, word in ((films, "deployment"), (loops, "loop")) if count]
     out = f"; held out: {held}" if held else ""
-    return {
-        "rig": problem.model.name,
-        "data": f"{', '.join(parts)}, {problem.measured} measured values{out}",
-        "date of the data": data_date(note),
-        "unspool": installed_version(),
-        "versions": versions_in({"versions": {k: v for k, v in note.get("versions", {}).items() if k != "unspool"}}),
-    }
-
-
-def data_date(note: Mapping[str, Any]) -> str:
-    """When the newest file that went in was last changed, as a day."""
-    files = [Path(one["file"]) for one in note.get("inputs", ())]
-    times = [path.stat().st_mtime for path in files if path.exists()]
-    return f"{datetime.fromtimestamp(max(times), UTC):%d %B %Y}" if times else "unknown"
+    return facts_of(note, rig=problem.model.name, data=f"{', '.join(parts)}, {problem.measured} measured values{out}")
 
 
 def checks(found: Explanation) -> list[tuple[str, bool, str]]:

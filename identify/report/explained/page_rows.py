@@ -9,7 +9,7 @@ import numpy as np
 
 from identify.estimation.estimates import reported
 from identify.estimation.parameters import BASE, lines_of
-from identify.report.alone import Candidate
+from identify.report.explained.alone import Candidate
 from identify.report.gap_figures import shown_as
 from identify.selection.explain import Explanation
 from measure.pages.csv_address import csv_address

@@ -10,13 +10,13 @@ import pytest
 
 from identify.campaign.noiseless import AddedNoise
 from identify.gap.platform_force import ForceAlongTime, MissingForce
-from identify.report.alone import candidates
-from identify.report.explain_page import report_html
+from identify.report.explained.alone import candidates
+from identify.report.explained.page import report_html
+from identify.report.explained.story import checks
+from identify.report.explained.variants import variants_of
 from identify.report.gap_figures import EFFECT, GIVEN, REFITTED, figure_of, largest, told
 from identify.report.gap_plots import missing_force_figure
 from identify.report.phrases import PHRASES, phrase_of
-from identify.report.story import checks
-from identify.report.variants import variants_of
 from identify.selection.findings import Finding
 from simulate.effects import CATALOGUE
 from simulate.model.effect import LegEffect, parameter
