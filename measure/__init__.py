@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from measure.geometry.film_project import Project as Project
     from measure.geometry.film_project import read_project as read_project
     from measure.geometry.film_project import write_project as write_project
+    from measure.notebook.watching import progress_of as progress_of
     from measure.readers.column_mapping import ColumnMapping as ColumnMapping
     from measure.readers.loop_file import read_loop_file as read_loop_file
     from measure.synthetic.made_film import deployment_scene as deployment_scene
@@ -36,6 +37,7 @@ if TYPE_CHECKING:
 
 _HOMES = {
     "InputError": "common.errors",
+    "progress_of": "notebook.watching",
     "Loop": "tables.loop",
     "Trajectory": "tables.trajectory",
     "CHANNELS": "tables.trajectory",
@@ -72,6 +74,7 @@ __all__ = [
     "deployment_scene",
     "from_array",
     "open_footage",
+    "progress_of",
     "project_for",
     "read_loop",
     "read_loop_file",

@@ -35,6 +35,7 @@ from identify.loops.paper_recipe import Recipe, paper_recipe
 from identify.loops.residual_dependence import Dependence, depends_on
 from identify.loops.sign import swapped_channels, units_apart
 from measure.common.arrays import Array
+from measure.notebook.shown import Shown
 from simulate.effects import SensorLag
 from simulate.model.effect import Effect
 
@@ -46,7 +47,7 @@ Tare = Literal["common", "each", "auto"]
 
 
 @dataclass(frozen=True, repr=False)
-class ActuatorFit:
+class ActuatorFit(Shown, by="identify.report.showing.ShowingFit"):
     """What loops say about an actuator.
 
     fit : the least squares. loops : as they were given.

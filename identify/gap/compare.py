@@ -18,6 +18,7 @@ from identify.estimation.parameters import Change
 from identify.estimation.problem import Block, problem_of
 from identify.gap.gap_test import GapTest, gap_test
 from measure.common.arrays import Array
+from measure.notebook.shown import Shown
 from simulate.model.model import Model
 
 
@@ -52,8 +53,8 @@ class Curve:
         }
 
 
-@dataclass(frozen=True)
-class Comparison:
+@dataclass(frozen=True, repr=False)
+class Comparison(Shown, by="identify.report.showing.ShowingComparison"):
     """The curves of all runs, the test of what is left, and how much repeated deployments differ among themselves."""
 
     fit: Fit

@@ -130,6 +130,18 @@ def page(fit: ActuatorFit, loops: Sequence[LoopData], title: str, profile: Profi
     return figure
 
 
+def fit_figure(fit: ActuatorFit, loops: Sequence[LoopData]) -> Any:
+    """The slowest and the fastest loop, measured and modelled, small."""
+    from matplotlib.figure import Figure
+
+    order = np.argsort([np.nan_to_num(d.frequency_Hz) for d in loops], kind="stable")
+    chosen = list(dict.fromkeys((int(order[0]), int(order[-1]))))
+    figure = Figure(figsize=(4.5 * len(chosen), 3.2), layout="constrained")
+    for axes, k in zip(figure.subplots(1, len(chosen), squeeze=False)[0], chosen, strict=True):
+        loop_and_model(axes, fit, loops, k)
+    return figure
+
+
 def save(figure: Any, path: Path) -> None:
     """Write a figure, whole or not at all; the ending of the name says what kind."""
     from measure.common.figure_plots import save_figure

@@ -34,6 +34,7 @@ from identify.selection.promises import FORCES
 from identify.selection.search import BUDGETS, Budget, Hypothesis, Names, Say, Search, halves
 from identify.selection.unknown_force import Unnamed, is_unnamed, simulated
 from identify.selection.verdict import Verdict, verdict_of
+from measure.notebook.shown import Shown
 from simulate.effects import CATALOGUE
 from simulate.files.model_file import add_effects
 from simulate.model.effect import Effect
@@ -56,8 +57,8 @@ class Held:
         return self.after.rms > _WORSE * self.before.rms
 
 
-@dataclass(frozen=True)
-class Explanation:
+@dataclass(frozen=True, repr=False)
+class Explanation(Shown, by="identify.report.showing.ShowingExplanation"):
     """What came out.
 
     verdict : the word, see `verdict`. weights : probability of each hypothesis. as_given : the model file itself; before : base refitted;

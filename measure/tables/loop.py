@@ -14,6 +14,7 @@ import numpy as np
 
 from measure.common.arrays import Array
 from measure.common.errors import InputError
+from measure.notebook.shown import Shown
 from measure.tables.checks import no_time, require_equal_lengths, require_finite, require_increasing
 from measure.tables.csv_cells import numbers, numbers_if_they_are, read_columns, write_columns
 from measure.tables.frames import columns_of, frame_of
@@ -26,7 +27,7 @@ LOOP_COLUMNS = ("time_s", "elongation_m", "force_N")
 
 
 @dataclass(frozen=True, repr=False)
-class Loop:
+class Loop(Shown, by="measure.notebook.table_plots.ShowingLoop"):
     """Force against elongation of one actuator on a shaker, sample by sample.
 
     time_s, elongation_m, force_N : equal lengths, time strictly increasing, all finite. The elongation is positive

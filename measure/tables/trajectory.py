@@ -11,6 +11,7 @@ import numpy as np
 
 from measure.common.arrays import Array
 from measure.common.errors import InputError, clipped, nearest
+from measure.notebook.shown import Shown
 from measure.tables.checks import no_time, require_equal_lengths, require_finite, require_increasing, require_no_infinity
 from measure.tables.csv_cells import numbers, read_columns, write_columns
 from measure.tables.frames import columns_of, frame_of
@@ -25,7 +26,7 @@ _SIGMA = {f"sigma_{channel}": channel for channel in CHANNELS}
 
 
 @dataclass(frozen=True, repr=False)
-class Trajectory:
+class Trajectory(Shown, by="measure.notebook.table_plots.ShowingTrajectory"):
     """Motion of the platform against time, as far as it was observed.
 
     time_s : (n,) strictly increasing. channels : any of `CHANNELS`, each (n,), NaN where nothing was observed.

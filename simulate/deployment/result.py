@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from measure.common.arrays import Array
+from measure.notebook.shown import Shown
 from measure.tables.frames import frame_of
 from measure.tables.trajectory import CHANNELS, Trajectory
 from simulate.deployment.energy import energy_balance
@@ -52,7 +53,7 @@ class StepError:
 
 
 @dataclass(frozen=True)
-class Deployment:
+class Deployment(Shown, by="simulate.report.showing.ShowingDeployment"):
     """What a deployment did, sample by sample.
 
     time_s : (n,). samples : (n, SAMPLE_SIZE + len(effects_with_power)), six more with a controller, laid out as in `kernel.layout`,

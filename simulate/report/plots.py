@@ -152,6 +152,17 @@ def sweep_figure(result: SweepResult, tolerance: Mapping[str, Any]) -> Any:
     return figure
 
 
+def result_figure(result: SweepResult) -> Any:
+    """The largest coefficients of a sweep and how its responses are spread, small."""
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(8.0, 3.0), layout="constrained")
+    left, right = figure.subplots(1, 2)
+    draw_coefficients(left, result.coefficients, result.unit, 12)
+    draw_responses(right, *result.histogram(), result.unit, result.limit)
+    return figure
+
+
 def figure_bytes(figure: Any, kind: str = "png") -> bytes:
     """A figure as the bytes of a file; the same figure gives the same bytes."""
     import io

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 
 from measure.common.arrays import Array
+from measure.notebook.shown import Shown
 from measure.tables.frames import frame_of
 from simulate.model import responses
 from simulate.model.responses import RESPONSES
@@ -25,7 +26,7 @@ _FRESH = 256
 
 
 @dataclass(frozen=True)
-class SweepResult:
+class SweepResult(Shown, by="simulate.report.showing.ShowingSweep"):
     """All responses of a sweep, and which of them is explained.
 
     sweep : model, factors and design, with the step that was chosen.

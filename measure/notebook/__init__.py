@@ -1,0 +1,1 @@
+"""Results in a notebook: how they show themselves, and progress."""
