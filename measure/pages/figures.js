@@ -60,9 +60,8 @@ function point(figure, x) {  // put the cursor at a place of all linked figures,
     const along = 1e4 * (x - other.whole[0]) / (other.whole[1] - other.whole[0]);
     other.node.querySelectorAll("path.cursor").forEach((path) => path.setAttribute("d", x === null ? "" : `M${along} -90000v190000`));
     other.node.querySelectorAll(".legend button").forEach((button) => {
-      const path = other.plots.flatMap((plot) => [...plot.querySelectorAll("path[data-columns]:not(.filled)")]).find((one) => one.dataset.name === button.dataset.name);
-      if (!path) return;
-      const [i, j] = path.dataset.columns.split(" ").map(Number), table = x === null ? null : tableOf(other);
+      const path = other.plots.flatMap((plot) => [...plot.querySelectorAll("path[data-columns]:not(.filled):not(.off)")]).find((one) => one.dataset.name === button.dataset.name);
+      const table = x === null || !path ? null : tableOf(other), [i, j] = table ? path.dataset.columns.split(" ").map(Number) : [0, 0];
       const value = table ? table[j][nearest(table[i], x)] : NaN;
       button.querySelector("output").textContent = Number.isFinite(value) ? Number(value.toPrecision(4)) : "";
     });

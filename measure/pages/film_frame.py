@@ -41,8 +41,19 @@ def film_frame(film: Path, places_px: list[tuple[float, float]], subset_px: int)
     """
     footage = open_footage(film)
     picture = next(iter(footage.pictures()))[1]
-    words = f"First picture of {film.name}, {footage.width} x {footage.height} px, with the {len(places_px)} marks that are followed."
-    return FilmFrame(_jpeg(picture), footage.width, footage.height, places_px, subset_px / 2, words)
+    words = f"First picture of {film.name} around its {len(places_px)} marks; the whole is {footage.width} x {footage.height} px."
+    left, top, right, bottom = _around(places_px, subset_px, footage.width, footage.height)
+    marks = [(x - left, y - top) for x, y in places_px]
+    return FilmFrame(_jpeg(picture[top:bottom, left:right]), right - left, bottom - top, marks, subset_px / 2, words)
+
+
+def _around(places_px: list[tuple[float, float]], subset_px: int, width: int, height: int) -> tuple[int, int, int, int]:
+    """Left, top, right and bottom of what is shown: the marks with as much again to every side; the whole picture without marks."""
+    if not places_px:
+        return 0, 0, width, height
+    (x0, y0), (x1, y1) = (np.array(places_px).min(axis=0), np.array(places_px).max(axis=0))
+    room = max(x1 - x0, y1 - y0, 4.0 * subset_px)
+    return max(int(x0 - room), 0), max(int(y0 - room), 0), min(int(x1 + room), width), min(int(y1 + room), height)
 
 
 def _jpeg(picture: Picture) -> str:

@@ -14,7 +14,7 @@ from identify.report.explained.alone import candidates, names_left
 from identify.report.explained.films_seen import frame_of
 from identify.report.explained.replayed import scene
 from identify.report.explained.rig_drawing import rig_drawing
-from identify.report.explained.story import checks, summary_of, sureness
+from identify.report.explained.story import checks, summary_of, sureness, times
 from identify.report.explained.variants import switched, variants_of
 from identify.report.result import result_of
 from identify.selection.explain import Explanation
@@ -55,7 +55,7 @@ def report_html(
         "notes": dict(notes),
         "note": note,
         "switches": switched(found),
-        "states": [{"state": one.state, "gap": number(found.over_noise(one.fit), 3)} for one in variants],
+        "states": [{"state": one.state, "gap": times(found.over_noise(one.fit))} for one in variants],
         "gap_words": _gap_words(found, result),
         "checks": checks(found),
         **_figures(found, rows),
@@ -96,7 +96,7 @@ def _effect(found: Explanation, finding: Finding) -> dict[str, Any]:
 
 def _gap_words(found: Explanation, result: Mapping[str, Any]) -> str:
     gap = result["gap"]
-    given, before, after = (number(gap[key]["rms_over_noise"], 3) for key in ("as_given", "before", "after"))
+    given, before, after = (times(gap[key]["rms_over_noise"]) for key in ("as_given", "before", "after"))
     words = (
         f"The model as given misses the measurements by {given} times their noise. With its force law refitted it still misses by {before}"
     )

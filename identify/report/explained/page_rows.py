@@ -101,7 +101,7 @@ def bars_of_gaps(tried: Sequence[Candidate], before: float) -> list[dict[str, An
     return [
         {
             "name": one.name,
-            "text": ("" if one.fitted else "~ ") + f"{one.left:.3g}",
+            "text": ("" if one.fitted else "~ ") + f"{one.left:#.3g}".rstrip("."),
             "share": share(one.left),
             "line": share(1.0),
             "look": "effect" if one.named else "",

@@ -11,7 +11,7 @@ from identify.report.explained.page_rows import percent
 from identify.report.phrases import phrase_of
 from identify.report.result import left_sentence, next_experiment
 from identify.selection.explain import Explanation
-from measure.pages.page import facts_of, number, opened
+from measure.pages.page import facts_of, opened
 from measure.pages.summary import Number, Summary, Tone
 
 WORDS: Mapping[str, tuple[str, Tone]] = {
@@ -22,7 +22,6 @@ WORDS: Mapping[str, tuple[str, Tone]] = {
     "unknown": ("unknown: there is a gap, and no effect of the catalogue explains it", "bad"),
     "no-gap": ("no-gap: model and measurements differ by noise", "good"),
 }
-_DIGITS = 3
 _QUOTED = 2
 _MOST_OUTLIERS = 5.0  # percent: what the noise's heavy tails allow for
 
@@ -51,12 +50,17 @@ def sentence(found: Explanation, result: Mapping[str, Any]) -> str:
     return f"{opened(missing)}{told}; {_worth(result['gap'])}{rest}."
 
 
+def times(value: float, digits: int = 3) -> str:
+    """A gap over its noise, with all its digits: 1.00."""
+    return f"{value:.0f}" if value >= 10.0**digits else f"{value:#.{digits}g}".rstrip(".")
+
+
 def _worth(gap: Mapping[str, Any]) -> str:
     it, held = "with it", gap.get("held_out")
     if held is None:
-        before, after = (number(gap[key]["rms_over_noise"], _QUOTED) for key in ("before", "after"))
+        before, after = (times(gap[key]["rms_over_noise"], _QUOTED) for key in ("before", "after"))
         return f"{it} the measurements are met to {after} of the noise, without to {before}"
-    before, after = (number(held[key]["rms_over_noise"], _QUOTED) for key in ("before", "after"))
+    before, after = (times(held[key]["rms_over_noise"], _QUOTED) for key in ("before", "after"))
     return f"{it} a run that took no part is met to {after} of the noise, without to {before}"
 
 
@@ -64,14 +68,14 @@ def numbers(found: Explanation, result: Mapping[str, Any]) -> list[Number]:
     """The gap over the noise at each stage; runs held out apart."""
     gap = result["gap"]
     shown = [
-        Number("gap, model as given", number(gap["as_given"]["rms_over_noise"], _DIGITS), "times the noise", "given"),
-        Number("force law refitted", number(gap["before"]["rms_over_noise"], _DIGITS), "what no other law can close", "refitted"),
+        Number("gap, model as given", times(gap["as_given"]["rms_over_noise"]), "times the noise", "given"),
+        Number("force law refitted", times(gap["before"]["rms_over_noise"]), "what no other law can close", "refitted"),
     ]
     if found.findings:
-        shown.append(Number("with the effect", number(gap["after"]["rms_over_noise"], _DIGITS), "1 is noise alone", "effect"))
+        shown.append(Number("with the effect", times(gap["after"]["rms_over_noise"]), "1 is noise alone", "effect"))
     held = gap.get("held_out")
     if held is not None:
-        before, after = (number(held[key]["rms_over_noise"], _DIGITS) for key in ("before", "after"))
+        before, after = (times(held[key]["rms_over_noise"]) for key in ("before", "after"))
         value = f"{before} → {after}" if found.findings else before
         shown.append(
             Number("runs held out", value, ", ".join(run.run for run in _held_runs(found)), "effect" if found.findings else "refitted")
@@ -166,7 +170,5 @@ def checks(found: Explanation) -> list[tuple[str, bool, str]]:
         before, now = held.before.rms, held.after.rms
         name = held.before.problem.blocks[0].run
         if found.findings:
-            rows.append(
-                (f"{name}, which took no part, is met better", now < before, f"{number(before, 3)} → {number(now, 3)} times the noise")
-            )
+            rows.append((f"{name}, which took no part, is met better", now < before, f"{times(before)} → {times(now)} times the noise"))
     return rows
