@@ -30,6 +30,7 @@ if TYPE_CHECKING:
     from measure.tables.loop import read_loop as read_loop
     from measure.tables.loop import write_loop as write_loop
     from measure.tables.loop_or_trajectory import read_table as read_table
+    from measure.tables.mat_file import write_mat as write_mat
     from measure.tables.trajectory import CHANNELS as CHANNELS
     from measure.tables.trajectory import Trajectory as Trajectory
     from measure.tables.trajectory import read_trajectory as read_trajectory
@@ -45,6 +46,7 @@ _HOMES = {
     "read_trajectory": "tables.trajectory",
     "read_table": "tables.loop_or_trajectory",
     "write_loop": "tables.loop",
+    "write_mat": "tables.mat_file",
     "write_trajectory": "tables.trajectory",
     "ColumnMapping": "readers.column_mapping",
     "read_loop_file": "readers.loop_file",
@@ -85,6 +87,7 @@ __all__ = [
     "smooth",
     "track",
     "write_loop",
+    "write_mat",
     "write_project",
     "write_trajectory",
 ]
