@@ -67,9 +67,9 @@ def _work(arguments: Sequence[str]) -> int:
     options = _parser().parse_args(arguments)
     _check(options)
     with _gate(options).held():
-        report = _reported(options, arguments)
+        report, wall_s = _reported(options, arguments)
     if not options.quiet:
-        say(_sentences(report, options), next_command("simulate-deployment", options.model, "--set", "KEY=VALUE"))
+        say(_sentences(report, wall_s, options), next_command("simulate-deployment", options.model, "--set", "KEY=VALUE"))
     return VERDICT_BAD if report["diverged"] else DONE
 
 
@@ -84,8 +84,8 @@ def _pieces(options: Any) -> Path:
     return options.output.with_name(options.output.name + ".part") if options.output.name else options.output / ".part"
 
 
-def _reported(options: Any, arguments: Sequence[str]) -> dict[str, Any]:
-    """Sweep, and write all that was asked for; the result as JSON has it."""
+def _reported(options: Any, arguments: Sequence[str]) -> tuple[dict[str, Any], float]:
+    """Sweep, and write all that was asked for; the result as JSON has it, and how long the runs took, which is no part of it."""
     from measure.common.output import provenance
     from simulate.deployment.deploy import warnings_of_rates
     from simulate.model.possible import warnings_of
@@ -102,13 +102,12 @@ def _reported(options: Any, arguments: Sequence[str]) -> dict[str, Any]:
         "step": result.step,
         "tolerance": tolerance,
         "warnings": [*warnings_of(model), *warnings_of_rates(model)],
-        "wall_s": result.wall_s,
         "provenance": note,
     }
     with _gate(options).together():
         _write(options, result, report)
     remove_pieces(_pieces(options))
-    return report
+    return report, result.wall_s
 
 
 def _check(options: Any) -> None:
@@ -178,13 +177,13 @@ def _write(options: Any, result: SweepResult, report: dict[str, Any]) -> None:
         write_text(options.page, sweep_html(result, report, [line.strip() for line in _tolerance_sentences(report["tolerance"])]))
 
 
-def _sentences(report: dict[str, Any], options: Any) -> str:
+def _sentences(report: dict[str, Any], wall_s: float, options: Any) -> str:
     interval, step = report["failed_interval_percent"], report["step"]
     sure = "" if interval is None else f" (95 % interval {interval[0]:.2f} to {interval[1]:.2f})"
     exact = "" if step["largest_error_deg"] is None else f", theta_z good to {step['largest_error_deg']:.1g} deg"
     share = 100 * step["sensitive_probes"] / step["probes"]
     lines = [
-        f"sweep     {report['runs']} runs, {report['diverged']} diverged, {report['wall_s']:.1f} s",
+        f"sweep     {report['runs']} runs, {report['diverged']} diverged, {wall_s:.1f} s",
         f"          step {1e3 * step['step_s']:.3g} ms{exact}; {share:.0f} % of the runs are sensitive to the release",
         f"          {report['failed_percent']:.1f} % beyond {options.failure_deg:g} deg{sure}",
         f"          {report['failed_before_stop_percent']:.1f} % were before the first stop; the others turned in the rebound",
