@@ -9,8 +9,9 @@ import numpy as np
 
 from identify.gap.compare import Comparison
 from identify.gap.gap_test import p_words
-from identify.report.gap_figures import Stage, Told, figure_of, largest, last_cycle, loop_curves, opened_name, shown_as
+from identify.report.gap_figures import Stage, Told, figure_of, largest, last_cycle, loop_curves, opened_name
 from measure.pages.figure import Figure
+from measure.pages.in_use import shown_as
 from measure.pages.page import facts_of, number
 from measure.pages.sections import Section, Table, sections_html
 from measure.pages.summary import Number, Summary

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,14 +11,12 @@ from numpy.typing import NDArray
 from identify.estimation.fit import Fit
 from identify.gap.compare import Curve, curves_of
 from identify.gap.platform_force import MissingForce
-from identify.report.explained.variants import Variant
 from identify.selection.explain import Explanation
 from measure.common.arrays import Array
 from measure.pages.figure import Band, Figure, Line, Panel
+from measure.pages.in_use import shown_as
 
 GIVEN, REFITTED, EFFECT, MEASURED, NOISE = "model as given", "force law refitted", "with the effect", "measured", "noise, 2 sigma"
-_NAMES = {"x": "lateral x", "y": "lateral y", "z": "elevation z", "theta_x": "rotation about x", "theta_y": "rotation about y"}
-_SHOWN = {"_m": (1e3, "mm"), "_rad": (180.0 / np.pi, "deg"), "_N": (1.0, "N")}
 _FORCE_PANELS = (
     ("missing force, N", ((0, "vertical, up", "one"), (1, "lateral, x", "two"))),
     ("missing moment, N m", ((2, "about y", "three"),)),
@@ -63,10 +61,13 @@ class Told:
         return float(np.sqrt(np.mean((curve.gap / curve.sigma) ** 2))) if len(curve.gap) else 0.0
 
 
-def told(found: Explanation, variants: Sequence[Variant] = ()) -> list[Told]:
-    """Every channel of every run, those held out last."""
+def told(found: Explanation, variants: Mapping[str, Fit] | None = None) -> list[Told]:
+    """Every channel of every run, those held out last.
+
+    variants : fits with what was found switched on and off, by the state of the switches.
+    """
     fits = [(GIVEN, "given", found.as_given, ""), (REFITTED, "refitted", found.before, "")]
-    fits += [(EFFECT, "effect", one.fit, one.state) for one in variants] or (
+    fits += [(EFFECT, "effect", fit, state) for state, fit in (variants or {}).items()] or (
         [(EFFECT, "effect", found.after, "")] if found.findings else []
     )
     rows = _together(fits)
@@ -118,15 +119,6 @@ def _caption(one: Told, factor: float, unit: str) -> str:
         stage.name: factor * float(np.max(np.abs(stage.curve.gap))) for stage in one.stages if stage.when in ("", "1" * len(stage.when))
     }
     return "Largest difference: " + ", ".join(f"{name} {size:.3g} {unit}" for name, size in sizes.items()) + "."
-
-
-def shown_as(channel: str) -> tuple[float, str, str]:
-    """Factor, unit and name of a channel as people read it."""
-    for ending, (factor, unit) in _SHOWN.items():
-        if channel.endswith(ending):
-            plain = channel.removesuffix(ending)
-            return factor, unit, _NAMES.get(plain, plain.replace("_", " "))
-    return 1.0, "", channel
 
 
 def loop_figure(found: Explanation, name: str = "loop") -> Figure | None:

@@ -16,7 +16,6 @@ from identify.loops.covariates import hint, shares
 from identify.selection.explain import Explanation, Ranked
 from identify.selection.findings import Finding
 from identify.selection.promises import FORCES
-from measure.common.arrays import Array
 
 _PLACES = 12
 _RANKED = 30
@@ -123,11 +122,6 @@ def _of_kind(found: Explanation) -> float:
 
 def _pooled(parts: list[Any]) -> float:
     return float(np.sqrt(np.mean(np.concatenate(parts) ** 2)))
-
-
-def over_noise_of(found: Explanation, gaps: Array) -> float:
-    """Root mean square of gaps (m,) of the runs that took part, in units of the noise that was estimated."""
-    return _pooled([gaps[one.rows] / one.over for one in found.noise])
 
 
 def by_run(found: Explanation) -> list[dict[str, Any]]:

@@ -10,6 +10,8 @@ from measure.tables.frames import unit_in_name
 _SMALLER = {"kg": ("g", 1e3), "N": ("mN", 1e3), "m": ("mm", 1e3), "s": ("ms", 1e3), "N m": ("mN m", 1e3)}
 _ALWAYS = {"rad": ("deg", 180.0 / math.pi), "m": ("mm", 1e3)}
 _SHARES = ("fraction",)
+_OF_CHANNELS = {"_m": (1e3, "mm"), "_rad": (180.0 / math.pi, "deg"), "_N": (1.0, "N")}
+_CHANNELS = {"x": "lateral x", "y": "lateral y", "z": "elevation z", "theta_x": "rotation about x", "theta_y": "rotation about y"}
 
 
 def unit_in_use(name: str, values: Sequence[float]) -> tuple[str, float]:
@@ -55,3 +57,19 @@ def _rounded(value: float, digits: int) -> str:
     if value == 0.0 or not 1e-4 <= abs(value) < 1e6:
         return f"{value:.{digits}g}"
     return f"{value:.{max(digits - 1 - math.floor(math.log10(abs(value))), 0)}f}"
+
+
+def percent(share: float) -> str:
+    """A probability in percent; what is very near to one or nought is said to be."""
+    if share > 1.0 - 5e-4:
+        return "over 99.9 %"
+    return f"{100 * share:.3g} %" if share >= 1e-3 else "below 0.1 %"
+
+
+def shown_as(channel: str) -> tuple[float, str, str]:
+    """Factor, unit and name of a measured channel as people read it."""
+    for ending, (factor, unit) in _OF_CHANNELS.items():
+        if channel.endswith(ending):
+            plain = channel.removesuffix(ending)
+            return factor, unit, _CHANNELS.get(plain, plain.replace("_", " "))
+    return 1.0, "", channel

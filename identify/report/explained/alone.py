@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from scipy.optimize import lsq_linear
 
 from identify.criteria import CREDIBLE
 from identify.estimation.fit import Fit
-from identify.report.result import over_noise_of
 from identify.selection.explain import Explanation, Ranked
 from identify.selection.promises import FORCES
 from identify.selection.signatures import chords, columns_of_shapes
@@ -71,7 +71,7 @@ def left_alone(found: Explanation, effect: Effect) -> float:
     fit = found.before
     free = fit.clear_of_bounds
     base = np.where(free, fit.jacobian, 0.0)
-    return min((over_noise_of(found, one) for one in _gaps(fit, base, effect)), default=found.over_noise(fit))
+    return min((found.over_noise(replace(fit, gaps=one)) for one in _gaps(fit, base, effect)), default=found.over_noise(fit))
 
 
 def _gaps(fit: Fit, base: Array, effect: Effect) -> Iterator[Array]:
@@ -120,3 +120,23 @@ def names_left(found: Explanation, shown: Sequence[Candidate]) -> list[Ranked]:
     """What else was tried, the likeliest first."""
     known = {(one.name,) for one in shown}
     return [row for row in found.ranking if row.names not in known]
+
+
+def bars_of_gaps(tried: Sequence[Candidate], before: float) -> list[dict[str, Any]]:
+    """Bars on a logarithmic scale from a little below the noise to the gap without any effect."""
+    low, high = min([0.7, *(one.left for one in tried)]), max([before, 2.0, *(one.left for one in tried)])
+
+    def share(value: float) -> float:
+        return float(np.log(max(value, low) / low) / np.log(high / low))
+
+    return [
+        {
+            "name": one.name,
+            "text": ("" if one.fitted else "~ ") + f"{one.left:#.3g}".rstrip("."),
+            "share": share(one.left),
+            "line": share(1.0),
+            "look": "effect" if one.named else "",
+            "remark": one.why,
+        }
+        for one in tried
+    ]

@@ -10,7 +10,7 @@ import numpy as np
 
 from identify.report import gap_figures
 from identify.report.explained import page_rows
-from identify.report.explained.alone import candidates, names_left
+from identify.report.explained.alone import bars_of_gaps, candidates, names_left
 from identify.report.explained.films_seen import frame_of
 from identify.report.explained.replayed import scene
 from identify.report.explained.rig_drawing import rig_drawing
@@ -20,7 +20,7 @@ from identify.report.result import result_of
 from identify.selection.explain import Explanation
 from identify.selection.findings import Finding
 from measure.pages.csv_address import csv_address
-from measure.pages.in_use import in_use
+from measure.pages.in_use import in_use, percent
 from measure.pages.page import number, page_html
 from simulate.report.effect_text import text_of
 
@@ -55,7 +55,7 @@ def report_html(
         "notes": dict(notes),
         "note": note,
         "switches": switched(found),
-        "states": [{"state": one.state, "gap": times(found.over_noise(one.fit))} for one in variants],
+        "states": [{"state": state, "gap": times(found.over_noise(fit))} for state, fit in variants.items()],
         "gap_words": _gap_words(found, result),
         "checks": checks(found),
         **_figures(found, rows),
@@ -143,7 +143,7 @@ def _candidates(found: Explanation) -> dict[str, Any]:
     if not found.ranking:
         return {"candidates": []}
     tried, before = candidates(found), found.over_noise(found.before)
-    bars = page_rows.bars_of_gaps(tried, before)
+    bars = bars_of_gaps(tried, before)
     weights = [row for i, row in enumerate(sorted(found.weights.items(), key=lambda row: -row[1])[:8]) if i < 3 or row[1] > 1e-3]
     return {
         "candidates": bars,
@@ -153,12 +153,12 @@ def _candidates(found: Explanation) -> dict[str, Any]:
             {"effect": [c.name for c in tried], "gap left over noise": [c.left for c in tried], "probability": [c.weight for c in tried]}
         ),
         "weights": [
-            {"name": name, "text": page_rows.percent(weight), "share": weight, "look": "effect" if i == 0 else ""}
+            {"name": name, "text": percent(weight), "share": weight, "look": "effect" if i == 0 else ""}
             for i, (name, weight) in enumerate(weights)
         ],
         "weights_csv": csv_address({"answer": list(found.weights), "probability": list(found.weights.values())}),
         "rest": [
-            [row.name, row.delta_bic, page_rows.percent(row.weight), "fitted" if row.fitted else "weighed along straight lines"]
+            [row.name, row.delta_bic, percent(row.weight), "fitted" if row.fitted else "weighed along straight lines"]
             for row in names_left(found, tried)[:40]
         ],
         "sureness": sureness(found),

@@ -2,18 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
 
 from identify.estimation.estimates import reported
 from identify.estimation.parameters import BASE, lines_of
-from identify.report.explained.alone import Candidate
-from identify.report.gap_figures import shown_as
 from identify.selection.explain import Explanation
 from measure.pages.csv_address import csv_address
-from measure.pages.in_use import in_use
+from measure.pages.in_use import in_use, shown_as
 from simulate.model.model import per_leg
 
 _MOST_CORRELATED = 12
@@ -89,30 +87,3 @@ def tests(found: Explanation, result: Mapping[str, Any]) -> dict[str, Any]:
         "tests_heads": ["test", "runs", *rows[0]["splits"]],
         "tests_of": found.findings[0].name,
     }
-
-
-def bars_of_gaps(tried: Sequence[Candidate], before: float) -> list[dict[str, Any]]:
-    """Bars on a logarithmic scale from a little below the noise to the gap without any effect."""
-    low, high = min([0.7, *(one.left for one in tried)]), max([before, 2.0, *(one.left for one in tried)])
-
-    def share(value: float) -> float:
-        return float(np.log(max(value, low) / low) / np.log(high / low))
-
-    return [
-        {
-            "name": one.name,
-            "text": ("" if one.fitted else "~ ") + f"{one.left:#.3g}".rstrip("."),
-            "share": share(one.left),
-            "line": share(1.0),
-            "look": "effect" if one.named else "",
-            "remark": one.why,
-        }
-        for one in tried
-    ]
-
-
-def percent(share: float) -> str:
-    """A probability in percent; what is very near to one or nought is said to be."""
-    if share > 1.0 - 5e-4:
-        return "over 99.9 %"
-    return f"{100 * share:.3g} %" if share >= 1e-3 else "below 0.1 %"

@@ -7,10 +7,9 @@ from typing import Any
 
 from identify.criteria import CREDIBLE, GAP_P
 from identify.gap.gap_test import gap_test, p_words
-from identify.report.explained.page_rows import percent
 from identify.report.phrases import phrase_of
-from identify.report.result import left_sentence, next_experiment
 from identify.selection.explain import Explanation
+from measure.pages.in_use import percent
 from measure.pages.page import facts_of, opened
 from measure.pages.summary import Number, Summary, Tone
 
@@ -35,7 +34,7 @@ def summary_of(found: Explanation, note: Mapping[str, Any], result: Mapping[str,
     """
     word, tone = WORDS[found.verdict]
     return Summary(
-        word, tone, sentence(found, result), further(found, result), numbers(found, result), next_steps(found), facts(found, note)
+        word, tone, sentence(found, result), further(found, result), numbers(found, result), next_steps(found, result), facts(found, note)
     )
 
 
@@ -46,7 +45,7 @@ def sentence(found: Explanation, result: Mapping[str, Any]) -> str:
     missing = "; and ".join(phrase_of(finding) for finding in found.findings)
     rivals = [name for finding in found.findings for name in finding.equivalents]
     told = f", or {' or '.join(rivals)} does the same" if rivals else ""
-    rest = f"; {left_sentence(found)}" if found.verdict == "partly" else ""
+    rest = f"; {result['left']}" if found.verdict == "partly" else ""
     return f"{opened(missing)}{told}; {_worth(result['gap'])}{rest}."
 
 
@@ -108,9 +107,9 @@ def sureness(found: Explanation) -> str:
     return f"Of {tried} effects that were tried, and of nothing at all, {first} has {percent(weight)} of the probability{rest}."
 
 
-def next_steps(found: Explanation) -> list[str]:
+def next_steps(found: Explanation, result: Mapping[str, Any]) -> list[str]:
     """What to do now, the first thing first."""
-    steps = [text for text in (next_experiment(found),) if text]
+    steps = [text for text in (result["next_experiment"],) if text]
     if found.findings and found.verdict != "unknown":
         use = "Go on with extended.toml, the model with what was found in it; every command takes it."
         steps.append(use)
