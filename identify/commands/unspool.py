@@ -19,6 +19,7 @@ _COMMANDS = """commands beside this one:
   simulate-deployment    a model becomes one deployment
   sweep-deployments      a model becomes thousands of them, and tolerances
   design-control         a model gets a controller, with a certificate
+  design-deployment      values of a model, or tolerances, chosen by optimisation
   compare-model          a model against measurements, in numbers
   explain-gap            which effect the model lacks
 

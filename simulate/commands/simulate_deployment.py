@@ -171,10 +171,19 @@ def _sentences(result: dict[str, Any], output: Path) -> str:
     return (
         f"simulate  six legs, {result['duration_s']:.2f} s, step {1e3 * result['step_s']:.3g} ms   {verdict}\n"
         f"          {height}; theta_z at its largest {turned}\n"
+        f"          {_held(result['legs_condition'])}\n"
         f"          {'nothing of it is exact' if diverged else _exact(result['step_error'])}\n"
         + "".join(f"          warning: {sentence}\n" for sentence in result["warnings"])
         + f"          written to {output}"
     )
+
+
+def _held(found: dict[str, Any]) -> str:
+    """How well the legs hold the platform, and by how far it may turn before they do not."""
+    largest, sides = found["largest"], found["singular_theta_z_deg"]["deployed"]
+    said = "condition of the legs is infinite" if largest is None else f"condition of the legs at most {largest:.3g}"
+    near = [f"{side:+.0f}" for side in sides if side is not None]
+    return said + (f"; at full height they lose a direction at theta_z = {' and '.join(near)} deg" if near else "")
 
 
 def _exact(error: dict[str, Any] | None) -> str:

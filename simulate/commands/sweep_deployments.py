@@ -13,13 +13,15 @@ from measure.common.errors import InputError
 from measure.common.inputs import number, whole
 from measure.common.output_gate import Outputs
 from simulate.files.options import add_model_options, model_from_options
+from simulate.sweeps.indices import KINDS
 from simulate.sweeps.limits import DESIGNS, FAILURE_DEG
+from simulate.sweeps.rare_events import FEWEST
 
 if TYPE_CHECKING:
     from simulate.sweeps.result import SweepResult
 
 NAME = "sweep-deployments"
-TABLES = ("sweep.png", "responses.csv", "responses.csv.provenance.json", "coefficients.csv")
+TABLES = ("sweep.png", "responses.csv", "responses.csv.provenance.json", "coefficients.csv", "indices.png")
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -36,7 +38,9 @@ def _parser() -> Any:
         output_default="sweep",
     )
     add_model_options(made)
-    made.add_argument("--design", choices=DESIGNS, default="full", help="how the factors are combined (default: full)")
+    made.add_argument("--design", choices=DESIGNS, help="how the factors are combined (default: full)")
+    made.add_argument("--indices", choices=tuple(KINDS), help="sensitivity indices with intervals, on runs chosen for them")
+    made.add_argument("--rare", type=whole(FEWEST, 1_000_000), metavar="N", help="failure probability by subset simulation, N runs a level")
     made.add_argument(
         "--factor",
         action="append",
@@ -59,7 +63,10 @@ def _parser() -> Any:
     made.add_argument("--workers", type=whole(1, 100_000), metavar="N", help="cores (default: all); the answer does not depend on it")
     made.add_argument("--dask", metavar="ADDRESS", help="compute on the cluster of this scheduler, as tcp://host:8786")
     return examples(
-        made, "sweep-deployments rig.toml -o sweep", "sweep-deployments rig.toml --design sobol --runs 4096 --factor platform.mass_kg=+-5%"
+        made,
+        "sweep-deployments rig.toml -o sweep",
+        "sweep-deployments rig.toml --design sobol --runs 4096 --factor platform.mass_kg=+-5%",
+        "sweep-deployments rig.toml --indices sobol --factor platform.mass_kg=+-5% --factor end_stop.damping_N_s_per_m=+-30%",
     )
 
 
@@ -114,6 +121,8 @@ def _check(options: Any) -> None:
     from simulate.model.responses import response_named
 
     response_named(options.response)
+    if options.indices is not None and options.design is not None:
+        raise InputError(f"--design {options.design} and --indices {options.indices} both choose the runs; leave one out.")
     if options.dask is not None and options.effects:
         raise InputError(f"{options.effects[0]}: the workers of a cluster do not have effects of your own; sweep without --dask.")
 
@@ -125,11 +134,13 @@ def _swept(options: Any) -> SweepResult:
 
     model, catalogue = model_from_options(options)
     model = with_named_effects(model, options.factor, catalogue)
-    design = (options.factor, options.design, options.runs, options.seed, options.workers, options.response, options.failure_deg)
+    design = (options.factor, options.design or "full", options.runs, options.seed, options.workers, options.response, options.failure_deg)
     with _executor(options) as executor:
         return sweep(
             model,
             *design,
+            indices=options.indices,
+            rare=options.rare,
             executor=executor,
             folder=_pieces(options),
             resume=options.resume,
@@ -160,11 +171,15 @@ def _without_how(arguments: Sequence[str]) -> list[str]:
 def _write(options: Any, result: SweepResult, report: dict[str, Any]) -> None:
     from measure.common.output import replacing, write_json, write_provenance
     from measure.tables.csv_cells import write_columns
+    from simulate.report.index_plots import indices_figure
     from simulate.report.plots import figure_bytes, sweep_figure
 
-    figure, responses, _, coefficients = (options.output / name for name in TABLES)
+    figure, responses, _, coefficients, indices = (options.output / name for name in TABLES)
     with replacing(figure) as temporary:
         temporary.write_bytes(figure_bytes(sweep_figure(result, report["tolerance"])))
+    if result.indices is not None and result.indices["indices"] is not None:
+        with replacing(indices) as temporary:
+            temporary.write_bytes(figure_bytes(indices_figure(result.indices, result.response, result.unit)))
     write_columns(result.run_columns(), responses)
     write_columns(result.coefficient_columns(), coefficients)
     write_provenance(responses, report["provenance"])
@@ -189,6 +204,8 @@ def _sentences(report: dict[str, Any], wall_s: float, options: Any) -> str:
         f"          {report['failed_before_stop_percent']:.1f} % were before the first stop; the others turned in the rebound",
         f"          {report['formula']}",
         *_regression_sentence(report),
+        *_index_sentences(report),
+        *_rare_sentence(report, options.failure_deg),
         *_tolerance_sentences(report["tolerance"]),
         *(f"          warning: {sentence}" for sentence in report["warnings"]),
     ]
@@ -202,6 +219,37 @@ def _regression_sentence(report: dict[str, Any]) -> list[str]:
     return [
         f"          on {fresh['runs']} fresh runs off by {fresh['rms']:.3g} (rms), the response itself is {fresh['rms_of_response']:.3g}"
     ]
+
+
+def _index_sentences(report: dict[str, Any]) -> list[str]:
+    """A line for each factor, those that matter most first."""
+    found = report["indices"]
+    if found is None:
+        return []
+    if found["indices"] is None:
+        return ["          no indices: the response does not vary, or too few runs have one"]
+    sobol = found["method"] == "sobol"
+    leading, beside = ("total", "first_order") if sobol else ("mean_size", "spread")
+    rows, others, keys = found["indices"][leading], found["indices"][beside], {f["letter"]: f["key"] for f in report["factors"]}
+    words = ("share of the variance, with all it has to do with", "by itself") if sobol else ("mean size of its effect", "spread")
+    return [f"          {words[0]}, and {words[1]}, 95 % intervals:"] + [
+        f"          {letter} {keys[letter]}: {_ranged(rows[letter])}, {_ranged(others[letter])}"
+        for letter in sorted(rows, key=lambda letter: -rows[letter]["value"])
+    ]
+
+
+def _ranged(row: dict[str, Any]) -> str:
+    low, high = row["interval"]
+    return f"{row['value']:.3g} ({low:.3g} to {high:.3g})"
+
+
+def _rare_sentence(report: dict[str, Any], failure_deg: float) -> list[str]:
+    found = report["subset_simulation"]
+    if found is None:
+        return []
+    low, high = found["interval"]
+    said = f"{found['probability']:.2g} (95 % interval {low:.2g} to {high:.2g})" if found["reached"] else f"below {high:.2g}; never reached"
+    return [f"          probability beyond {failure_deg:g} deg {said}, by {found['runs']} runs of a subset simulation"]
 
 
 def _tolerance_sentences(tolerance: dict[str, Any]) -> list[str]:

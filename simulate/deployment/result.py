@@ -15,6 +15,7 @@ from measure.notebook.shown import Shown
 from measure.tables.frames import frame_of
 from measure.tables.trajectory import CHANNELS, Trajectory
 from simulate.deployment.energy import energy_balance
+from simulate.deployment.legs_condition import condition_report
 from simulate.deployment.rate_range import assumption_of, beyond_the_loops
 from simulate.kernel.layout import LEGS, SAMPLE_ELONGATION, SAMPLE_ENERGY, SAMPLE_FORCE, SAMPLE_POSE, SAMPLE_SIZE
 from simulate.kernel.speed_polynomials import with_rate_worked_in
@@ -179,6 +180,7 @@ class Deployment(Shown, by="simulate.report.showing.ShowingDeployment"):
             "time_to_full_height_s": self.time_to_full_height_s,
             "theta_z_deg": float(theta_z[good][np.argmax(np.abs(theta_z[good]))]) if np.any(good) else None,
             "theta_z_before_stop_deg": self.theta_z_before_stop_deg,
+            "legs_condition": condition_report(self.model, self.time_s, self.samples),
             "energy_closure": self.energy_closure,
             "energy_J": {name: float(values[good][-1]) if np.any(good) else None for name, values in energies.items()},
             "step_error": None if self.step_error is None else self.step_error.report,

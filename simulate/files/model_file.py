@@ -266,6 +266,23 @@ def with_stored_force(model: Model, key: str, value: Any, where: str, catalogue:
     return model_from(document_of(moved), where, catalogue)
 
 
+def with_joint_radius(model: Model, key: str, value: Any, where: str, catalogue: Catalogue = CATALOGUE) -> Model:
+    """The model with a ring of joints at another mean radius, checked.
+
+    Raises
+    ------
+    InputError
+        No geometry, or a radius that cannot be.
+    """
+    if not isinstance(value, float) or not (math.isfinite(value) and value > 0.0):
+        raise InputError(f"{where}: a radius is a number above zero, in m; found {found(value)}.")
+    try:
+        moved = with_value(model, key, value)
+    except (KeyError, ValueError) as error:
+        raise InputError(f"{where}: the model has no ring of joints; give [geometry].") from error
+    return model_from(document_of(moved), where, catalogue)
+
+
 def add_effects(model: Model, effects: tuple[Effect, ...]) -> Model:
     """The model with these effects added, each in place of one of the same name."""
     return reduce(Model.with_effect, effects, model)

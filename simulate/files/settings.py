@@ -8,9 +8,10 @@ from typing import Any
 from measure.common.errors import InputError
 from measure.common.inputs import parsed_toml
 from simulate.effects import CATALOGUE
-from simulate.files.model_file import document_of, model_from, with_stored_force
+from simulate.files.model_file import document_of, model_from, with_joint_radius, with_stored_force
 from simulate.model.effect import Catalogue
 from simulate.model.model import LEGS, Model, is_stored_force
+from simulate.model.radii import RADII
 
 
 def with_settings(model: Model, settings: Iterable[str], catalogue: Catalogue = CATALOGUE) -> Model:
@@ -18,7 +19,7 @@ def with_settings(model: Model, settings: Iterable[str], catalogue: Catalogue = 
 
     A key is named as in the file, `platform.mass_kg`, `actuator.b_l_N[0]`, or `effect.NAME.PARAMETER`, which adds the effect
     where it is absent. A value is written as in the file. `actuator.stored_force_N` is no key of the file: it moves b_l, b_u and
-    the initial force together, of one leg with an index.
+    the initial force together, of one leg with an index; `geometry.base_radius_m` and `geometry.platform_radius_m` move a ring of joints.
 
     Raises
     ------
@@ -30,6 +31,9 @@ def with_settings(model: Model, settings: Iterable[str], catalogue: Catalogue = 
         where = f"--set {setting}"
         if is_stored_force(key.strip()):
             model = with_stored_force(model, key.strip(), _value(text, where), where, catalogue)
+            continue
+        if key.strip() in RADII:
+            model = with_joint_radius(model, key.strip(), _value(text, where), where, catalogue)
             continue
         document = document_of(model)
         table, name = _table_of(document, key.strip().split("."), where)

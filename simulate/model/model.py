@@ -10,6 +10,7 @@ from pydantic.dataclasses import dataclass
 
 from simulate.model.control import Controller
 from simulate.model.effect import Effect
+from simulate.model.radii import RADII, radius_of, with_radius
 from simulate.model.rig import (
     CHECKED,
     LEGS,
@@ -86,7 +87,8 @@ def with_value(model: Any, key: str, value: Any) -> Any:
     """The model with one value changed, named as in the model file: `platform.mass_kg`, `actuator.b_l_N[0]`.
 
     A parameter of an effect is `effect.NAME.PARAMETER`. An index on a value that serves all legs gives each leg its own first.
-    Each key moves alone, but for `actuator.stored_force_N`, which moves b_l, b_u and the initial force by the same amount.
+    Each key moves alone, but for `actuator.stored_force_N`, which moves b_l, b_u and the initial force by the same amount, and
+    `geometry.base_radius_m` and `geometry.platform_radius_m`, which move all joints of a ring.
 
     Raises
     ------
@@ -98,6 +100,8 @@ def with_value(model: Any, key: str, value: Any) -> Any:
         return model.with_effect(with_value(effect, parameter, value))
     if isinstance(model, Model) and is_stored_force(key):
         return _with_stored_force(model, key.removeprefix(STORED_FORCE), value)
+    if isinstance(model, Model) and key in RADII:
+        return replace(model, geometry=with_radius(_geometry(model, key), RADII[key], value))
     head, _, rest = key.partition(".")
     name, _, index = head.partition("[")
     current = getattr(model, name, None) if name in getattr(type(model), "__dataclass_fields__", {}) else None
@@ -118,6 +122,8 @@ def value_of(model: Any, key: str) -> float:
         return value_of(*_effect_at(model, key))
     if isinstance(model, Model) and is_stored_force(key):
         return value_of(model.actuator, "b_l_N" + key.removeprefix(STORED_FORCE))
+    if isinstance(model, Model) and key in RADII:
+        return radius_of(_geometry(model, key), RADII[key])
     head, _, rest = key.partition(".")
     name, _, index = head.partition("[")
     if name not in getattr(type(model), "__dataclass_fields__", {}):
@@ -136,6 +142,12 @@ def value_of(model: Any, key: str) -> float:
 def is_stored_force(key: str) -> bool:
     """Whether a key names the stored force, of one leg or of all."""
     return key.partition("[")[0] == STORED_FORCE
+
+
+def _geometry(model: Model, key: str) -> Geometry:
+    if model.geometry is None:
+        raise KeyError(key)
+    return model.geometry
 
 
 def _with_stored_force(model: Model, index: str, value: Any) -> Model:

@@ -14,7 +14,10 @@ import numpy as np
 
 from measure.common.arrays import Array
 from measure.common.errors import InputError
+from simulate.sweeps.indices import KINDS, levels_of, runs_of
 from simulate.sweeps.limits import FARTHEST, MOST_FULL_FACTORS
+
+_MORRIS_QUANTILES = 0.95  # a walk of Morris goes to the ends of a range; of a normal spread that is where 95 % lie within
 
 
 @dataclass(frozen=True)
@@ -39,8 +42,9 @@ class Design:
         if self.basic:
             return _signs(first, last, self.columns)
         levels = _SAMPLED[self.kind](first, last, self)
+        within = _MORRIS_QUANTILES if self.kind == KINDS["morris"] else 1.0
         for place in self.normal:
-            levels[:, place] = _normal_levels(levels[:, place])
+            levels[:, place] = _normal_levels(within * levels[:, place])
         return levels
 
 
@@ -61,6 +65,8 @@ def design_of(kind: str, factors: int, runs: int | None, seed: int, normal: Sequ
     """
     if kind in ("full", "fractional"):
         return _two_level(kind, factors, runs)
+    if kind in KINDS.values():
+        return Design(kind, runs_of(kind, factors, runs), factors, seed, tuple(normal))
     count = 1024 if runs is None else runs
     if count < 1:
         raise InputError(f"--runs {count}: at least one run is needed.")
@@ -169,4 +175,13 @@ def _hypercube(runs: int, factors: int, seed: int) -> Array:
     return 2.0 * qmc.LatinHypercube(factors, rng=seed).random(runs) - 1.0
 
 
-_SAMPLED = {"random": _random, "sobol": _sobol, "latin-hypercube": _latin_hypercube}
+def _for_indices(first: int, last: int, design: Design) -> Array:
+    return levels_of(design.kind, design.runs, design.factors, design.seed)[first:last].copy()
+
+
+_SAMPLED = {
+    "random": _random,
+    "sobol": _sobol,
+    "latin-hypercube": _latin_hypercube,
+    **dict.fromkeys(KINDS.values(), _for_indices),
+}

@@ -14,6 +14,8 @@ from measure.notebook.shown import Shown
 from measure.tables.frames import frame_of
 from simulate.model import responses
 from simulate.model.responses import RESPONSES
+from simulate.sweeps.indices import KINDS, indices_of, levels_of
+from simulate.sweeps.rare_events import RareFailure
 from simulate.sweeps.regression import HIGHEST_ORDER, coefficients_of, formula, predicted, variability_percent
 from simulate.sweeps.sweep import RunCounts, Sweep, count_runs
 
@@ -34,7 +36,7 @@ class SweepResult(Shown, by="simulate.report.showing.ShowingSweep"):
         all in memory.
     response, failure_deg : what the regression explains, and the abs(theta_z) beyond which a run has failed.
     step : how the step was chosen and how exact it is, as the JSON of the command gives it.
-    wall_s : how long the runs took.
+    wall_s : how long the runs took. rare : probability of failure by subset simulation, where it was asked for.
     """
 
     sweep: Sweep
@@ -43,6 +45,7 @@ class SweepResult(Shown, by="simulate.report.showing.ShowingSweep"):
     failure_deg: float
     step: Mapping[str, Any] = field(default_factory=dict)
     wall_s: float = float("nan")
+    rare: RareFailure | None = None
 
     def __repr__(self) -> str:
         counted, letters = self.counts, ", ".join(f"{f.letter} {f.key}" for f in self.sweep.factors[:3])
@@ -109,7 +112,7 @@ class SweepResult(Shown, by="simulate.report.showing.ShowingSweep"):
             "diverged": counted.diverged,
             "failed_percent": counted.failed_percent,
             "failed_before_stop_percent": counted.failed_before_stop_percent,
-            "failed_interval_percent": None if self.sweep.design.basic else counted.interval_percent(),
+            "failed_interval_percent": None if self._is_chosen else counted.interval_percent(),
             "without_response": sum(int(np.isnan(values).sum()) for values in self.values()) - counted.diverged,
             "design": self.sweep.design.kind,
             "response": self.response,
@@ -119,7 +122,23 @@ class SweepResult(Shown, by="simulate.report.showing.ShowingSweep"):
             "formula": formula(self.coefficients, self.response.removesuffix(f"_{self.unit}")),
             "left_over_rms": self._left_over(),
             "fresh": self.fresh(),
+            "indices": self.indices,
+            "subset_simulation": None if self.rare is None else self.rare.report,
         }
+
+    @property
+    def _is_chosen(self) -> bool:
+        """Whether the runs were chosen, so that they are no independent draws."""
+        return bool(self.sweep.design.basic) or self.sweep.design.kind in KINDS.values()
+
+    @cached_property
+    def indices(self) -> dict[str, Any] | None:
+        """Sensitivity indices of the response, see `indices_of`; None where the runs were not chosen for them."""
+        design = self.sweep.design
+        if design.kind not in KINDS.values():
+            return None
+        levels = levels_of(design.kind, design.runs, design.factors, design.seed)
+        return indices_of(design.kind, self.letters, levels, np.concatenate(list(self.values())), design.seed)
 
     def fresh(self) -> dict[str, Any]:
         """Error of the regression on runs that it has not seen, drawn from the whole of the factors' ranges."""

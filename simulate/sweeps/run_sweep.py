@@ -7,14 +7,18 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import Executor
 from pathlib import Path
 
+import numpy as np
+
 from measure.common.arrays import Array
 from measure.common.errors import InputError
 from simulate.model.model import Model
-from simulate.model.responses import response_named
+from simulate.model.responses import THETA_Z, response_named
 from simulate.sweeps.chunks import Chunks
 from simulate.sweeps.designs import design_of
 from simulate.sweeps.factors import Factor, factors_of, with_named_effects
-from simulate.sweeps.limits import DESIGNS, FAILURE_DEG
+from simulate.sweeps.indices import KINDS
+from simulate.sweeps.limits import DESIGNS, FAILURE_DEG, FARTHEST
+from simulate.sweeps.rare_events import RareFailure, subset_simulation
 from simulate.sweeps.result import SweepResult
 from simulate.sweeps.step_search import choose_step
 from simulate.sweeps.sweep import Sweep, run_by, run_on
@@ -32,6 +36,8 @@ def sweep(
     response: str = "theta_z_deg",
     failure_deg: float = FAILURE_DEG,
     *,
+    indices: str | None = None,
+    rare: int | None = None,
     executor: Executor | None = None,
     folder: Path | None = None,
     resume: bool = False,
@@ -50,6 +56,8 @@ def sweep(
     workers : cores; by default all.
     response : what the regression explains, a name of `simulate.model.responses.RESPONSES`.
     failure_deg : a run whose abs(theta_z) goes beyond this angle has failed.
+    indices : "sobol" or "morris": the runs are chosen for these indices of each factor, instead of by a design.
+    rare : runs of each level of a subset simulation, which finds the probability of rare failures; none without.
     executor : computes the runs elsewhere (processes, a cluster); `workers` is then its own business.
     folder : keep the responses there, piece by piece, instead of in memory; with `resume` what stands there is kept.
     progress : wraps the pieces as they come in, given their number.
@@ -64,20 +72,46 @@ def sweep(
         No geometry, an unknown response or factor, a design that cannot be, more steps than anybody waits for.
     """
     response_named(response)
-    chosen = choose_step(_posed(model, factors, design, runs, seed), failure_deg)
+    chosen = choose_step(_posed(model, factors, _kind(design, indices), runs, seed), failure_deg)
     shown: Progress = progress or (lambda pieces, _: pieces)
     begun = time.perf_counter()
     if folder is None:
         pieces = _in_memory(chosen.sweep, workers, executor, shown)
     else:
         pieces = _on_disk(Chunks(folder, chosen.sweep), workers, executor, resume, shown)
-    return SweepResult(chosen.sweep, pieces, response, failure_deg, chosen.report, time.perf_counter() - begun)
+    failure = rare_failure(chosen.sweep, failure_deg, rare, seed) if rare is not None else None
+    return SweepResult(chosen.sweep, pieces, response, failure_deg, chosen.report, time.perf_counter() - begun, failure)
+
+
+def rare_failure(sweep: Sweep, failure_deg: float, runs: int, seed: int = 0) -> RareFailure:
+    """Probability that abs(theta_z) goes beyond an angle, with each factor spread as it says, by subset simulation.
+
+    A run that diverges counts as one that failed. runs : of each level, at least `rare_events.FEWEST`.
+    """
+    normal = np.array([factor.normal for factor in sweep.factors])
+
+    def turned_deg(places: Array) -> Array:
+        coded = np.where(normal, np.clip(places, -FARTHEST, FARTHEST), 2.0 * ndtr(places) - 1.0)
+        return np.nan_to_num(np.degrees(np.abs(sweep.responses_at(coded)[:, THETA_Z])), nan=np.inf)
+
+    from scipy.special import ndtr
+
+    return subset_simulation(turned_deg, len(sweep.factors), failure_deg, runs, seed)
+
+
+def _kind(design: str, indices: str | None) -> str:
+    """The kind of design, checked."""
+    if indices is not None:
+        if indices not in KINDS:
+            raise InputError(f'no indices are named "{indices}"; take one of {", ".join(KINDS)}.')
+        return KINDS[indices]
+    if design not in DESIGNS:
+        raise InputError(f'no design is named "{design}"; take one of {", ".join(DESIGNS)}.')
+    return design
 
 
 def _posed(model: Model, factors: Sequence[str | Factor], design: str, runs: int | None, seed: int) -> Sweep:
     """The sweep, refused where no run of it could be simulated."""
-    if design not in DESIGNS:
-        raise InputError(f'no design is named "{design}"; take one of {", ".join(DESIGNS)}.')
     given = [factor for factor in factors if isinstance(factor, Factor)]
     settings = [factor for factor in factors if isinstance(factor, str)]
     model = with_named_effects(model, settings)

@@ -17,6 +17,7 @@ COMMANDS = (
     "simulate-deployment",
     "sweep-deployments",
     "design-control",
+    "design-deployment",
     "compare-model",
     "explain-gap",
 )

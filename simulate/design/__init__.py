@@ -1,0 +1,1 @@
+"""Geometry, stops, law and tolerances chosen by optimisation on the batch kernel."""

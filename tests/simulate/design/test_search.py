@@ -1,0 +1,144 @@
+"""The search finds what is known: on responses that are a formula, in milliseconds, and once on the rig itself."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from measure.common.errors import InputError
+from simulate.design.measures import Limit, Measure
+from simulate.design.problem import Free, Problem, factor_costs
+from simulate.design.search import design_deployment
+from simulate.model import responses
+from simulate.model.model import value_of
+from simulate.sweeps.factors import factors_of
+
+SLOPES_DEG_PER_N = np.array([365.0, -365.0, 365.0, -365.0, 365.0, -365.0])
+LEGS = [f"actuator.stored_force_N[{leg}]" for leg in range(6)]
+
+
+def answers_of(theta_deg, stop_force=0.0):
+    answers = np.zeros((len(theta_deg), responses.COUNT))
+    answers[:, responses.THETA_Z], answers[:, responses.STOP_FORCE] = np.radians(theta_deg), stop_force
+    answers[:, responses.DIVERGED] = np.nan
+    return answers
+
+
+def turned_by_forces(slopes=SLOPES_DEG_PER_N):
+    def respond(sweep, coded):
+        shifts = coded * [(factor.high - factor.low) / 2 for factor in sweep.factors]
+        return answers_of(shifts @ slopes)
+
+    return respond
+
+
+def budget(prototype, slopes=SLOPES_DEG_PER_N, costs=None):
+    return Problem(
+        prototype,
+        tuple(Free(f"tolerance.{key}", 1e-4, 0.1) for key in LEGS),
+        Measure.of("cost"),
+        (Limit.of("p95:theta_z_deg<5"),),
+        tuple(factors_of(prototype, [f"{key}=sigma:0.01" for key in LEGS])),
+        costs or {},
+        draws=512,
+        respond=turned_by_forces(slopes),
+    )
+
+
+def test_the_papers_inverse_regression_is_one_case_the_tolerance_that_keeps_an_angle(prototype):
+    found = design_deployment(budget(prototype), 1200)
+    # s = angle / (z |g|), all legs alike
+    alike = 5.0 / (1.959964 * np.linalg.norm(SLOPES_DEG_PER_N))
+    cost = 6 * 0.01 / alike
+    assert found.searched[0] == pytest.approx(cost, rel=0.06)
+    assert np.median(found.values) == pytest.approx(alike, rel=0.1)
+
+
+def test_a_leg_that_turns_the_platform_more_gets_the_finer_tolerance(prototype):
+    slopes = SLOPES_DEG_PER_N * [4.0, 1.0, 1.0, 1.0, 1.0, 1.0]
+    found = design_deployment(budget(prototype, slopes), 1500)
+    # least sum of c / t with sum (g t)^2 fixed: t goes as g^(-2/3)
+    assert found.values[0] / np.mean(found.values[1:]) == pytest.approx(4.0 ** (-2.0 / 3.0), rel=0.2)
+
+
+def test_the_least_of_a_bowl_within_a_limit_lies_on_the_limit(prototype):
+    def respond(sweep, coded):
+        damping, mass = value_of(sweep.model, "end_stop.damping_N_s_per_m"), value_of(sweep.model, "platform.mass_kg")
+        turned = 10.0 + (damping - 30.0) ** 2 / 10.0 + (mass - 0.9) ** 2 * 100.0
+        return answers_of(np.full(len(coded), turned), stop_force=2.0 * damping)
+
+    free = (Free.of("end_stop.damping_N_s_per_m=5..80"), Free.of("platform.mass_kg=0.5..1.5"))
+    goal, limit = Measure.of("nominal:theta_z_deg"), Limit.of("worst:stop_force_N<40")
+    unbound = design_deployment(Problem(prototype, free, goal, respond=respond), 300)
+    assert unbound.verdict == "found"
+    assert unbound.values == pytest.approx([30.0, 0.9], rel=0.02)
+    bound = design_deployment(Problem(prototype, free, goal, (limit,), respond=respond), 300)
+    assert bound.values == pytest.approx([20.0, 0.9], rel=0.03)
+    assert bound.report["limits"][0]["kept"]
+    assert value_of(bound.model, "platform.mass_kg") == bound.values[1]
+
+
+def test_where_no_candidate_keeps_the_limit_it_is_said(prototype):
+    problem = Problem(
+        prototype,
+        (Free.of("platform.mass_kg=0.5..1.5"),),
+        Measure.of("nominal:theta_z_deg"),
+        (Limit.of("nominal:theta_z_deg<1"),),
+        respond=lambda sweep, coded: answers_of(np.full(len(coded), 7.0)),
+    )
+    found = design_deployment(problem, 40)
+    assert found.verdict == "none-feasible"
+
+
+def test_candidates_that_no_model_can_be_are_passed_over(prototype):
+    # a platform that is deployed below where it is stowed
+    problem = Problem(
+        prototype,
+        (Free.of("geometry.deployed_height_m=0.1..0.9"),),
+        Measure.of("nominal:theta_z_deg"),
+        respond=lambda sweep, coded: answers_of(np.full(len(coded), 100.0 * sweep.model.geometry.deployed_height_m)),
+    )
+    found = design_deployment(problem, 60)
+    assert 0.25 < found.values[0] < 0.3
+
+
+def test_a_factor_follows_the_candidates_own_value(prototype):
+    problem = Problem(
+        prototype,
+        (Free.of("platform.mass_kg=0.5..1.5"),),
+        Measure.of("worst:theta_z_deg"),
+        factors=tuple(factors_of(prototype, ["platform.mass_kg=+-0.1"])),
+    )
+    sweep = problem.candidate(np.array([1.2]))
+    assert (sweep.factors[0].low, sweep.factors[0].high) == pytest.approx((1.1, 1.3))
+
+
+@pytest.mark.parametrize(
+    ("changes", "named"),
+    [
+        ({"free": ()}, "nothing is free"),
+        ({"free": (Free("platform.mas_kg", 0.5, 1.0),)}, "no number of the model"),
+        ({"free": (Free("tolerance.platform.mass_kg", 0.1, 1.0),)}, "nothing varies by that name"),
+        ({"free": (Free("platform.mass_kg", 0.5, 1.0),) * 2}, "given twice"),
+        ({"objective": Measure.of("robust:theta_z_deg")}, "give --factor"),
+        ({"objective": Measure.of("cost")}, "give --free tolerance"),
+        ({"costs": {"platform.mass_kg": 2.0}}, "its tolerance is not free"),
+        ({"free": (Free("geometry.deployed_height_m", 0.05, 0.2),)}, "a model that can be"),
+    ],
+)
+def test_a_problem_that_cannot_be_posed_is_refused_in_a_sentence(prototype, changes, named):
+    problem = Problem(prototype, (Free("platform.mass_kg", 0.5, 1.0),), Measure.of("nominal:theta_z_deg"))
+    with pytest.raises(InputError, match=named):
+        replace(problem, **changes).require_usable()
+
+
+@pytest.mark.parametrize("text", ["platform.mass_kg", "platform.mass_kg=1..0.5", "platform.mass_kg=a..b", "tolerance.x=0..1"])
+def test_bounds_that_are_none_are_refused(text):
+    with pytest.raises(InputError):
+        Free.of(text)
+
+
+def test_costs_are_numbers_above_zero():
+    assert factor_costs(["actuator.stored_force_N[0]=2"]) == {"actuator.stored_force_N[0]": 2.0}
+    with pytest.raises(InputError, match="above zero"):
+        factor_costs(["a=-1"])
