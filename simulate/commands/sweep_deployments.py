@@ -13,9 +13,7 @@ from measure.common.errors import InputError
 from measure.common.inputs import number, whole
 from measure.common.output_gate import Outputs
 from simulate.files.options import add_model_options, model_from_options
-from simulate.sweeps.indices import KINDS
-from simulate.sweeps.limits import DESIGNS, FAILURE_DEG
-from simulate.sweeps.rare_events import FEWEST
+from simulate.sweeps.limits import DESIGNS, FAILURE_DEG, FEWEST_RARE, INDICES
 
 if TYPE_CHECKING:
     from simulate.sweeps.result import SweepResult
@@ -39,8 +37,10 @@ def _parser() -> Any:
     )
     add_model_options(made)
     made.add_argument("--design", choices=DESIGNS, help="how the factors are combined (default: full)")
-    made.add_argument("--indices", choices=tuple(KINDS), help="sensitivity indices with intervals, on runs chosen for them")
-    made.add_argument("--rare", type=whole(FEWEST, 1_000_000), metavar="N", help="failure probability by subset simulation, N runs a level")
+    made.add_argument("--indices", choices=INDICES, help="sensitivity indices with intervals, on runs chosen for them")
+    made.add_argument(
+        "--rare", type=whole(FEWEST_RARE, 1_000_000), metavar="N", help="failure probability by subset simulation, N runs a level"
+    )
     made.add_argument(
         "--factor",
         action="append",

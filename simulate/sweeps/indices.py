@@ -17,8 +17,9 @@ import numpy as np
 
 from measure.common.arrays import Array
 from measure.common.errors import InputError
+from simulate.sweeps.limits import INDICES
 
-KINDS = {"sobol": "saltelli", "morris": "morris"}
+KINDS = dict(zip(INDICES, ("saltelli", "morris"), strict=True))
 """Design of a sweep by the method that it serves."""
 CONFIDENCE = 0.95
 _BLOCKS = {"saltelli": 512, "morris": 64}

@@ -23,7 +23,6 @@ from numpy.typing import NDArray
 from measure.common.arrays import Array
 
 KEPT = 0.1  # of a level's runs
-FEWEST = 100  # runs a level
 _MOST_LEVELS = 12
 _WANTED = 0.44  # acceptance of the chains
 _QUANTILE = 1.959963984540054
@@ -70,7 +69,7 @@ def subset_simulation(state: State, factors: int, limit: float, runs: int, seed:
     Parameters
     ----------
     state : of (runs, factors) independent standard normal numbers, (runs,), the larger the nearer to failure; infinite is failure.
-    limit : failure is a state above it. runs : of each level, at least FEWEST.
+    limit : failure is a state above it. runs : of each level, at least `limits.FEWEST_RARE`.
 
     Returns
     -------

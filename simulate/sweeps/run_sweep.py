@@ -86,7 +86,7 @@ def sweep(
 def rare_failure(sweep: Sweep, failure_deg: float, runs: int, seed: int = 0) -> RareFailure:
     """Probability that abs(theta_z) goes beyond an angle, with each factor spread as it says, by subset simulation.
 
-    A run that diverges counts as one that failed. runs : of each level, at least `rare_events.FEWEST`.
+    A run that diverges counts as one that failed. runs : of each level, at least `limits.FEWEST_RARE`.
     """
     normal = np.array([factor.normal for factor in sweep.factors])
 

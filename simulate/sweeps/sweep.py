@@ -140,9 +140,9 @@ class Sweep:
             if np.max(np.abs(low + high - 2 * base)) > 1e-12 * np.max(np.abs(base)):
                 return None
             slopes.append((high - low) / 2)
-        moved = np.array(slopes) != 0.0
+        moved = np.reshape(slopes, (len(slopes), len(base))) != 0.0
         meet = bool(np.any(moved.sum(axis=0) > 1))
-        return None if meet or not _same_shape(self.model, self.factors) else LinearRows(base, np.array(slopes))
+        return None if meet or not _same_shape(self.model, self.factors) else LinearRows(base, np.reshape(slopes, moved.shape))
 
 
 def _same_shape(model: Model, factors: tuple[Factor, ...]) -> bool:
