@@ -103,7 +103,7 @@ def _nearest(geometry: Geometry, height_m: float, side: float) -> float | None:
     if not len(changes):
         return None
     before, behind = _TURNS_DEG[changes[0]], _TURNS_DEG[changes[0] + 1]
-    return side * float(brentq(volume, before, behind, xtol=1e-9))
+    return side * float(brentq(volume, before, behind, xtol=1e-9))  # type: ignore[arg-type]
 
 
 def _volumes(geometry: Geometry, height_m: float, turns_deg: Array) -> Array:
