@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from measure.commands.track_video_choose import require_page, write_choose_page
 from measure.commands.track_video_missing import assumptions, require_complete
 from measure.commands.track_video_options import options, project_from
 from measure.common import command_line as command
@@ -42,10 +43,15 @@ def _work(arguments: Sequence[str]) -> int:
     given = options().parse_args(arguments)
     project = project_from(given)
     film, mask = _film_path(given, project), _mask_path(given, project)
+    if given.choose is not None:
+        lines = write_choose_page(given, project, film, _inputs(given, film, mask))
+        if not given.quiet:
+            command.say(*lines)
+        return command.DONE
     _require_usable(given, mask)
     from measure.commands.track_video_output import Output, gate
 
-    output = Output(_trajectory_path(given, project), given.marks, given.json, given.pictures, given.overlay, given.project)
+    output = Output(_trajectory_path(given, project), given.marks, given.json, given.pictures, given.overlay, given.project, given.report)
     with gate(output, _inputs(given, film, mask), bool(given.compare)).held():
         status, lines = _tracked(given, arguments, project, output, film, mask)
     if not given.quiet:
@@ -59,21 +65,25 @@ def _tracked(
     """Follow the marks and write what came out; status, and the lines for people."""
     from measure.commands.track_video_output import gate, written, written_for_the_eye
     from measure.common.output import provenance
+    from measure.film.part import part_of
     from measure.film.summary import dispersion_lines, lines_for_people
     from measure.film.track import track
     from measure.footage.formats import open_footage
 
-    footage = open_footage(film)
-    require_complete(given, project, footage)
+    whole = open_footage(film)
+    require_complete(given, project, whole)
+    footage = part_of(whole, project)
     note = provenance(_inputs(given, film, mask), command=["track-video", *arguments])
 
     def watch(frames: Any) -> Any:
         return command.progress(frames, what="frames", total=footage.frames, quiet=given.quiet)
 
     tracked = track(footage, project, watch, _read_mask(mask, footage))
+    note["film"] = {key: tracked.summary["film"][key] for key in ("from_s", "to_s", "first_frame")}
+    note["noise"] = tracked.summary["noise"]
     compared = _compared(given, tracked)
     with gate(output, (), bool(compared)).together():
-        files = written(output, tracked, compared, note, film, mask) + written_for_the_eye(output, footage, tracked, compared)
+        files = written(output, tracked, compared, note, film, mask) + written_for_the_eye(output, footage, tracked, compared, note)
     assumed = [f"assumed   {one}" for one in assumptions(project)] if output.trajectory is not None else []
     lines = [*lines_for_people(tracked.summary), *assumed, *dispersion_lines(compared), *(f"written   {path}" for path in files)]
     if output.trajectory is not None:
@@ -110,6 +120,7 @@ def _require_usable(given: argparse.Namespace, mask: Path | None) -> None:
         existing_file(file, what="a trajectory (CSV)", most=LARGEST_TABLE)
     if mask is not None:
         existing_file(mask, what="a mask (PNG, BMP, TIFF)", most=LARGEST_TABLE)
+    require_page("--report", given.report)
     if given.overlay is not None and given.overlay.suffix.lower() != ".avi":
         raise InputError(f"--overlay {given.overlay}: the film is written as .avi; name it so.")
 

@@ -45,16 +45,28 @@ def options() -> command.Parser:
     )
     made.add_argument("--radius-m", type=number(), metavar="R", help="radius of the upright cylinder that carries the marks")
     made.add_argument("--distance-m", type=number(), metavar="D", help="from the camera to the platform's origin")
+    made.add_argument("--from", type=number(), metavar="T", dest="from_s", help="begin at this film time, s; zero is the first frame")
+    made.add_argument("--to", type=number(), metavar="T", dest="to_s", help="end at this film time, s")
+    made.add_argument("--fields", action="store_true", help="take each field of an interlaced film as a picture")
+    made.add_argument("--readout-s", type=number(), metavar="T", help="rolling shutter: time from the first row of a picture to the last")
     made.add_argument("--marks", type=Path, metavar="FILE", help="write every mark in every frame (CSV)")
     made.add_argument("--pictures", type=Path, metavar="FOLDER", help="marks on the first frame, contact sheet and quality page (PNG)")
     made.add_argument("--overlay", type=Path, metavar="FILE", help="write the film with marks, status and residual drawn into it (.avi)")
+    made.add_argument(
+        "--choose",
+        type=Path,
+        metavar="PAGE",
+        help="only write a page (.html) on which marks, scale, plumb line and time are chosen by eye",
+    )
+    made.add_argument("--report", type=Path, metavar="PAGE", help="write a page (.html): frames with marks and residuals, curves, quality")
     made.add_argument(
         "--compare", type=Path, action="append", metavar="CSV", help="trajectory of another film: how much the two differ; repeat it"
     )
     return command.examples(
         made,
         "track-video film.avi --fps 250 --mm-per-px 0.5 --model rig.toml -o film.csv",
-        "track-video film.avi --project film.toml -o film.csv",
+        "track-video film.avi --fps 250 --choose page.html",
+        "track-video film.avi --project film.toml -o film.csv --report report.html",
     )
 
 
@@ -104,6 +116,9 @@ def project_from(given: argparse.Namespace) -> Project:
     table["platform"].update(_rig(given, known))
     laid_over = (
         ("film", "fps", given.fps),
+        ("film", "from_s", given.from_s),
+        ("film", "to_s", given.to_s),
+        ("film", "fields", given.fields or None),
         ("marks", "place_px", given.mark),
         ("marks", "subset_px", given.subset),
         ("marks", "warp", given.warp),
@@ -115,6 +130,7 @@ def project_from(given: argparse.Namespace) -> Project:
         ("platform", "start_height_m", given.start_height_m),
         ("platform", "radius_m", given.radius_m),
         ("camera", "distance_m", given.distance_m),
+        ("camera", "readout_s", given.readout_s),
     )
     for section, key, value in laid_over:
         if value is not None:

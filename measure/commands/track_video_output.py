@@ -8,17 +8,20 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from measure.common.output import provenance_beside, write_json, write_provenance
+from measure.common.output import provenance_beside, write_json, write_provenance, write_text
 from measure.common.output_gate import Outputs, beside
 from measure.film.dispersion import Dispersion
-from measure.film.overlay import overlaid
-from measure.film.saved_plots import PICTURES, write_dispersion_figure, write_pictures, write_trajectory_figure
+from measure.film.overlay import overlaid, write_first_frame
+from measure.film.saved_plots import FIGURES, write_dispersion_figure, write_pictures, write_trajectory_figure
 from measure.film.tracked import Tracked
+from measure.film_pages.report_page import report_page
 from measure.footage.footage import Footage
 from measure.footage.writers import write_film
 from measure.geometry.film_project import Project, read_project, write_project
 from measure.tables.csv_cells import write_columns
 from measure.tables.trajectory import write_trajectory
+
+_FIRST_FRAME = "first_frame.png"
 
 
 @dataclass(frozen=True)
@@ -31,6 +34,7 @@ class Output:
     pictures: Path | None
     overlay: Path | None
     project: Path | None
+    report: Path | None = None
 
 
 def gate(output: Output, inputs: Sequence[Path], compared: bool) -> Outputs:
@@ -43,7 +47,7 @@ def gate(output: Output, inputs: Sequence[Path], compared: bool) -> Outputs:
     compared : bool
         Whether other films are compared.
     """
-    files: dict[str, Path | None] = {"--marks": output.marks, "--json": output.json, "--overlay": output.overlay}
+    files: dict[str, Path | None] = {"--marks": output.marks, "--json": output.json, "--overlay": output.overlay, "--report": output.report}
     if output.trajectory is not None:
         files["the trajectory"] = output.trajectory
         files["its provenance"] = provenance_beside(output.trajectory)
@@ -52,7 +56,7 @@ def gate(output: Output, inputs: Sequence[Path], compared: bool) -> Outputs:
     first = output.trajectory or output.marks
     files["the project file"] = None if first is None else _project_place(first, output.project)
     films = [film for path in inputs if path.suffix.lower() in (".mraw", ".cih", ".cihx") for film in path.parent.glob(f"{path.stem}.*")]
-    return Outputs(files, {"--pictures": (output.pictures, PICTURES)}, [*inputs, *films])
+    return Outputs(files, {"--pictures": (output.pictures, (_FIRST_FRAME, *FIGURES))}, [*inputs, *films])
 
 
 def _project_place(first: Path, read: Path | None) -> Path:
@@ -119,14 +123,21 @@ def _with_files(project: Project, film: Path, mask: Path | None, place: Path) ->
     return project.model_copy(update={"film": section, "marks": marks})
 
 
-def written_for_the_eye(output: Output, footage: Footage, tracked: Tracked, compared: Sequence[Dispersion]) -> list[Path]:
-    """Write pictures, the overlaid film and the figure of the dispersion. Returns their paths."""
+def written_for_the_eye(
+    output: Output, footage: Footage, tracked: Tracked, compared: Sequence[Dispersion], note: dict[str, Any]
+) -> list[Path]:
+    """Write pictures, the overlaid film, the report and the figure of the dispersion. Returns their paths."""
     files = []
     if output.pictures is not None:
+        output.pictures.mkdir(parents=True, exist_ok=True)
+        files.append(write_first_frame(footage, tracked, output.pictures / _FIRST_FRAME))
         files += write_pictures(footage, tracked, output.pictures)
     if output.overlay is not None:
         write_film(output.overlay, overlaid(footage, tracked), "MJPG")
         files.append(output.overlay)
+    if output.report is not None:
+        write_text(output.report, report_page(footage, tracked, note))
+        files.append(output.report)
     if compared and output.trajectory is not None and tracked.trajectory is not None:
         files.append(write_dispersion_figure(tracked.trajectory, compared, beside(output.trajectory, ".dispersion.png")))
     return files

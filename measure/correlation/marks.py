@@ -60,7 +60,7 @@ class Marks:
     Attributes
     ----------
     time_s : (frames,) array
-        Zero at the first frame.
+        Zero at the first frame of the film.
     names : sequence of str
         One for each mark.
     response : Response
@@ -73,6 +73,8 @@ class Marks:
     hidden : (frames, marks) array
         Share of the subset that something else covers.
     status : (frames, marks) array of str
+    first : int
+        Number in the film of the first of these frames.
     """
 
     time_s: NDArray[np.float64]
@@ -84,6 +86,7 @@ class Marks:
     zncc: NDArray[np.float64]
     hidden: NDArray[np.float64]
     status: NDArray[np.str_]
+    first: int = 0
 
     def __repr__(self) -> str:
         frames, count = self.x_px.shape
@@ -117,7 +120,7 @@ class Marks:
         """The same for some of the marks; kept : (marks,) array of bool."""
         names = [name for name, keep in zip(self.names, kept, strict=True) if keep]
         arrays = {field: getattr(self, field)[:, kept] for field in _ARRAYS}
-        return Marks(self.time_s, names, self.response.only(kept), **arrays)
+        return replace(self, names=names, response=self.response.only(kept), **arrays)
 
     def columns(self) -> dict[str, Any]:
         """The table, one row for each frame and mark: `frame, time_s, mark, x_px, y_px, zncc, status`, then the sigmas.
@@ -129,7 +132,7 @@ class Marks:
         frames, count = self.x_px.shape
         sigma = np.sqrt(np.diagonal(self.covariance_px2, axis1=2, axis2=3))
         return {
-            "frame": np.repeat(np.arange(frames), count),
+            "frame": np.repeat(np.arange(self.first, self.first + frames), count),
             "time_s": np.repeat(self.time_s, count),
             "mark": list(self.names) * frames,
             "x_px": self.x_px.ravel(),
@@ -151,7 +154,9 @@ class Marks:
         return frame_of(self.columns(), name="marks")
 
 
-def gather(time_s: NDArray[np.float64], names: Sequence[str], response: Response, rows: Sequence[Sequence[Observation]]) -> Marks:
+def gather(
+    time_s: NDArray[np.float64], names: Sequence[str], response: Response, rows: Sequence[Sequence[Observation]], first: int = 0
+) -> Marks:
     """Put the observations of every frame into arrays.
 
     Parameters
@@ -161,10 +166,12 @@ def gather(time_s: NDArray[np.float64], names: Sequence[str], response: Response
     response : Response
     rows : sequence of (marks,) sequences
         Observations, a row for each frame.
+    first : int
+        Number in the film of the first of these frames.
 
     Returns
     -------
     Marks
     """
     arrays = [np.array([[getattr(observation, field) for observation in row] for row in rows]) for field in _ARRAYS]
-    return Marks(time_s, names, response, **dict(zip(_ARRAYS, arrays, strict=True)))
+    return Marks(time_s, names, response, **dict(zip(_ARRAYS, arrays, strict=True)), first=first)

@@ -116,7 +116,7 @@ def track_marks(
     if len(rows) < 2:
         raise InputError(f"{footage.name}: {len(rows)} frames could be read; a motion needs two at least. Copy the film again.")
     names = list(names) or [f"m{i + 1}" for i in range(len(places))]
-    return gather(footage.times_s(len(rows), fps), names, responses([tracker.mark for tracker in trackers]), rows)
+    return gather(footage.times_s(len(rows), fps), names, responses([tracker.mark for tracker in trackers]), rows, footage.first)
 
 
 def _observed(trackers: Sequence[MarkTracker], picture: Picture, frame: int) -> list[Observation]:

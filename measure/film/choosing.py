@@ -98,5 +98,5 @@ def _tracked(
     footage: Footage, project: Project, places: list[tuple[float, float]], fps: float, subset: int, watch: Watch, mask: Mask | None
 ) -> Marks:
     warp = next(count for count, name in WARP_NAMES.items() if name == project.marks.warp)
-    exposure_s = project.film.exposure_s or footage.exposure_s or 0.0
+    exposure_s = footage.per_frame * (project.film.exposure_s or footage.exposure_s or 0.0)  # over the step from picture to picture
     return track_marks(footage, places, fps, subset, warp, exposure_s, watch=watch, mask=mask)

@@ -18,7 +18,6 @@ if TYPE_CHECKING:
     from measure.geometry.rigid_body import Fit
 
 _MOST_NAMED = 3
-_LABEL: dict[str, Any] = {"facecolor": STATUS_COLOURS[OK], "edgecolor": "none", "pad": 0.6}
 _ABOVE: dict[str, Any] = {
     "fontsize": 7,
     "ncols": 12,
@@ -30,7 +29,7 @@ _ABOVE: dict[str, Any] = {
 """Where a legend covers no data."""
 
 
-def draw_frame(ax: Axes, picture: Picture, marks: Marks, frame: int, subset: int, *, fit: Fit | None = None, names: bool = False) -> Axes:
+def draw_frame(ax: Axes, picture: Picture, marks: Marks, frame: int, subset: int, *, fit: Fit | None = None) -> Axes:
     """Draw one frame with the subsets that were found and their residuals, and name the status of the other marks.
 
     Parameters
@@ -43,8 +42,6 @@ def draw_frame(ax: Axes, picture: Picture, marks: Marks, frame: int, subset: int
         Side of the subset, px.
     fit : Fit, optional
         Residuals are drawn from it, enlarged.
-    names : bool
-        Whether the names of the marks are written.
 
     Returns
     -------
@@ -52,14 +49,11 @@ def draw_frame(ax: Axes, picture: Picture, marks: Marks, frame: int, subset: int
     """
     ax.imshow(picture, cmap="gray", vmin=0, vmax=max(float(np.percentile(picture, 99.9)), 1.0), interpolation="nearest")
     ax.autoscale(False)
-    for i, name in enumerate(marks.names):
+    for i in range(len(marks.names)):
         if marks.observed[frame, i]:
             _draw_mark(ax, marks, frame, i, subset / 2, fit)
-            if names:
-                at = (marks.x_px[frame, i], marks.y_px[frame, i] - subset / 2)
-                ax.annotate(name, at, (0, 3), textcoords="offset points", color="white", bbox=_LABEL, ha="center", va="bottom", fontsize=6)
     others = [f"{name} {marks.status[frame, i]}" for i, name in enumerate(marks.names) if not marks.observed[frame, i]]
-    ax.set_title(f"frame {frame}{_residual(fit, frame)}", fontsize=8)
+    ax.set_title(f"frame {marks.first + frame}{_residual(fit, frame)}", fontsize=8)
     ax.set_xlabel("\n".join(others[:_MOST_NAMED]), fontsize=7, color=STATUS_COLOURS["occluded"])
     ax.set_xticks([])
     ax.set_yticks([])
@@ -94,7 +88,7 @@ def draw_quality(axes: Sequence[Axes], marks: Marks, fit: Fit | None) -> Sequenc
     -------
     The axes.
     """
-    frames = np.arange(len(marks.time_s))
+    frames = marks.first + np.arange(len(marks.time_s))
     for i, name in enumerate(marks.names):
         axes[0].plot(frames, marks.zncc[:, i], lw=1, label=name)
         axes[1].semilogy(frames, marks.sigma_px[:, i], lw=1)

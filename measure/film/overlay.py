@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from measure.common.output import replacing
 from measure.correlation.marks import OK
 from measure.film.status_colours import ENLARGED, RESIDUAL_COLOUR, STATUS_COLOURS
 from measure.footage.footage import Footage, Picture
@@ -59,14 +61,42 @@ def drawn(picture: Picture, tracked: Tracked, frame: int, brightest: float) -> N
     (height, width, 3) array of uint8
     """
     times = max(1, -(-_LEAST_HEIGHT // picture.shape[0]))
+    canvas = _with_marks(picture, tracked, frame, brightest, times)
+    for row, (text, colour) in enumerate(_captions(tracked, frame)):
+        cv2.putText(canvas, text, (6, 18 + 16 * row), _FONT, 0.45, colour, 1, cv2.LINE_AA)
+    return canvas.astype(np.uint8)
+
+
+def write_first_frame(footage: Footage, tracked: Tracked, path: Path) -> Path:
+    """Write the first frame with its marks (PNG), pixel for pixel: a place that is read in any viewer is the place on the film.
+
+    Parameters
+    ----------
+    footage : Footage
+    tracked : Tracked
+    path : Path
+        In a folder that exists.
+
+    Returns
+    -------
+    Path
+        The same.
+    """
+    picture = next(picture for _, picture in footage.pictures())
+    drawn_on = _with_marks(picture, tracked, 0, max(float(np.percentile(picture, 99.9)), 1.0), 1)
+    with replacing(path) as temporary:
+        temporary.write_bytes(cv2.imencode(".png", drawn_on)[1].tobytes())
+    return path
+
+
+def _with_marks(picture: Picture, tracked: Tracked, frame: int, brightest: float, times: int) -> NDArray[np.uint8]:
+    """The picture as many times as large, with the marks that are observed."""
     grey = np.clip(picture * (255.0 / brightest), 0, 255).astype(np.uint8)
     large = cv2.resize(grey, None, fx=times, fy=times, interpolation=cv2.INTER_NEAREST)
     canvas = cv2.cvtColor(large, cv2.COLOR_GRAY2BGR)
     for i in range(len(tracked.marks.names)):
         if tracked.marks.observed[frame, i]:
             _draw_mark(canvas, tracked, frame, i, times)
-    for row, (text, colour) in enumerate(_captions(tracked, frame)):
-        cv2.putText(canvas, text, (6, 18 + 16 * row), _FONT, 0.45, colour, 1, cv2.LINE_AA)
     return canvas.astype(np.uint8)
 
 
@@ -85,7 +115,7 @@ def _captions(tracked: Tracked, frame: int) -> list[tuple[str, tuple[int, int, i
     """Frame, time and residual, and the status of the marks that are not observed."""
     marks, fit = tracked.marks, tracked.fit
     white = (255, 255, 255)
-    lines: list[tuple[str, tuple[int, int, int]]] = [(f"frame {frame}  {marks.time_s[frame]:.4f} s", white)]
+    lines: list[tuple[str, tuple[int, int, int]]] = [(f"frame {marks.first + frame}  {marks.time_s[frame]:.4f} s", white)]
     if fit is not None and fit.used[frame].any():
         rms = np.sqrt(np.nanmean(fit.residual_px[frame][fit.used[frame]] ** 2))
         lines += [(f"residual {rms:.4f} px", white), (f"arrows: residuals x {ENLARGED:g}", _bgr(RESIDUAL_COLOUR))]

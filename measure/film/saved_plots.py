@@ -1,4 +1,4 @@
-"""Figures of a tracked film as files: marks on the first frame, contact sheet, quality, trajectory, dispersion."""
+"""Figures of a tracked film as files: contact sheet, quality, trajectory, dispersion."""
 
 from __future__ import annotations
 
@@ -24,11 +24,11 @@ if TYPE_CHECKING:
 _PANELS = 10
 
 
-PICTURES = ("first_frame.png", "contact_sheet.png", "quality.png")
+FIGURES = ("contact_sheet.png", "quality.png")
 
 
 def write_pictures(footage: Footage, tracked: Tracked, folder: Path) -> list[Path]:
-    """Write `first_frame.png`, `contact_sheet.png` and `quality.png`.
+    """Write `contact_sheet.png` and `quality.png`.
 
     The film is read once more, and only the frames that are shown are kept.
 
@@ -44,11 +44,10 @@ def write_pictures(footage: Footage, tracked: Tracked, folder: Path) -> list[Pat
     list of Path
         The files.
     """
-    folder.mkdir(parents=True, exist_ok=True)
     shown = frames_to_show(tracked)
     kept = {number: picture for number, picture in footage.pictures() if number in shown}
-    figures = (_first(kept[min(kept)], tracked), _sheet(kept, tracked), _quality(tracked))
-    return [_write(figure, folder / name) for name, figure in zip(PICTURES, figures, strict=True)]
+    figures = (_sheet(kept, tracked), _quality(tracked))
+    return [_write(figure, folder / name) for name, figure in zip(FIGURES, figures, strict=True)]
 
 
 def frames_to_show(tracked: Tracked) -> set[int]:
@@ -90,14 +89,6 @@ def _column(count: int, height: float) -> tuple[Figure, list[Any]]:
     figure, axes = _pyplot().subplots(count, 1, sharex=True, figsize=size, layout="constrained", squeeze=False)
     figure.align_ylabels()
     return figure, list(axes[:, 0])
-
-
-def _first(picture: Picture, tracked: Tracked) -> Figure:
-    rows, columns = picture.shape
-    size = (8 * min(1.0, columns / rows) + 0.5, 8 * min(1.0, rows / columns) + 0.5)
-    figure, ax = _pyplot().subplots(figsize=size, layout="constrained")
-    mark_plots.draw_frame(ax, picture, tracked.marks, 0, tracked.project.marks.subset_px, names=True)
-    return figure
 
 
 def _sheet(kept: dict[int, Picture], tracked: Tracked) -> Figure:

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from measure.correlation.marks import MISSING, OK, Marks
+from measure.film.noise import noise_table
 from measure.film.one_body import moves
 from measure.film.smoothing import instants, smooth
 from measure.footage.footage import Footage
@@ -30,12 +31,15 @@ _SEEN_SHARE = 0.5
 
 _FEWEST_FOR_INSTANTS = 8
 
+_CLEAR_SIGMAS = 3.0
+"""Standard deviations above zero from which a correlation of the noise is said to people."""
+
 _GEOMETRY = (
     "the marks do not move as one rigid body under this geometry, and the sigmas are widened for it; "
     "give radius_m, distance_m and origin_px in the project file, or check them"
 )
 
-_VERDICTS = {
+VERDICTS = {
     "ok": "ok",
     "lost": "the platform is not observed in every frame; those rows are empty",
     "still": "nothing moves: no mark leaves its place by more than noise",
@@ -75,7 +79,8 @@ def summarise(
         "verdict": _verdict(footage, body, fit, read),
         "film": {
             "file": footage.name, "frames": footage.frames, "frames_read": read, "fps": project.film.fps, "width_px": footage.width,
-            "height_px": footage.height, "bits": footage.bits, "remarks": [*footage.remarks, *check.remarks],
+            "height_px": footage.height, "bits": footage.bits, "first_frame": footage.first,
+            "from_s": float(marks.time_s[0]), "to_s": float(marks.time_s[-1]), "remarks": [*footage.remarks, *check.remarks],
         },
         "marks": [_mark_summary(marks, fit, i) for i in range(len(marks.names))],
         "left_out": [dataclasses.asdict(one) for one in body.left_out],
@@ -83,6 +88,7 @@ def summarise(
         "sigma_px": marks.median_sigma_px if marks.observed.any() else None,
         "scale": {"mm_per_px": None, "relative_sigma": None} if scale is None else {**scale.summary(), "note": _NOTE},
         "platform": None if fit is None or table is None else _platform_summary(fit, table),
+        "noise": noise_table(table),
     }  # fmt: skip
 
 
@@ -129,7 +135,7 @@ def _mark_summary(marks: Marks, fit: Fit | None, i: int) -> dict[str, Any]:
 
 def _first_not_ok(marks: Marks, i: int) -> int | None:
     bad = np.flatnonzero(marks.status[:, i] != OK)
-    return int(bad[0]) if len(bad) else None
+    return marks.first + int(bad[0]) if len(bad) else None
 
 
 def _platform_summary(fit: Fit, table: Trajectory) -> dict[str, Any]:
@@ -172,7 +178,7 @@ def lines_for_people(result: dict[str, Any]) -> list[str]:
     film, marks, platform = result["film"], result["marks"], result["platform"]
     lines = [
         f"film      {film['frames_read']} of {film['frames']} frames, {film['width_px']} x {film['height_px']} px, {film['bits']} bit, "
-        f"{film['fps']:g} frames/s",
+        f"{film['fps']:g} frames/s{_part(film)}",
         *(f"          {remark}" for remark in film["remarks"]),
         f"marks     {len(marks)} of subset {result['subset_px']} px",
         *(_mark_line(mark) for mark in marks if list(mark["frames"]) != ["ok"]),
@@ -182,7 +188,13 @@ def lines_for_people(result: dict[str, Any]) -> list[str]:
     if platform is not None:
         lines.append("platform  " + ", ".join(_channel(c, r, platform["median_sigma"][c]) for c, r in platform["range"].items()))
         lines += [f"          {remark}" for remark in platform["remarks"]]
-    return [*lines, f"verdict   {_VERDICTS[result['verdict']]}"]
+    lines += _noise_lines(result["noise"])
+    return [*lines, f"verdict   {VERDICTS[result['verdict']]}"]
+
+
+def _part(film: dict[str, Any]) -> str:
+    """Which part of the film it is, where it does not begin at the first frame."""
+    return f", from {film['from_s']:.6g} to {film['to_s']:.6g} s" if film["first_frame"] else ""
 
 
 def _left_out_lines(left_out: list[dict[str, Any]]) -> list[str]:
@@ -208,6 +220,15 @@ def _scale_lines(scale: dict[str, Any], sigma_px: float | None) -> list[str]:
 def _mark_line(mark: dict[str, Any]) -> str:
     counts = ", ".join(f"{count} {word}" for word, count in mark["frames"].items())
     return f"          {mark['name']} at {mark['x_px']:.1f},{mark['y_px']:.1f}: {counts}; first not ok in frame {mark['first_not_ok']}"
+
+
+def _noise_lines(noise: list[dict[str, Any]]) -> list[str]:
+    """Channels whose noise is clearly kept from frame to frame."""
+    kept = [one for one in noise if one["lag1"] > _CLEAR_SIGMAS * one["lag1_sigma"]]
+    if not kept:
+        return []
+    listed = ", ".join(f"{one['channel'].rsplit('_', 1)[0]} {one['lag1']:.2f} +- {one['lag1_sigma']:.2f}" for one in kept)
+    return [f"noise     correlated from frame to frame: {listed}"]
 
 
 def _unit(channel: str) -> tuple[float, str]:

@@ -9,10 +9,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from measure.common.errors import InputError
-from measure.correlation.marks import Marks
+from measure.correlation.marks import MISSING, Marks, not_observed
 from measure.correlation.tracking import check_subset
 from measure.film.choosing import chosen_marks, found_marks
 from measure.film.one_body import Body
+from measure.film.part import capture_rate, part_of, sigma_factor
 from measure.film.summary import summarise
 from measure.film.tracked import Tracked
 from measure.footage.footage import Footage, Picture
@@ -21,6 +22,7 @@ from measure.geometry.body import beside_cylinder, body_points
 from measure.geometry.camera import Camera
 from measure.geometry.film_project import Project
 from measure.geometry.rigid_body import CYLINDER, ONE_MARK, PERSPECTIVE, PLANE, Fit, fit_platform, trajectory
+from measure.geometry.rolling_shutter import at_one_instant
 from measure.geometry.scale import camera_of, picture_scale
 
 _ASTRAY, _ASTRAY_PX = 5.0, 0.3
@@ -41,7 +43,7 @@ def track(
         From `open_footage` or `from_array`.
     project : Project
         Capture rate, marks, scale, platform and camera. The rate that the camera reports counts where the project gives
-        none; marks are found where it names none.
+        none; marks are found where it names none. Where it gives a part of the film, that part alone is used.
     watch : function, optional
         Wraps the stream of frames, for a progress bar.
     mask : (height, width) array of bool, optional
@@ -55,19 +57,22 @@ def track(
     Raises
     ------
     InputError
-        No capture rate, no marks, a film too short.
+        No capture rate, no marks, a film too short, a part outside of the film.
     """
-    fps = _rate(footage, project)
+    fps = capture_rate(footage, project)
     check_subset(project.marks.subset_px)
+    footage = part_of(footage, project)
     first = _first(footage)
     scale = picture_scale(project, first)
-    check = IntegrityCheck()
+    check = IntegrityCheck(first=footage.first)
 
     def watched(frames: Iterator) -> Iterator:
         return watch(check.watch(frames))
 
     chosen = bool(project.marks.place_px)
     body, subset = (chosen_marks if chosen else found_marks)(footage, project, fps, first, watched, mask)
+    seen = _without(body.marks, check.copies).widened(sigma_factor(footage))
+    body = replace(body, marks=at_one_instant(seen, project.camera.readout_s, footage.height))
     origin = project.platform.origin_px or _middle(body.marks)
     fit, table = None, None
     if scale is not None:
@@ -83,14 +88,18 @@ def _middle(marks: Marks) -> tuple[float, float]:
     return float(marks.reference_px[:, 0].mean()), float(marks.reference_px[:, 1].mean())
 
 
-def _rate(footage: Footage, project: Project) -> float:
-    fps = project.film.fps or footage.fps
-    if fps is None:
-        raise InputError(
-            f"{footage.name}: carries no capture rate of the camera (the rate in a container is that of playing). "
-            "Give --fps with the rate that the camera was set to."
-        )
-    return fps
+def _without(marks: Marks, copies: Sequence[int]) -> Marks:
+    """The marks with the frames that are copies of the one before as missing: what they show is an old position."""
+    if not copies:
+        return marks
+    gone, rows = not_observed(MISSING), np.array(copies)
+    arrays = {"x_px": gone.x_px, "y_px": gone.y_px, "covariance_px2": gone.covariance_px2, "zncc": gone.zncc, "hidden": gone.hidden}
+    changed = {name: getattr(marks, name).copy() for name in arrays}
+    for name, value in arrays.items():
+        changed[name][rows] = value
+    status = marks.status.astype("U12")
+    status[rows] = MISSING
+    return replace(marks, status=status, **changed)
 
 
 def _first(footage: Footage) -> Picture:

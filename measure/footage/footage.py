@@ -49,6 +49,10 @@ class Footage(ABC):
     instants : (frames,) array or None
         When the frames were taken, in units of the usual time from frame to frame, the first at zero. None: evenly
         spaced, 0, 1, 2 ... Divided by the capture rate they are seconds.
+    first : int
+        Number in the whole film of the frame that is counted as 0 here.
+    per_frame : int
+        Pictures a frame of the camera: 2 where a film is split into its fields.
     """
 
     name: str
@@ -60,6 +64,8 @@ class Footage(ABC):
     exposure_s: float | None = None
     remarks: tuple[str, ...] = ()
     instants: NDArray[np.float64] | None = None
+    first: int = 0
+    per_frame: int = 1
 
     @abstractmethod
     def pictures(self) -> Iterator[tuple[int, Picture]]:

@@ -15,7 +15,8 @@ from measure.common.inputs import read_toml
 from measure.common.output import write_text
 
 Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
-Sigma = Annotated[float, Field(ge=0, allow_inf_nan=False)]
+NotNegative = Annotated[float, Field(ge=0, allow_inf_nan=False)]
+Sigma = NotNegative
 Pixels = Annotated[float, Field(gt=-1e9, lt=1e9)]
 Point = tuple[Pixels, Pixels]
 Line = tuple[Pixels, Pixels, Pixels, Pixels]
@@ -38,6 +39,9 @@ class Film(Section):
     file: str | None = _key(None, "film file, or folder of numbered pictures; relative to the project file")
     fps: Positive | None = _key(None, "capture rate that the camera was set to, frames per second")
     exposure_s: Positive | None = _key(None, "exposure time, s; fast marks are blurred by it")
+    from_s: NotNegative | None = _key(None, "film time from which on the film is used, s; it is zero at the first frame of the film")
+    to_s: NotNegative | None = _key(None, "film time up to which the film is used, s")
+    fields: bool = _key(False, "whether an interlaced film is split into its fields, each a picture of its own")
 
 
 class MarkList(Section):
@@ -82,6 +86,7 @@ class CameraSection(Section):
     principal_px: Point | None = _key(None, "where the optical axis meets the picture, px; by default its middle")
     focal_px: Positive | None = _key(None, "focal length of a calibration, px")
     focal_sigma_px: Sigma = _key(0.0, "uncertainty of focal_px, px")
+    readout_s: NotNegative = _key(0.0, "time from reading the first row of the picture to reading the last one, s; 0: all rows at once")
     distortion: tuple[float, ...] = _key((), "distortion k1, k2, p1, p2, k3 of a calibration", max_length=5)
 
 
