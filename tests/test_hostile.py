@@ -27,7 +27,8 @@ from measure.footage.writers import write_film
 from simulate.loop import loop_force
 
 ROOT = Path(__file__).parents[1]
-PATIENCE_S = 20
+PATIENCE_S = 60  # of processor time, with the compilation of kernels, which happens once in a clone
+STUCK_S = 600  # of a clock on the wall: it waits for something
 MAINS = {
     "track-video": "measure.commands.track_video",
     "fit-actuator": "identify.commands.fit_actuator",
@@ -58,8 +59,10 @@ def too_late(number, frame):
 def ended(words):
     """Run a command here; status and what it said on standard error. A traceback is 70, no end 124."""
     said, error = io.StringIO(), io.StringIO()
-    before = signal.signal(signal.SIGALRM, too_late)
-    signal.alarm(PATIENCE_S)
+    kinds = {signal.SIGPROF: (signal.ITIMER_PROF, PATIENCE_S), signal.SIGALRM: (signal.ITIMER_REAL, STUCK_S)}
+    before = {kind: signal.signal(kind, too_late) for kind in kinds}
+    for timer, limit in kinds.values():
+        signal.setitimer(timer, limit)
     try:
         with contextlib.redirect_stdout(said), contextlib.redirect_stderr(error):
             return import_module(MAINS[words[0]]).main([str(word) for word in words[1:]]), error.getvalue()
@@ -68,8 +71,9 @@ def ended(words):
     except NoEnd:
         return 124, "no end"
     finally:
-        signal.alarm(0)
-        signal.signal(signal.SIGALRM, before)
+        for kind, (timer, _) in kinds.items():
+            signal.setitimer(timer, 0)
+            signal.signal(kind, before[kind])
 
 
 def judged(bench, words, inputs):

@@ -191,8 +191,9 @@ def pytest_configure(config: pytest.Config) -> None:
 def _group(item: pytest.Item) -> str | None:
     """Tests of one group run in one process: those that share a fixture of their module, or one that is dear."""
     names = getattr(item, "fixturenames", ())
-    if "shaken" in names:
-        return "shaken"
+    dear = {"shaken", "commands"} & set(names)
+    if dear:
+        return dear.pop()
     shared = getattr(item, "_fixtureinfo", None)
     defs = [found[-1] for found in shared.name2fixturedefs.values()] if shared else []
     of_module = any(found.scope == "module" and found.baseid.endswith(".py") for found in defs)

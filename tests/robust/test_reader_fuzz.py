@@ -1,0 +1,135 @@
+"""Whatever stands in a file, every reader gives its content or one sentence: drawn files, text and binary, of each kind that is read."""
+
+from __future__ import annotations
+
+import copy
+import json
+import tomllib
+from dataclasses import dataclass
+from typing import Any
+
+import cv2
+import h5py
+import numpy as np
+import pytest
+import tomli_w
+from fuzzing import damaged, documents, drawn, drawn_for, read_or_refused, text_tables
+from hypothesis import strategies as st
+from odd_inputs import DEMO, ROOT, moving_pictures, places_in
+from scipy.io import savemat
+
+from identify.campaign.campaign_file import read_list
+from identify.campaign.runs import read_campaign
+from measure.footage.formats import open_footage
+from measure.footage.writers import write_film
+from measure.geometry.film_project import read_project
+from measure.readers.column_mapping import ColumnMapping, read_mapping
+from measure.readers.loop_file import read_loop_file
+from measure.readers.measurement import read_measurement
+from simulate.files.model_file import read_model
+
+pytestmark = pytest.mark.calibrate
+MINUTES = 10
+EXAMPLES = {"text": 25, "documents": 25, "films": 15, "read apart": 3}
+MAPPED = ColumnMapping({"time": "1", "elongation": "2", "force": "3"}, {"time": "s", "elongation": "mm", "force": "N"})
+
+
+@dataclass
+class Kind:
+    """Files of one kind: how they are drawn, their ending, and what reads them."""
+
+    strategy: Any
+    ending: str
+    read: Any
+
+
+def pictures_of(path):
+    """Read a film as commands do, but only its beginning."""
+    footage = open_footage(path)
+    for _, (_, picture) in zip(range(5), footage.pictures(), strict=False):
+        assert np.asarray(picture).size
+
+
+def text_kinds(folder):
+    records = [{"time_s": 0.1 * k, "elongation_m": 0.01 * k, "force_N": 2.8} for k in range(12)]
+    seeds = [json.dumps(records).encode(), json.dumps({"data": [list(row.values()) for row in records]}).encode()]
+    lvm = "LabVIEW Measurement\t\nSeparator\tTab\n***End_of_Header***\t\n\t\nChannels\t2\t\nSamples\t3\t3\n***End_of_Header***\t\t\n"
+    seeds.append((lvm + "X_Value\tA\tB\n" + "\n".join(f"{k}\t{k}\t2.8" for k in range(9))).encode())
+    yield Kind(text_tables(), ".csv", lambda path: read_loop_file(path, ColumnMapping()))
+    yield Kind(text_tables(), ".txt", lambda path: read_loop_file(path, MAPPED))
+    yield Kind(text_tables(), ".csv", read_measurement)
+    yield Kind(damaged(seeds), ".json", lambda path: read_loop_file(path, ColumnMapping()))
+
+
+def document_kinds(folder):
+    for file, read in {
+        ROOT / "datasets" / "prototype.toml": read_model,
+        DEMO / "film.toml": read_project,
+        written(folder / "campaign.toml", '[[run]]\nfile = "a.csv"\nhold_out = true\n[run.model]\nplatform.mass_kg = 1.0\n'): read_list,
+        written(folder / "map.toml", '[columns]\ntime = "t"\nforce = "F"\n[units]\ntime = "ms"\nforce = "kN"\n'): read_mapping,
+    }.items():
+        good = tomllib.loads(file.read_text(encoding="utf-8"))
+        documented = documents(lambda good=good: copy.deepcopy(good), list(places_in(good)))
+        yield Kind(documented.map(lambda document: tomli_w.dumps(document).encode("utf-8", "replace")), ".toml", read)
+        yield Kind(damaged([file.read_bytes()]), ".toml", read)
+    yield Kind(damaged([b'[[run]]\nfile = "a.csv"\n']), ".toml", lambda path: read_campaign([path]))
+
+
+def film_kinds(folder):
+    pictures = list(moving_pictures(np.random.default_rng(4)))
+    write_film(folder / "a.avi", pictures)
+    cv2.imwrite(str(folder / "a.png"), pictures[0])
+    cv2.imwrite(str(folder / "a.jpg"), pictures[0])
+    cv2.imwritemulti(str(folder / "a.tif"), pictures)
+    for name in ("a.avi", "a.png", "a.jpg", "a.tif"):
+        yield Kind(damaged([(folder / name).read_bytes()]), name[1:], pictures_of)
+    (folder / "film.mraw").write_bytes(bytes(6 * 64 * 64))
+    size = "Total Frame : 6\nImage Width : 64\nImage Height : 64\nColor Bit : 8\nFile Format : MRaw\n"
+    head = "#Camera Information Header\nRecord Rate(fps) : 1000\n" + size
+    yield Kind(damaged([head.encode()]), ".cih", pictures_of)
+
+
+def read_apart_kinds(folder):
+    table = {"time_s": np.arange(30) * 0.1, "elongation_m": np.sin(np.arange(30)), "force_N": np.cos(np.arange(30))}
+    savemat(folder / "a.mat", table)
+    with h5py.File(folder / "a.h5", "w") as file:
+        for name, values in table.items():
+            file[name] = values
+    for name in ("a.mat", "a.h5"):
+        yield Kind(damaged([(folder / name).read_bytes()]), name[1:], lambda path: read_loop_file(path, ColumnMapping()))
+
+
+def written(path, text):
+    path.write_text(text, encoding="utf-8")
+    return path
+
+
+KINDS = {"text": text_kinds, "documents": document_kinds, "films": film_kinds, "read apart": read_apart_kinds}
+
+
+def tried(folder, group):
+    """A strategy for the files of a group, and the check of one."""
+    kinds = list(KINDS[group](folder))
+    strategy = st.integers(0, len(kinds) - 1).flatmap(lambda k: st.tuples(st.just(k), kinds[k].strategy))
+
+    def check(example):
+        kind, content = kinds[example[0]], example[1]
+        path = folder / f"film{kind.ending}"
+        path.write_bytes(content)
+        read_or_refused(kind.read, path)
+
+    return strategy, check
+
+
+@pytest.mark.parametrize("group", sorted(KINDS))
+def test_a_drawn_file_is_read_or_refused_in_a_sentence(tmp_path, group):
+    strategy, check = tried(tmp_path, group)
+    drawn(strategy, check, EXAMPLES[group], seed=1)
+
+
+@pytest.mark.calibrate
+@pytest.mark.parametrize("group", sorted(KINDS))
+def test_ten_minutes_of_drawn_files_are_read_or_refused_in_a_sentence(tmp_path, group, share_of, calibration_seed, validation_table):
+    strategy, check = tried(tmp_path, group)
+    files = drawn_for(strategy, check, share_of(60 * MINUTES), calibration_seed)
+    validation_table("Drawn files", [{"kind": group, "files": files, "tracebacks": 0, "without end": 0}], "Each was read or refused.")

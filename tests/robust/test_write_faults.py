@@ -1,0 +1,110 @@
+"""Every act of writing of every command fails once: a full disk, no permission, a kill, a file that cannot grow. What is left is looked at.
+
+After a refusal all is as before; after a kill each result is the old or the new one, whole, and the next run gives what an undisturbed
+one gives, with nothing left over.
+"""
+
+from __future__ import annotations
+
+import random
+
+import pytest
+from command_server import REMOVING
+from judging import restored, tree
+from odd_inputs import TRACK
+
+pytestmark = pytest.mark.calibrate
+COMMANDS = {
+    "track-video": [*TRACK, *("-o", "out.csv", "--marks", "marks.csv", "--json", "out.json", "--pictures", "outs", "--overlay", "out.avi")],
+    "fit-actuator": [
+        "fit-actuator",
+        "loop.csv",
+        *("-o", "out.toml", "--json", "out.json", "--figure", "out.png", "--save-mapping", "m.toml"),
+    ],
+    "simulate-deployment": [
+        *("simulate-deployment", "model.toml", "-o", "out.csv", "--json", "out.json", "--legs", "legs.csv", "--energy", "energy.csv"),
+        *("--mjcf", "out.xml", "--page", "out.html", "--figure", "out.png"),
+    ],
+    "sweep-deployments": ["sweep-deployments", "model.toml", "--factor", "platform.mass_kg=+-1%", "-o", "outs", "--json", "out.json"],
+    "compare-model": ["compare-model", "model.toml", "test.csv", "-o", "out.png", "--json", "out.json"],
+    "explain-gap": ["explain-gap", "model.toml", "test.csv", "-o", "outs", "--json", "out.json"],
+    "design-control": ["design-control", "rig.toml", "--draws", "16", "-o", "out.toml", "--json", "out.json", "--page", "out.html"],
+    "unspool": ["unspool", "init", "outs"],
+}
+FAULTS = ("full", "denied", "kill", "small")
+KEY, PIECES = b".unspool-", b"outs.part"  # the pieces of a sweep stay whatever happens, for --resume
+
+
+def places(how, acts, results, chance, most):
+    """Which acts go wrong; of a file that cannot grow, how many bytes it may have."""
+    if how == "small":
+        sizes = sorted(
+            {size for content in results.values() if isinstance(content, bytes) for size in (len(content) // 2, len(content) - 1)}
+        )
+        return [{"largest_file": size} for size in chance.sample(sizes, min(most, len(sizes)))]
+    able = [k for k, act in enumerate(acts) if how == "kill" or not act.startswith(REMOVING)]
+    return [{"fault": {"at": k, "how": how}} for k in sorted(chance.sample(able, min(most, len(able))))]
+
+
+def undisturbed(commands, bench, name):
+    """The acts of writing of a command, and the folder with its results."""
+    ended = commands.run(COMMANDS[name], bench, fault={"folder": str(bench), "at": -1, "how": "kill"})
+    assert ended.status in (0, 1), ended
+    return ended.events, tree(bench)
+
+
+def look(commands, bench, name, hows, most, chance):
+    """Let acts of writing fail; sentences on what was wrong afterwards."""
+    before = tree(bench)
+    acts, whole = undisturbed(commands, bench, name)
+    results = {path: content for path, content in whole.items() if path not in before}
+    wrong = []
+    for how in hows:
+        for place in places(how, acts, results, chance, most):
+            restored(bench, before)
+            lay_old(bench, {} if name == "unspool" else results)  # templates are never written over
+            old = tree(bench)
+            given = {kind: {"folder": str(bench), **what} if kind == "fault" else what for kind, what in place.items()}
+            ended = commands.run(COMMANDS[name], bench, **given)
+            found = found_wrong(ended, how, old, tree(bench), whole)
+            if how == "kill" and name != "unspool":
+                again = commands.run(COMMANDS[name], bench)
+                found += [f"the next run: {again.status} {again.error!r}"] * (again.status not in (0, 1))
+                found += ["the next run has other results"] * (tree(bench) != whole)
+            wrong += [f"{name}, {how}, {place}, {acts[place['fault']['at']] if 'fault' in place else ''}: {text}" for text in found]
+    restored(bench, before)
+    return wrong
+
+
+def lay_old(bench, results):
+    """Old results under the names of those that are written."""
+    for path, content in results.items():
+        if isinstance(content, bytes):
+            (bench / path.decode()).parent.mkdir(exist_ok=True)
+            (bench / path.decode()).write_bytes(b"old")
+
+
+def found_wrong(ended, how, old, left, whole):
+    """What may not be after a fault."""
+    if how == "kill":
+        half = [path for path, content in left.items() if KEY not in path and content not in (old.get(path), whole.get(path))]
+        half = [path for path in half if PIECES not in path]
+        return [f"half written: {half}"] * bool(half) + ["lost"] * (not set(old) <= set(left))
+    if ended.status in (0, 1):
+        return [] if left == whole else ["done, but the results are not those of an undisturbed run"]
+    said = [] if ended.status == 2 and ended.error.strip() else [f"status {ended.status}, {ended.error[-300:]!r}"]
+    changed = sorted(path for path in {*left, *old} if left.get(path) != old.get(path) and PIECES not in path)
+    return said + [f"left or changed: {changed}"] * bool(changed)
+
+
+@pytest.mark.parametrize("name", sorted(COMMANDS))
+def test_a_write_that_fails_leaves_everything_as_it_was(commands, bench, name):
+    assert not look(commands, bench, name, FAULTS, 1, random.Random(name))
+
+
+@pytest.mark.calibrate
+@pytest.mark.parametrize("name", sorted(COMMANDS))
+def test_whichever_write_fails_everything_is_left_as_it_was(commands, bench, name, share_of, calibration_seed):
+    chance = random.Random(f"{name} {calibration_seed}")
+    wrong = look(commands, bench, name, FAULTS, share_of(1000), chance)
+    assert not wrong, "\n".join(wrong)
