@@ -38,7 +38,7 @@ class ChannelNoise:
 
     def decay(self, apart: Array) -> tuple[Array, Array]:
         """rho^d and s_i (n,) for samples that stand `apart` (n,) from the one before; the first has none, which is infinitely far."""
-        kept = np.where(np.isfinite(apart), self.lag1 ** np.where(np.isfinite(apart), apart, 1.0), 0.0)
+        kept = self.lag1**apart
         return kept, self.scale * np.sqrt((1.0 - kept**2) / (1.0 - self.lag1**2))
 
     def whitened(self, values: Array, apart: Array) -> Array:

@@ -18,6 +18,7 @@ from identify.selection.findings import Finding
 from identify.selection.promises import FORCES
 
 _PLACES = 12
+_WORTH_A_WORD = 0.5  # of a tolerance
 _RANKED = 30
 
 
@@ -53,6 +54,10 @@ def result_of(found: Explanation, missing_force_file: str | None = None) -> dict
             {"name": one.effect.name, "parameters": dict(one.sizes), "easiest_shape": dict(one.easiest)} for one in found.limits
         ],
         "base": base_moves(found),
+        "within_tolerances": [
+            {"name": effect.name, "in_tolerances": size, "parameters": dict(zip(effect.flat_names(), effect.flat().tolist(), strict=True))}
+            for effect, size in found.within
+        ],
         "loop_zeros_N": zeros_of(found.after),
         "loop_drifts_N_per_s": drifts_of(found.after),
         "noise_added": [asdict(one) for one in found.noise_added],
@@ -208,7 +213,7 @@ def missing_table(found: Explanation) -> dict[str, Any] | None:
 def sentence(found: Explanation) -> str:
     """The finding in a sentence."""
     plain = {
-        "no-gap": "what is left between model and measurement is noise" + _colour(found),
+        "no-gap": "what is left between model and measurement is noise" + _colour(found) + _within(found),
         "unknown": "there is a gap, and nothing in the catalogue explains it" + _in_formula(found),
     }
     if found.verdict in plain:
@@ -216,7 +221,7 @@ def sentence(found: Explanation) -> str:
     names = ", ".join(_named(finding) for finding in found.findings)
     lead = {"named": "missing effect: ", "class": "missing effect, one of a class: ", "several": "missing effects: ", "partly": "mainly "}
     tail = f"; {left_sentence(found)}" if found.verdict == "partly" else ""
-    return lead[found.verdict] + names + _at_bound(found) + _forces_by_run(found) + tail
+    return lead[found.verdict] + names + _at_bound(found) + _forces_by_run(found) + _within(found) + tail
 
 
 def left_sentence(found: Explanation) -> str | None:
@@ -236,6 +241,12 @@ def _in_formula(found: Explanation) -> str:
 def _at_bound(found: Explanation) -> str:
     ends = [f"{finding.name}.{name}" for finding in found.findings for name in finding.at_bound]
     return f" ({', '.join(ends)} at its bound)" if ends else ""
+
+
+def _within(found: Explanation) -> str:
+    """What of the model file was moved within its tolerances."""
+    parts = [f"{effect.name} by {size:.1f}" for effect, size in found.within if size >= _WORTH_A_WORD]
+    return f"; the model file is off within its tolerances: {', '.join(parts)} of them" if parts else ""
 
 
 def _colour(found: Explanation) -> str:

@@ -12,7 +12,7 @@ A the whitened columns with the priors below them. Bounds cut the normal posteri
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
@@ -24,7 +24,8 @@ from identify.estimation.noise_model import ChannelNoise, estimated, log_likelih
 from measure.common.arrays import Array
 
 ROUNDS = 8
-_SAME = 0.03  # change of the log evidence at which the rounds end
+_SAME = 0.03  # change of the log likelihood at which the rounds end
+_GAINS = 3.0  # further rounds together gain no more than so many times the last one
 _INFORMATION = (DEGREES + 1.0) / (DEGREES + 3.0)  # of Student's t about its place, in units of 1 / scale^2
 _JITTER = 1e-10
 
@@ -77,13 +78,14 @@ class Columns:
 class Lines:
     """A fit as linear pieces: gaps (m,), columns (m, p) of base and releases, errors (m, q) of the model file in tolerances.
 
-    prior_gaps, prior_columns : (r,), (r, p) what is known of base and releases beforehand, in standard deviations. log_spread : sum of
-    the logarithms of these, in scales.
+    errors_at : (q,) sizes of the errors at which all is taken. prior_gaps, prior_columns : (r,), (r, p) what is known of base and releases
+    beforehand, in standard deviations. log_spread : sum of the logarithms of these, in scales.
     """
 
     gaps: Array
     columns: Array
     errors: Array
+    errors_at: Array
     prior_gaps: Array
     prior_columns: Array
     channels: tuple[Channel, ...]
@@ -93,11 +95,6 @@ class Lines:
     def parts(self) -> tuple[Part, ...]:
         """Channel by channel, without the columns that do nothing there: a release moves its own film only."""
         return tuple(Part.of(channel, self.gaps, np.hstack([self.columns, self.errors])[channel.rows]) for channel in self.channels)
-
-    @cached_property
-    def exact(self) -> Lines:
-        """The same with an exact model file."""
-        return replace(self, errors=self.errors[:, :0])
 
     @property
     def count(self) -> int:
@@ -135,14 +132,15 @@ class Part:
 class Evidence:
     """A hypothesis weighed.
 
-    log_z : its log evidence. noise : of each channel under it. step : (p,) of base and releases. errors : (q,) of the model file, in
-    tolerances. amounts : (k,) of its own columns, whole and not from where these were taken. left : innovations over their scales, (n,)
-    of each channel.
+    log_z : its log evidence. log_likelihood : at its best, priors counted. noise : of each channel. step : (p,) of base and releases.
+    errors : (q,) of the model file, in tolerances, and amounts : (k,) of its own columns, both whole and not from where the columns were
+    taken. left : innovations over their scales, (n,) of each channel.
     """
 
     lines: Lines = field(repr=False)
     columns: Columns = field(repr=False)
     log_z: float
+    log_likelihood: float
     noise: tuple[ChannelNoise, ...]
     step: Array
     errors: Array
@@ -153,10 +151,17 @@ class Evidence:
     def covariance(self) -> Array:
         """Of base and releases, errors and amounts, (p + q + k, p + q + k)."""
         parts = _parts(self.lines, self.columns)
-        return _inverse(_information(parts, self.noise, _prior_precision(self.lines, self.columns)))
+        white = [White.of(part, noise) for part, noise in zip(parts, self.noise, strict=True)]
+        return _inverse(_information(white, _prior_precision(self.lines, self.columns)))
 
 
-def evidence(lines: Lines, columns: Columns | None = None, start: tuple[ChannelNoise, ...] = (), rounds: int = ROUNDS) -> Evidence:
+def evidence(
+    lines: Lines,
+    columns: Columns | None = None,
+    start: tuple[ChannelNoise, ...] = (),
+    rounds: int = ROUNDS,
+    floor: float = -np.inf,
+) -> Evidence:
     """Weigh a hypothesis.
 
     Parameters
@@ -164,24 +169,49 @@ def evidence(lines: Lines, columns: Columns | None = None, start: tuple[ChannelN
     columns : what it adds to base, releases and tolerances; by default nothing.
     start : noise to begin with, for instance that of a neighbouring hypothesis.
     rounds : the most rounds in which noise and parameters are estimated in turn.
+    floor : log likelihood that a hypothesis has to come near to be followed to the end.
     """
     own = Columns.none(len(lines.gaps)) if columns is None else columns
     parts, precision, pull = _parts(lines, own), _prior_precision(lines, own), _prior_pull(lines, own)
     noise = start or tuple(_first_noise(part.gaps) for part in parts)
+    white = [White.of(part, n) for part, n in zip(parts, noise, strict=True)]
     counts = [np.ones(len(part.gaps)) for part in parts]
     spent = len(pull) / max(len(parts), 1)
-    log_z, found, left = -np.inf, np.zeros(len(pull)), ()
+    reached, found, left = -np.inf, np.zeros(len(pull)), ()
     for _ in range(rounds):
-        found = _solved(parts, noise, counts, precision, pull)
+        found = _solved(white, counts, precision, pull)
         residuals = [part.residual(found) for part in parts]
         noise = tuple(estimated(r, part.channel.apart, spent, n) for r, part, n in zip(residuals, parts, noise, strict=True))
-        left = tuple(n.whitened(r, part.channel.apart) for n, r, part in zip(noise, residuals, parts, strict=True))
+        white = [White.of(part, n) for part, n in zip(parts, noise, strict=True)]
+        left = tuple(one.residual(found) for one in white)
         counts = [weights(one) for one in left]
-        before, log_z = log_z, _log_z(lines, own, parts, noise, left, found, precision)
-        if abs(log_z - before) < _SAME:
+        before, reached = reached, _log_likelihood(lines, own, white, left, found)
+        gain = reached - before
+        if abs(gain) < _SAME or reached + _GAINS * gain < floor:
             break
     p, q = lines.columns.shape[1], lines.errors.shape[1]
-    return Evidence(lines, own, log_z, noise, found[:p], found[p : p + q], own.at + found[p + q :], left)
+    log_z = reached - lines.log_spread - float(np.sum(np.log(own.spread))) + _volume(own, own.at + found[p + q :], white, precision)
+    return Evidence(lines, own, log_z, reached, noise, found[:p], lines.errors_at + found[p : p + q], own.at + found[p + q :], left)
+
+
+@dataclass(frozen=True)
+class White:
+    """One channel whitened: gaps (n,), columns (n, k), their places, and the logarithm of its scales."""
+
+    gaps: Array
+    values: Array
+    places: NDArray[np.intp]
+    log_size: float
+
+    @classmethod
+    def of(cls, part: Part, noise: ChannelNoise) -> White:
+        """Under a noise."""
+        both = noise.whitened(np.column_stack([part.gaps, part.values]), part.channel.apart)
+        return cls(both[:, 0], both[:, 1:], part.places, noise.log_size(part.channel.apart))
+
+    def residual(self, step: Array) -> Array:
+        """Innovations after a step of all columns, (n,)."""
+        return self.gaps + self.values @ step[self.places]
 
 
 def _first_noise(gaps: Array) -> ChannelNoise:
@@ -202,44 +232,44 @@ def _prior_precision(lines: Lines, own: Columns) -> Array:
 
 
 def _prior_pull(lines: Lines, own: Columns) -> Array:
-    return np.concatenate([lines.prior_columns.T @ lines.prior_gaps, np.zeros(lines.errors.shape[1]), own.at / own.spread**2])
+    return np.concatenate([lines.prior_columns.T @ lines.prior_gaps, lines.errors_at, own.at / own.spread**2])
 
 
-def _solved(parts: Sequence[Part], noise: Sequence[ChannelNoise], counts: Sequence[Array], precision: Array, pull: Array) -> Array:
+def _solved(white: Sequence[White], counts: Sequence[Array], precision: Array, pull: Array) -> Array:
     """The step (p + q + k,) of weighted least squares with priors."""
     normal, right = precision.copy(), pull.copy()
-    for part, of, count in zip(parts, noise, counts, strict=True):
-        columns = of.whitened(part.values, part.channel.apart)
-        weighted = columns * count[:, None]
-        normal[np.ix_(part.places, part.places)] += weighted.T @ columns
-        right[part.places] += weighted.T @ of.whitened(part.gaps, part.channel.apart)
+    for one, count in zip(white, counts, strict=True):
+        weighted = one.values * count[:, None]
+        normal[np.ix_(one.places, one.places)] += weighted.T @ one.values
+        right[one.places] += weighted.T @ one.gaps
     size = np.sqrt(np.maximum(np.diag(normal), 1e-300))
     factor = linalg.cho_factor(normal / np.outer(size, size) + _JITTER * np.eye(len(size)))
     return -linalg.cho_solve(factor, right / size) / size
 
 
-def _information(parts: Sequence[Part], noise: Sequence[ChannelNoise], precision: Array) -> Array:
+def _information(white: Sequence[White], precision: Array) -> Array:
     normal = precision.copy()
-    for part, of in zip(parts, noise, strict=True):
-        columns = of.whitened(part.values, part.channel.apart)
-        normal[np.ix_(part.places, part.places)] += _INFORMATION * columns.T @ columns
+    for one in white:
+        normal[np.ix_(one.places, one.places)] += _INFORMATION * one.values.T @ one.values
     return normal
 
 
-def _log_z(
-    lines: Lines, own: Columns, parts: Sequence[Part], noise: Sequence[ChannelNoise], left: Sequence[Array], found: Array, precision: Array
-) -> float:
-    sizes = (of.log_size(part.channel.apart) for of, part in zip(noise, parts, strict=True))
-    likelihood = sum(map(log_likelihood, left)) - sum(sizes)
+def _log_likelihood(lines: Lines, own: Columns, white: Sequence[White], left: Sequence[Array], found: Array) -> float:
+    """Of the measurements and of what is known of the parameters, but for constants."""
+    likelihood = sum(map(log_likelihood, left)) - sum(one.log_size for one in white)
     p, q = lines.columns.shape[1], lines.errors.shape[1]
-    amounts = own.at + found[p + q :]
+    amounts, errors = own.at + found[p + q :], lines.errors_at + found[p : p + q]
     known = lines.prior_gaps + lines.prior_columns @ found[:p]
-    prior = -0.5 * float(known @ known + found[p : p + q] @ found[p : p + q] + np.sum((amounts / own.spread) ** 2))
-    normal = _information(parts, noise, precision)
+    return likelihood - 0.5 * float(known @ known + errors @ errors + np.sum((amounts / own.spread) ** 2))
+
+
+def _volume(own: Columns, amounts: Array, white: Sequence[White], precision: Array) -> float:
+    """What is added to the log evidence for the width of the posterior, and for the bounds that cut it."""
+    normal = _information(white, precision)
     size = np.sqrt(np.maximum(np.diag(normal), 1e-300))
     root = linalg.cholesky(normal / np.outer(size, size) + _JITTER * np.eye(len(size)), lower=True)
     log_det = 2.0 * float(np.sum(np.log(np.diag(root))) + np.sum(np.log(size)))
-    return likelihood + prior - lines.log_spread - float(np.sum(np.log(own.spread))) - 0.5 * log_det + _inside(own, amounts, root, size)
+    return _inside(own, amounts, root, size) - 0.5 * log_det
 
 
 def _inside(own: Columns, amounts: Array, root: Array, size: Array) -> float:

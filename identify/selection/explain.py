@@ -84,6 +84,7 @@ class Explanation(Shown, by="identify.report.showing.ShowingExplanation"):
     drafted: Drafted | None
     limits: tuple[DetectionLimit, ...]
     next_tests: tuple[NextTest, ...]
+    within: tuple[tuple[Effect, float], ...] = ()
     noise_added: tuple[AddedNoise, ...] = ()
 
     @property
@@ -196,7 +197,7 @@ def _explained(problem: Problem, runs: Sequence[Run], catalogue: Mapping[str, ty
         verdict.word,
         verdict.weights,
         findings,
-        _as_given(before),
+        _as_given(nothing.weighed.exact.fit),
         before,
         after,
         noise,
@@ -209,6 +210,7 @@ def _explained(problem: Problem, runs: Sequence[Run], catalogue: Mapping[str, ty
         drafted,
         detection_limits(search.beside_foremost(), search.prior, problem.measures),
         next_tests(after, rivals) if rivals else (),
+        (nothing if verdict.word in ("unknown", "no-gap") else foremost).weighed.stand.moved,
     )
 
 

@@ -154,7 +154,7 @@ def _raw(found: Weighed, name: str) -> tuple[Effect, Array, Array, Array, Array,
             found.fit.q[rows],
             found.covariance[np.ix_(rows, rows)],
             np.minimum([problem.parameters[k].spread for k in rows], EFFECT_SPREAD),
-            found.bounds[:, rows],
+            found.stand.bounds[:, rows],
         )
     return _forces(found)
 

@@ -6,8 +6,10 @@ from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from identify.estimation.fit import Fit
+from identify.estimation.problem import Problem
 from measure.common.arrays import Array
 from simulate.effects import (
     CentreOfMassOffset,
@@ -45,23 +47,34 @@ class ModelErrors:
     names: tuple[str, ...]
     places: tuple[int, ...]
 
-    def of(self, name: str) -> Array:
-        """The columns of one kind of error."""
-        return self.columns[:, [i for i, other in enumerate(self.names) if other == name]]
+    @classmethod
+    def none(cls, rows: int) -> ModelErrors:
+        """No errors at all."""
+        return cls(np.empty((rows, 0)), (), ())
 
-    def without(self, names: Collection[str]) -> ModelErrors:
-        """All but some kinds."""
-        kept = [i for i, other in enumerate(self.names) if other not in names]
-        return ModelErrors(self.columns[:, kept], tuple(self.names[i] for i in kept), tuple(self.places[i] for i in kept))
+    def at(self, fit: Fit) -> ModelErrors:
+        """The same errors at another fit."""
+        parts = [np.empty((fit.problem.measured, 0))]
+        for kind, tolerance in TOLERANCES:
+            mine = [place for name, place in zip(self.names, self.places, strict=True) if name == kind.name]
+            parts += [_of_effect(fit, fit.problem.model.effect(kind), tolerance(fit.problem.model), mine)] if mine else []
+        return ModelErrors(np.hstack(parts), self.names, self.places)
 
-    def effects(self, model: Model, sizes: Array) -> tuple[Effect, ...]:
-        """The errors as effects of a model, from their sizes (q,) in tolerances, on top of what the model has of each."""
-        made = []
+    def without(self, names: Collection[str]) -> tuple[ModelErrors, NDArray[np.bool_]]:
+        """All but some kinds, and which of all these are."""
+        kept = np.array([name not in names for name in self.names], dtype=bool)
+        which = np.flatnonzero(kept)
+        return ModelErrors(self.columns[:, which], tuple(self.names[i] for i in which), tuple(self.places[i] for i in which)), kept
+
+    def effects(self, problem: Problem, sizes: Array) -> tuple[Effect, ...]:
+        """The errors as effects of a problem's model, from their sizes (q,) in tolerances, on top of what it has of each; within bounds."""
+        made, model = [], problem.model
         for kind, tolerance in TOLERANCES:
             mine = [i for i, name in enumerate(self.names) if name == kind.name]
             known, off = model.effect(kind), np.zeros(len(kind.flat_names()))
             off[[self.places[i] for i in mine]] = sizes[mine] * tolerance(model)[[self.places[i] for i in mine]]
-            made += [known.with_flat(known.flat() + off)] if mine else []
+            low, high = np.array(list(known.own_bounds(model, problem.measures).values())).T
+            made += [known.with_flat(np.clip(known.flat() + off, low, high))] if mine else []
         return tuple(made)
 
 
@@ -72,7 +85,7 @@ def model_errors(fit: Fit) -> ModelErrors:
     for kind, tolerance in TOLERANCES if fit.problem.films else ():
         size = tolerance(fit.problem.model)
         if kind.name not in known and np.any(size > 0.0):
-            columns = _of_effect(fit, fit.problem.model.effect(kind), size)[:rows]
+            columns = _of_effect(fit, fit.problem.model.effect(kind), size, range(len(size)))
             shown = np.linalg.norm(columns, axis=0) > _SHOWN
             parts.append(columns[:, shown])
             names += [kind.name] * int(shown.sum())
@@ -80,8 +93,15 @@ def model_errors(fit: Fit) -> ModelErrors:
     return ModelErrors(np.hstack([np.empty((rows, 0)), *parts]), tuple(names), tuple(places))
 
 
-def _of_effect(fit: Fit, effect: Effect, tolerance: Array) -> Array:
+def tolerance_of(effect: Effect, model: Model) -> Array:
+    """One tolerance of each parameter of an error, (n,)."""
+    return next(tolerance for kind, tolerance in TOLERANCES if kind.name == effect.name)(model)
+
+
+def _of_effect(fit: Fit, effect: Effect, tolerance: Array, places: Sequence[int]) -> Array:
+    """Columns (m, n) of one tolerance each for some of the parameters of an error."""
     problem = fit.problem.with_another(effect)
     start = np.concatenate([fit.q, np.zeros(len(tolerance))])
-    new = range(len(fit.q), len(start))
-    return problem.jacobian(start, new, fit.gaps)[1] * (tolerance / problem.scales[len(fit.q) :])
+    new, own = [len(fit.q) + place for place in places], list(places)
+    columns = problem.jacobian(start, new, fit.gaps)[1][: fit.problem.measured]
+    return columns * (tolerance[own] / problem.scales[new])

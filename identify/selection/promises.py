@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, replace
+from collections.abc import Collection, Iterator, Mapping
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,13 +12,14 @@ from identify.criteria import EFFECT_SPREAD, FORCES_DIFFER
 from identify.estimation.parameters import STORED_FORCE
 from identify.selection.evidence import Columns, Evidence
 from identify.selection.signatures import Signature, chords
-from identify.selection.weighing import Weighed, weighed_both_ways
+from identify.selection.weighing import Both, Weighed
 from measure.common.arrays import Array
 from simulate.model.effect import Effect
 
 FORCES = "stored-force-per-run"
 _SHOWN = 1e-6  # of the noise, by a typical size
 _CHORDS = 3.0  # of a size at which an effect is tried: one standard deviation of its prior
+_LOSES = 3.0  # log evidence that a name costs, in one round, from which on further rounds bring nothing
 _FEW = 3  # shapes of an effect that are weighed to the end
 
 
@@ -27,8 +28,8 @@ class Promise:
     """A name more, instead of one that was there if any: its log evidence along straight lines.
 
     shape : the effect in the shape that promises most, None for an error of the model file that has no parameters of its own.
-    base : (k,) parameters of base and releases to fit it from. sizes : (n,) of the effect's own. looks : every shape weighed, and which of
-    its parameters show.
+    base : (k,) parameters of base and releases to fit it from. sizes : (n,) of the effect's own. errors : of the model file, by name and
+    place, in tolerances; None where it is likelier as it is. looks : every shape weighed, and which of its parameters show.
     """
 
     name: str
@@ -37,6 +38,7 @@ class Promise:
     shape: Effect | None
     base: Array
     sizes: Array
+    errors: Mapping[tuple[str, int], float] | None
     looks: tuple[tuple[Evidence, NDArray[np.bool_]], ...] = ()
 
 
@@ -48,58 +50,61 @@ def promises(at: Weighed, catalogue: Mapping[str, type[Effect]], instead: str = 
     instead : an effect of the fit that is taken out meanwhile; by default none.
     """
     taken = {*at.names, instead}
-    stand = at.doing_without(instead) if instead else at
     if FORCES not in taken and len(at.fit.problem.films) > 1:
-        yield _of_forces(stand, instead)
+        yield _of_forces(at, instead)
     for name, kind in catalogue.items():
-        effect = at.fit.problem.model.effect(kind)
+        effect = at.exact.given.model.effect(kind)
         if name not in taken and name != FORCES:
-            yield from _of_effect(stand, effect, instead) if effect.is_linear() else _of_sizes(stand, effect, instead)
+            yield from _of_effect(at, effect, instead) if effect.is_linear() else _of_sizes(at, effect, instead)
 
 
 def _of_forces(at: Weighed, instead: str) -> Promise:
     """Stored forces that differ from run to run by more than their tolerance, which is a prior of the fit already."""
     own = [i for i, one in enumerate(at.fit.problem.parameters) if one.key == STORED_FORCE]
-    more = Columns.free(at.lines.columns[:, own], float(np.sqrt(FORCES_DIFFER**2 - 1.0)))
-    both = weighed_both_ways(at.lines, at.columns.beside(more), at.evidence.noise)
-    base = _base(at, both.likelier)
+    m = at.fit.problem.measured
+    more = Columns.free(at.fit.jacobian[:m, own], float(np.sqrt(FORCES_DIFFER**2 - 1.0)))
+    both = at.beside(more, instead=instead)
+    base, errors = _base(at, both), _errors(at, both, instead)
     base[own] += both.likelier.amounts[-len(own) :]
-    return Promise(FORCES, instead, both.log_z, None, base, np.empty(0))
+    return Promise(FORCES, instead, both.log_z, None, base, np.empty(0), errors)
 
 
 def _of_effect(at: Weighed, effect: Effect, instead: str) -> Iterator[Promise]:
     """An effect in all its shapes, which share its prior, as one promise that starts from the best; none where it does not show.
 
-    One round with the noise as it is tells which shapes matter; these are weighed to the end.
+    One round with the noise as it is tells which shapes matter; these are weighed to the end, unless even the best loses by its price.
     """
-    lines = replace(at.lines, errors=at.tolerances.without({effect.name}).columns)
+    own = {effect.name}
     shapes = [look for signature in at.signatures_of(effect) if (look := _look(at, signature)) is not None]
     if not shapes:
         return
-    first = [weighed_both_ways(lines, at.columns.beside(look.columns), at.evidence.noise, 1) for look in shapes]
+    first = [at.beside(look.columns, own, rounds=1, instead=instead) for look in shapes]
     order = sorted(range(len(shapes)), key=lambda i: -first[i].log_z)
-    found = [weighed_both_ways(lines, at.columns.beside(shapes[i].columns), at.evidence.noise) for i in order[:_FEW]]
+    worth = instead or first[order[0]].log_z > at.log_z - _LOSES
+    found = [at.beside(shapes[i].columns, own, instead=instead) if worth else first[i] for i in order[:_FEW]]
     log_z = float(np.logaddexp.reduce([one.log_z for one in found]) - np.log(len(shapes)))
     best = int(np.argmax([one.log_z for one in found]))
-    look, of = shapes[order[best]], found[best].likelier
+    look, both = shapes[order[best]], found[best]
     sizes = np.zeros(len(look.shown))
-    sizes[look.shown] = np.clip(of.amounts[-look.columns.count :], look.columns.low, look.columns.high)
+    sizes[look.shown] = np.clip(both.likelier.amounts[-look.columns.count :], look.columns.low, look.columns.high)
     looks = tuple((one.likelier, look.shown) for one, look in zip(first, shapes, strict=True))
-    yield Promise(effect.name, instead, log_z, look.shape, _base(at, of), sizes, looks)
+    yield Promise(effect.name, instead, log_z, look.shape, _base(at, both), sizes, _errors(at, both, instead, own), looks)
 
 
 def _of_sizes(at: Weighed, effect: Effect, instead: str) -> Iterator[Promise]:
     """An effect that is not linear, tried at several sizes that share its prior; a fit starts from the likeliest."""
-    lines, rows = replace(at.lines, errors=at.tolerances.without({effect.name}).columns), at.fit.problem.measured
+    own, rows = {effect.name}, at.fit.problem.measured
     tried = [(one, change[:rows, None]) for one, change in chords(at.fit, effect) if np.linalg.norm(change[:rows]) > _SHOWN]
     if not tried:
         return
     chord = (np.array([_CHORDS]), np.zeros(1), np.zeros(1), np.array([np.inf]))
-    found = [weighed_both_ways(lines, at.columns.beside(Columns(column, *chord)), at.evidence.noise) for _, column in tried]
+    first = [at.beside(Columns(column, *chord), own, rounds=1, instead=instead) for _, column in tried]
+    worth = instead or max(one.log_z for one in first) > at.log_z - _LOSES
+    found = [at.beside(Columns(column, *chord), own, instead=instead) for _, column in tried] if worth else first
     log_z = float(np.logaddexp.reduce([one.log_z for one in found]) - np.log(len(found)))
     best = int(np.argmax([one.log_z for one in found]))
-    shape = tried[best][0]
-    yield Promise(effect.name, instead, log_z, shape, _base(at, found[best].likelier), np.zeros(len(shape.flat())))
+    shape, both = tried[best][0], found[best]
+    yield Promise(effect.name, instead, log_z, shape, _base(at, both), np.zeros(len(shape.flat())), _errors(at, both, instead, own))
 
 
 @dataclass(frozen=True)
@@ -123,7 +128,17 @@ def _look(at: Weighed, signature: Signature) -> _Look | None:
     return _Look(shape, Columns(values[:rows, shown], np.full(count, spread), np.zeros(count), low, high), shown)
 
 
-def _base(at: Weighed, found: Evidence) -> Array:
+def _base(at: Weighed, both: Both) -> Array:
     """Base and releases where an evidence has them, within their bounds."""
-    first = at.fit.problem.first_effect
-    return np.clip(at.fit.q[:first] + found.step, *at.bounds[:, :first])
+    stand = at.exact if both.is_exact else at.within
+    first = stand.fit.problem.first_effect
+    return np.clip(stand.fit.q[:first] + both.likelier.step, *stand.bounds[:, :first])
+
+
+def _errors(at: Weighed, both: Both, instead: str, without: Collection[str] = ()) -> dict[tuple[str, int], float] | None:
+    """Errors of the model file where an evidence has them; None where that takes it as it is."""
+    if both.is_exact:
+        return None
+    stand = at.within.doing_without(instead) if instead else at.within
+    keys = [key for key, free in zip(stand.keys, stand.free(without), strict=True) if free]
+    return dict(zip(keys, both.likelier.errors.tolist(), strict=True))

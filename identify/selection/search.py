@@ -17,10 +17,12 @@ from identify.criteria import CLOSE, FARTHEST_SPREADS, HALF, ROUGHLY
 from identify.estimation.fit import Fit
 from identify.estimation.least_squares import before_the_stops, solve, solve_from_afar, to_the_end
 from identify.estimation.multistart import released_again
+from identify.estimation.problem import Problem
 from identify.selection.priors import Prior
 from identify.selection.promises import FORCES, Promise, promises
 from identify.selection.unknown_force import Unnamed, is_unnamed, unnamed_forces
-from identify.selection.weighing import Weighed, weighed
+from identify.selection.weighing import Weighed, along_lines, weighed, weighed_within
+from measure.common.arrays import Array
 from simulate.model.effect import Effect
 
 Names = tuple[str, ...]
@@ -153,10 +155,7 @@ class Search:
         return min(enough, key=lambda one: (len(one.names), one.fit.rms))
 
     def settled(self) -> Hypothesis:
-        """The hypothesis with the largest probability, fitted if it was only weighed; of one with a force without a name the rest.
-
-        Errors of the model file share what its tolerances explain, so it need not be the foremost of the search.
-        """
+        """The hypothesis with the largest probability, fitted if it was only weighed; of one with a force without a name the rest."""
         for _ in range(_SETTLING):
             names = tuple(name for name in next(iter(self.weights())) if not is_unnamed(name))
             ahead = self.ahead.get(names)
@@ -170,7 +169,7 @@ class Search:
         """The same with releases looked for again where films are missed behind their stops: a fit may end in a wrong local minimum."""
         again = released_again(one.fit)
         if again.cost < one.fit.cost - _DEEPER:
-            self._keep(one.names, weighed(again))
+            self._keep(one.names, one.weighed.moved(again))
         return self.fitted[one.names]
 
     def _is_worth_a_fit(self, one: Ahead) -> bool:
@@ -186,18 +185,8 @@ class Search:
         logs = {names: log for names, log in logs.items() if names not in self.fitted}
         logs |= {names: self.fitted[names].log_weight for names in self._closing()}
         whole = np.logaddexp.reduce(list(logs.values()))
-        found = self._shared_out({names: float(np.exp(log - whole)) for names, log in logs.items()})
+        found = {names: float(np.exp(log - whole)) for names, log in logs.items()}
         return dict(sorted(found.items(), key=lambda row: -row[1]))
-
-    def _shared_out(self, weights: dict[Names, float]) -> dict[Names, float]:
-        """What the tolerances of the model file explain, as the weight of the errors that do it, as far as the catalogue has them."""
-        nothing = self.fitted[()].weighed
-        within = weights[()] * (1.0 - nothing.both.share_of_exact)
-        shares = {name: share for name, share in nothing.shares_of_errors().items() if name in self.catalogue}
-        for name, share in shares.items():
-            weights[()] -= share * within
-            weights[name,] = weights.get((name,), 0.0) + share * within
-        return weights
 
     def log_z_of(self, names: Names) -> float:
         """Log evidence of a hypothesis that was fitted or weighed."""
@@ -214,8 +203,8 @@ class Search:
 
     def _keep(self, names: Names, found: Weighed) -> None:
         """Keep a fit, or the better one of two of the same names."""
-        one = Hypothesis(names, found, self.prior(names))
         known = self.fitted.get(names)
+        one = Hypothesis(names, found if known is None else known.weighed.better_of(found), self.prior(names))
         if known is None or one.log_weight > known.log_weight:
             self.fitted[names] = one
             self.seen_from.discard(names)
@@ -263,43 +252,57 @@ class Search:
         whole = (one.weighed, one.weighed.log_z)
         if one.fit.rms < CLOSE or not one.fit.problem.films:
             return [whole]
-        problem = before_the_stops(one.fit.problem)
-        near = one.weighed if problem is one.fit.problem else weighed(solve(problem, one.fit.q))
+        exact = one.weighed.exact.fit
+        problem = before_the_stops(exact.problem)
+        near = one.weighed if problem is exact.problem else weighed(solve(problem, exact.q))
         stands = [whole] if near is one.weighed else [whole, (near, near.log_z)]
         if one.fit.problem.loops:
             return stands
-        return [*stands, (Weighed(_with_law_as_given(near.fit), near.errors, near.evidence.noise), near.log_z)]
+        return [*stands, (along_lines(_with_law_as_given(near.exact.fit)), near.log_z)]
 
     def _fit(self, ahead: Ahead) -> None:
         """Fit a hypothesis that was only weighed, whole."""
         self.spent += 1
         self.say("fitting " + ", ".join(ahead.names))
-        before, promise = ahead.beside, ahead.promise
+        promise = ahead.promise
         assert promise is not None
-        problem = before.fit.problem.with_effects([e for e in before.fit.problem.effects if e.name != promise.instead])
-        own = np.concatenate([before.fit.q[before.fit.problem.rows_of(effect.name)] for effect in problem.effects] or [np.empty(0)])
-        if promise.shape is not None:
-            problem = problem.with_another(promise.shape)
-        elif promise.name == FORCES:
-            problem = replace(problem, forces_differ=True)
-        start = np.concatenate([promise.base, own, promise.sizes])
-        found = weighed(to_the_end(solve(problem, start, loosely=True)))
-        if found.log_z + self.prior(ahead.names) < ahead.log_weight - _SHORT:
-            self._keep(ahead.names, weighed(solve_from_afar(problem, start)))
+        problem, start = _posed(ahead.beside.weighed, promise)
+        if promise.errors is None:
+            found = weighed(to_the_end(solve(problem, start, loosely=True)))
+            if found.log_z + self.prior(ahead.names) < ahead.log_weight - _SHORT:
+                self._keep(ahead.names, weighed(solve_from_afar(problem, start)))
+        else:
+            found = weighed_within(problem, start, promise.errors)
         self._keep(ahead.names, found)
-        self._base_again(self.fitted[ahead.names].fit)
+        self._base_again(self.fitted[ahead.names].weighed)
 
-    def _base_again(self, fit: Fit) -> None:
+    def _base_again(self, led: Weighed) -> None:
         """The base from where an effect has led: it may lie in a wrong local minimum of the releases."""
         nothing = self.fitted[()]
-        again = to_the_end(solve(nothing.fit.problem, fit.q[: fit.problem.first_effect], enough=ROUGHLY))
-        if again.cost < nothing.fit.cost - _DEEPER:
-            self._keep((), weighed(again))
+        of, q = nothing.weighed.exact.given, led.fit.q[: led.fit.problem.first_effect]
+        if led.both.is_exact:
+            again = to_the_end(solve(of, q, enough=ROUGHLY))
+            if again.cost < nothing.weighed.exact.fit.cost - _DEEPER:
+                self._keep((), weighed(again))
+        elif not nothing.weighed.leaves_noise:
+            self._keep((), nothing.weighed.better_of(weighed_within(of, q, led.within.errors_by_key)))
 
 
 def halves(before: Fit, after: Fit) -> bool:
     """Whether a fit leaves at most half of what another leaves beyond the noise, in squares."""
     return max(after.rms**2 - 1.0, 0.0) <= HALF * max(before.rms**2 - 1.0, 0.0)
+
+
+def _posed(before: Weighed, promise: Promise) -> tuple[Problem, Array]:
+    """The problem of a hypothesis with one name more than another, with the model file as it is, and where a fit of it starts."""
+    there, given = before.fit, before.exact.given
+    problem = given.with_effects([effect for effect in given.effects if effect.name != promise.instead])
+    own = np.concatenate([there.q[there.problem.rows_of(effect.name)] for effect in problem.effects] or [np.empty(0)])
+    if promise.shape is not None:
+        problem = problem.with_another(promise.shape)
+    elif promise.name == FORCES:
+        problem = replace(problem, forces_differ=True)
+    return problem, np.concatenate([promise.base, own, promise.sizes])
 
 
 def _with_law_as_given(fit: Fit) -> Fit:

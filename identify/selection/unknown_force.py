@@ -17,13 +17,14 @@ from identify.estimation.least_squares import laid_out, solve
 from identify.gap.leg_force import LEG_TABLES, PLACES, LegForce, LegTable, leg_table_over
 from identify.gap.platform_force import ALONGS, AXES, KNOTS, ForceTable, MissingForce, seen_places, table_over
 from identify.selection.evidence import Columns
-from identify.selection.weighing import Both, Weighed, weighed_both_ways
+from identify.selection.weighing import Both, Weighed
 from measure.common.arrays import Array
 from simulate.model.effect import Effect
 
 SIZES = (1.0, 10.0, 100.0, 1000.0)  # standard deviations of the prior, in typical sizes of the tables
 _SHOWN = 1e-6
 _MOST_STEPS = 12
+_ROUNDS = 4  # from one size to the next the noise changes little
 
 Places = NDArray[np.intp]
 
@@ -119,7 +120,7 @@ def _of_any_size(at: Weighed, table: Effect, columns: Array, places: Places) -> 
     found: list[Both] = []
     for size in SIZES:
         start = found[-1].likelier.noise if found else at.evidence.noise
-        found.append(weighed_both_ways(at.lines, at.columns.beside(Columns.free(columns, size)), start))
+        found.append(at.beside(Columns.free(columns, size), noise=start, rounds=_ROUNDS))
     log_z = float(np.logaddexp.reduce([one.log_z for one in found]) - np.log(len(SIZES)))
     best, size = max(zip(found, SIZES, strict=True), key=lambda one: one[0].log_z)
     best = best.likelier

@@ -9,6 +9,7 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cache
 
 Exponents = tuple[int, int, int, int]  # of force, length, time, mass
 
@@ -52,6 +53,7 @@ def measured(force_N: float, length_m: float, time_s: float) -> Measures:
     return Measures(force_N / _FORCE_N, length_m / _LENGTH_M, time_s / _TIME_S)
 
 
+@cache
 def unit_of(name: str) -> Exponents:
     """The unit that a parameter's name ends with, `damping_N_s_per_m`; a number where it ends with none."""
     tokens = name.partition("[")[0].split("_")

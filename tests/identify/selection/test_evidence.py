@@ -25,7 +25,8 @@ def coloured(chance, lag1):
 
 def lines(gaps, errors=None):
     channel = Channel(slice(0, N), spacing(np.arange(N)))
-    return Lines(gaps, BASE, np.empty((N, 0)) if errors is None else errors, np.zeros(4), 0.1 * np.eye(4), (channel,))
+    errors = np.empty((N, 0)) if errors is None else errors
+    return Lines(gaps, BASE, errors, np.zeros(errors.shape[1]), np.zeros(4), 0.1 * np.eye(4), (channel,))
 
 
 def drawn(chance, lag1=0.0, **amounts):
@@ -96,12 +97,11 @@ def test_a_channel_by_itself_is_weighed_as_two_halves_of_one():
     halves = [np.zeros((N, 4)), np.zeros((N, 4))]
     halves[0][: N // 2], halves[1][N // 2 :] = BASE[: N // 2], BASE[N // 2 :]
     channels = tuple(Channel(part, spacing(np.arange(N // 2))) for part in (slice(0, N // 2), slice(N // 2, N)))
-    both = evidence(Lines(gaps, np.hstack(halves), np.empty((N, 0)), np.zeros(8), 0.1 * np.eye(8), channels))
+    none, known = np.empty((N, 0)), 0.1 * np.eye(4)
+    both = evidence(Lines(gaps, np.hstack(halves), none, np.empty(0), np.zeros(8), 0.1 * np.eye(8), channels))
     each = [
         evidence(
-            Lines(
-                gaps[part], BASE[part], np.empty((N // 2, 0)), np.zeros(4), 0.1 * np.eye(4), (Channel(slice(0, N // 2), channels[0].apart),)
-            )
+            Lines(gaps[part], BASE[part], none[part], np.empty(0), np.zeros(4), known, (Channel(slice(0, N // 2), channels[0].apart),))
         )
         for part in (slice(0, N // 2), slice(N // 2, N))
     ]
