@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from scipy import stats
 
 from identify.criteria import CREDIBLE
-from identify.selection.evidence import Evidence
+from identify.selection.first_look import Gain
 from identify.selection.priors import Prior
 from identify.selection.promises import Promise
 from measure.common.arrays import Array
@@ -47,19 +47,18 @@ def _limit(effect: Effect, promise: Promise, prior: Prior, measures: Measures) -
     return DetectionLimit(effect, *(dict(zip(names, end.tolist(), strict=True)) for end in ends))
 
 
-def _sizes(found: Evidence, shown: NDArray[np.bool_], odds: float) -> Array:
+def _sizes(found: Gain, shown: NDArray[np.bool_], odds: float) -> Array:
     """Smallest sizes, in typical ones, (n,), of the parameters in one shape.
 
         size = (sqrt(2 (ln(T / s) + odds)) + z_90) s
 
     s the standard deviation of the parameter alone, T that of its prior: the gain a^2 / 2 s^2 - ln(T / s) has to overcome the odds.
     """
-    count = int(np.sum(shown))
-    own, spread = found.covariance[-count:, -count:], found.columns.spread[-count:]
-    information = np.diag(np.linalg.pinv(own)) - spread**-2.0
+    spread = found.columns.spread
+    information = np.diag(np.linalg.pinv(found.covariance)) - spread**-2.0
     alone = 1.0 / np.sqrt(np.maximum(information, 1e-300))
     need = np.sqrt(2.0 * np.maximum(np.log(np.maximum(spread / alone, 1.0)) + odds, 0.0)) + float(stats.norm.ppf(POWER))
-    farthest = np.maximum(np.abs(found.columns.low[-count:]), np.abs(found.columns.high[-count:]))
+    farthest = np.maximum(np.abs(found.columns.low), np.abs(found.columns.high))
     sizes = np.full(len(shown), np.inf)
     sizes[np.flatnonzero(shown)] = np.where(need * alone <= farthest, need * alone, np.inf)
     return sizes

@@ -150,9 +150,9 @@ class Evidence:
     @cached_property
     def covariance(self) -> Array:
         """Of base and releases, errors and amounts, (p + q + k, p + q + k)."""
-        parts = _parts(self.lines, self.columns)
+        parts = parts_of(self.lines, self.columns)
         white = [White.of(part, noise) for part, noise in zip(parts, self.noise, strict=True)]
-        return _inverse(_information(white, _prior_precision(self.lines, self.columns)))
+        return _inverse(_information(white, prior_precision(self.lines, self.columns)))
 
 
 def evidence(
@@ -172,14 +172,14 @@ def evidence(
     floor : log likelihood that a hypothesis has to come near to be followed to the end.
     """
     own = Columns.none(len(lines.gaps)) if columns is None else columns
-    parts, precision, pull = _parts(lines, own), _prior_precision(lines, own), _prior_pull(lines, own)
+    parts, precision, pull = parts_of(lines, own), prior_precision(lines, own), prior_pull(lines, own)
     noise = start or tuple(_first_noise(part.gaps) for part in parts)
     white = [White.of(part, n) for part, n in zip(parts, noise, strict=True)]
     counts = [np.ones(len(part.gaps)) for part in parts]
     spent = len(pull) / max(len(parts), 1)
     reached, found, left = -np.inf, np.zeros(len(pull)), ()
     for _ in range(rounds):
-        found = _solved(white, counts, precision, pull)
+        found = solved(white, counts, precision, pull)
         residuals = [part.residual(found) for part in parts]
         noise = tuple(estimated(r, part.channel.apart, spent, n) for r, part, n in zip(residuals, parts, noise, strict=True))
         white = [White.of(part, n) for part, n in zip(parts, noise, strict=True)]
@@ -218,11 +218,13 @@ def _first_noise(gaps: Array) -> ChannelNoise:
     return ChannelNoise(0.0, max(1.0, 1.5 * float(np.median(np.abs(gaps)))))
 
 
-def _parts(lines: Lines, own: Columns) -> list[Part]:
+def parts_of(lines: Lines, own: Columns) -> list[Part]:
+    """Channel by channel with the columns of a hypothesis."""
     return [part.beside(own, lines.count) for part in lines.parts] if own.count else list(lines.parts)
 
 
-def _prior_precision(lines: Lines, own: Columns) -> Array:
+def prior_precision(lines: Lines, own: Columns) -> Array:
+    """What is known beforehand of base and releases, errors and amounts, (p + q + k, p + q + k)."""
     p, q = lines.columns.shape[1], lines.errors.shape[1]
     precision = np.zeros((p + q + own.count,) * 2)
     precision[:p, :p] = lines.prior_columns.T @ lines.prior_columns
@@ -231,11 +233,12 @@ def _prior_precision(lines: Lines, own: Columns) -> Array:
     return precision
 
 
-def _prior_pull(lines: Lines, own: Columns) -> Array:
+def prior_pull(lines: Lines, own: Columns) -> Array:
+    """The slope of what is known beforehand where the columns were taken, (p + q + k,)."""
     return np.concatenate([lines.prior_columns.T @ lines.prior_gaps, lines.errors_at, own.at / own.spread**2])
 
 
-def _solved(white: Sequence[White], counts: Sequence[Array], precision: Array, pull: Array) -> Array:
+def solved(white: Sequence[White], counts: Sequence[Array], precision: Array, pull: Array) -> Array:
     """The step (p + q + k,) of weighted least squares with priors."""
     normal, right = precision.copy(), pull.copy()
     for one, count in zip(white, counts, strict=True):
@@ -278,10 +281,10 @@ def _inside(own: Columns, amounts: Array, root: Array, size: Array) -> float:
         return 0.0
     first = len(size) - own.count
     rows = linalg.solve_triangular(root, np.eye(len(size))[:, first:], lower=True)
-    return _log_inside(own, amounts, np.linalg.norm(rows, axis=0) / size[first:])
+    return log_inside(own, amounts, np.linalg.norm(rows, axis=0) / size[first:])
 
 
-def _log_inside(own: Columns, amounts: Array, deviation: Array) -> float:
+def log_inside(own: Columns, amounts: Array, deviation: Array) -> float:
     """What bounds do: the share of the posterior inside over the share of the prior inside, parameter by parameter."""
     after = _log_share((own.low - amounts) / deviation, (own.high - amounts) / deviation)
     before = _log_share(own.low / own.spread, own.high / own.spread)

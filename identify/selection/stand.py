@@ -102,6 +102,12 @@ class Stand:
         return Lines(gaps, fit.jacobian[:m, :first], errors, at, fit.gaps[known], fit.jacobian[known, :first], channels, log_spread)
 
     @property
+    def origin(self) -> Array:
+        """Base and releases as the model file has them, the effects as they are, (k,)."""
+        first = self.fit.problem.first_effect
+        return np.concatenate([self.given.start[:first], self.fit.q[first:]])
+
+    @property
     def known(self) -> NDArray[np.intp]:
         """Rows of what is known of base and releases beforehand."""
         m, first = self.fit.problem.measured, self.fit.problem.first_effect
@@ -188,13 +194,21 @@ def settled(stand: Stand, noise: tuple[ChannelNoise, ...] = ()) -> tuple[Stand, 
     Steps of Gauss and Newton, shortened where the simulation does not keep what the straight lines promise, as long as they raise the
     probability of measurements and parameters. From afar the films are met up to the first stop first, and then ever further.
     """
-    for horizon in horizons(stand.given) if len(stand.sizes) and stand.fit.rms > CLOSE else ():
-        early = replace(stand, given=stand.given.until(horizon))
-        early = early.at(early.with_errors(stand.sizes), stand.fit.q, stand.sizes)
-        if early.fit.rms > CLOSE:
-            early, _ = _stepped(early, early.weighed())
-            stand = stand.at(stand.with_errors(early.sizes), early.fit.q, early.sizes)
+    if len(stand.sizes) and stand.fit.rms > CLOSE:
+        stand = _from_afar(stand)
     return _stepped(stand, stand.weighed(noise))
+
+
+def _from_afar(stand: Stand) -> Stand:
+    """A stand led by ever longer films, from where it is and from the model file as it is, whichever leads better up to the first stop."""
+    places = [(stand.fit.q, stand.sizes), (stand.origin, np.zeros(len(stand.sizes)))]
+    for horizon in horizons(stand.given):
+        cut = replace(stand, given=stand.given.until(horizon))
+        tried = [_stepped(early, early.weighed()) for early in (cut.at(cut.with_errors(sizes), q, sizes) for q, sizes in places)]
+        best, _ = max(tried, key=lambda one: one[1].log_z)
+        places = [(best.fit.q, best.sizes)]
+    q, sizes = places[0]
+    return stand.at(stand.with_errors(sizes), q, sizes)
 
 
 def _stepped(stand: Stand, found: Evidence) -> tuple[Stand, Evidence]:

@@ -24,6 +24,7 @@ from simulate.model.effect import Effect
 SIZES = (1.0, 10.0, 100.0, 1000.0)  # standard deviations of the prior, in typical sizes of the tables
 _SHOWN = 1e-6
 _MOST_STEPS = 12
+_LOSES = 3.0  # log evidence that a table costs at a first look, from which on a closer one brings nothing
 _ROUNDS = 4  # from one size to the next the noise changes little
 
 Places = NDArray[np.intp]
@@ -117,15 +118,21 @@ def _columns(at: Weighed, table: Effect, places: Places) -> Array:
 
 
 def _of_any_size(at: Weighed, table: Effect, columns: Array, places: Places) -> Unnamed:
-    found: list[Both] = []
-    for size in SIZES:
-        start = found[-1].likelier.noise if found else at.evidence.noise
-        found.append(at.beside(Columns.free(columns, size), noise=start, rounds=_ROUNDS))
-    log_z = float(np.logaddexp.reduce([one.log_z for one in found]) - np.log(len(SIZES)))
-    best, size = max(zip(found, SIZES, strict=True), key=lambda one: one[0].log_z)
-    best = best.likelier
-    typical = at.fit.problem.with_another(table).scales[len(at.fit.q) + places]
-    covariance, amounts = best.covariance[-len(places) :, -len(places) :], best.amounts[-len(places) :]
+    """A table with a prior of any size; a first look tells whether one of them is worth a closer one."""
+    of_sizes = [Columns.free(columns, size) for size in SIZES]
+    gains = [at.first_look.gain(one) for one in of_sizes]
+    whole = float(np.logaddexp.reduce([one.log_z for one in gains]) - np.log(len(SIZES)))
+    best = int(np.argmax([one.log_z for one in gains]))
+    log_z, covariance, amounts = at.log_z + whole, gains[best].covariance, gains[best].amounts
+    if max(gain.most for gain in gains) > -_LOSES:
+        found: list[Both] = []
+        for one in of_sizes:
+            found.append(at.beside(one, noise=found[-1].likelier.noise if found else at.evidence.noise, rounds=_ROUNDS))
+        log_z = float(np.logaddexp.reduce([one.log_z for one in found]) - np.log(len(SIZES)))
+        best = int(np.argmax([one.log_z for one in found]))
+        of = found[best].likelier
+        covariance, amounts = of.covariance[-len(places) :, -len(places) :], of.amounts[-len(places) :]
+    typical, size = at.fit.problem.with_another(table).scales[len(at.fit.q) + places], SIZES[best]
     known = np.linalg.pinv(covariance, hermitian=True)
     information, drive = (known - np.eye(len(places)) / size**2) / np.outer(typical, typical), known @ amounts / typical
     return Unnamed(table, log_z, places, amounts * typical, np.sqrt(np.diag(covariance)) * typical, size, information, drive)

@@ -16,6 +16,7 @@ from identify.estimation.problem import Problem
 from identify.gap.gap_test import is_noise
 from identify.gap.misfit import misfit_of
 from identify.selection.evidence import ROUNDS, Columns, Evidence, evidence
+from identify.selection.first_look import FirstLook
 from identify.selection.signatures import Signature, columns_of_shapes
 from identify.selection.stand import Stand, settled
 from measure.common.arrays import Array
@@ -96,17 +97,22 @@ class Weighed:
         """What the hypothesis adds to the model."""
         return self.exact.names
 
-    def beside(
-        self, columns: Columns, without: Collection[str] = (), noise: tuple[ChannelNoise, ...] = (), rounds: int = ROUNDS, instead: str = ""
-    ) -> Both:
+    def gain_of(self, name: str) -> float:
+        """What a first look says that one of its effects brings, once it is left out."""
+        stand = self.stand
+        rows = stand.fit.problem.rows_of(name) - stand.fit.problem.first_effect
+        own = stand.columns
+        alone = Columns(own.values[:, rows], own.spread[rows], np.zeros(len(rows)), own.low[rows], own.high[rows])
+        return self.doing_without(name).first_look.gain(alone).log_z
+
+    def beside(self, columns: Columns, without: Collection[str] = (), noise: tuple[ChannelNoise, ...] = (), rounds: int = ROUNDS) -> Both:
         """Columns weighed beside what is there.
 
         Parameters
         ----------
         without : kinds of errors of the model file that are not let free beside them.
-        instead : an effect of the hypothesis that is taken out.
         """
-        exact, within = (one.doing_without(instead) if instead else one for one in (self.exact, self.within))
+        exact, within = self.exact, self.within
         noise, lines = noise or self.evidence.noise, within.lines(without)
 
         def of_exact(floor: float = -np.inf) -> Evidence:
@@ -122,6 +128,17 @@ class Weighed:
             return Both(first, of_within(first.log_likelihood))
         second = of_within()
         return Both(of_exact(second.log_likelihood - _PRICE * lines.errors.shape[1]), second)
+
+    @cached_property
+    def first_look(self) -> FirstLook:
+        """The likelier stand, ready for a first look at further columns."""
+        return FirstLook(self.evidence)
+
+    def doing_without(self, name: str) -> Weighed:
+        """The same without one of its effects, along straight lines: nothing is simulated anew."""
+        exact, within, noise = self.exact.doing_without(name), self.within.doing_without(name), self.evidence.noise
+        loose = within.weighed(noise) if within.lines().errors.shape[1] else None
+        return replace(self, exact=exact, within=within, both=Both(exact.weighed(noise), loose))
 
     def signatures_of(self, effect: Effect) -> list[Signature]:
         """What an effect does to the gaps in each of its shapes."""

@@ -1,0 +1,75 @@
+"""What columns would bring beside a hypothesis with the noise as it is there: cheap, and enough to leave out what brings nothing.
+
+With noise and weights of the samples fixed, base, releases, errors and effects of the hypothesis are eliminated once and for all. Further
+columns C with a normal prior of spread T then cost a small system:
+
+    S = C' W C + T^-2 - C' W A H^-1 A' W C        gain = g' S^-1 g / 2 - ln det(S) / 2 - ln det(T),   g = C' W r
+
+A the columns of the hypothesis, H their information, r what it leaves.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import linalg
+
+from identify.estimation.noise_model import weights
+from identify.selection.evidence import Columns, Evidence, White, log_inside, parts_of, prior_precision, prior_pull, solved
+from measure.common.arrays import Array
+
+_JITTER = 1e-10
+_FADED = 3.0  # times that noise which remembers, for it has taken up what is missing, makes a slow effect look too weak
+
+
+@dataclass(frozen=True)
+class Gain:
+    """Log evidence that columns bring, and the most that they may bring once the noise is estimated anew.
+
+    amounts : (k,) and covariance : (k, k) of the columns themselves.
+    """
+
+    log_z: float
+    most: float
+    amounts: Array
+    covariance: Array
+    columns: Columns
+
+
+class FirstLook:
+    """A hypothesis with its noise, ready for further columns."""
+
+    def __init__(self, of: Evidence) -> None:
+        self._apart = [part.channel for part in of.lines.parts]
+        self._noise = of.noise
+        self._counts = [weights(left) for left in of.left]
+        self._white = [White.of(part, noise) for part, noise in zip(parts_of(of.lines, of.columns), of.noise, strict=True)]
+        normal = prior_precision(of.lines, of.columns)
+        step = solved(self._white, self._counts, normal, prior_pull(of.lines, of.columns))
+        self._left = [one.residual(step) for one in self._white]
+        for one, count in zip(self._white, self._counts, strict=True):
+            normal[np.ix_(one.places, one.places)] += (one.values * count[:, None]).T @ one.values
+        self._size = np.sqrt(np.maximum(np.diag(normal), 1e-300))
+        self._factor = linalg.cho_factor(normal / np.outer(self._size, self._size) + _JITTER * np.eye(len(normal)))
+
+    def gain(self, columns: Columns) -> Gain:
+        """What further columns bring, from nought."""
+        own, across, drive = np.diag(columns.spread**-2.0), np.zeros((len(self._size), columns.count)), np.zeros(columns.count)
+        for channel, noise, left, count, one in zip(self._apart, self._noise, self._left, self._counts, self._white, strict=True):
+            values = noise.whitened(columns.values[channel.rows], channel.apart)
+            weighted = values * count[:, None]
+            own += weighted.T @ values
+            across[one.places] += one.values.T @ weighted
+            drive += weighted.T @ left
+        scaled = across / self._size[:, None]
+        rest = own - scaled.T @ np.asarray(linalg.cho_solve(self._factor, scaled))
+        size = np.sqrt(np.maximum(np.diag(rest), 1e-300))
+        unit = rest / np.outer(size, size) + _JITTER * np.eye(len(size))
+        covariance = np.linalg.pinv(unit, hermitian=True) / np.outer(size, size)
+        amounts = -covariance @ drive
+        log_det = float(np.linalg.slogdet(unit)[1] + 2.0 * np.sum(np.log(size)))
+        met = 0.5 * float(drive @ covariance @ drive)
+        price = 0.5 * log_det + float(np.sum(np.log(columns.spread)))
+        cut = log_inside(columns, amounts, np.sqrt(np.diag(covariance))) if np.any(np.isfinite([columns.low, columns.high])) else 0.0
+        return Gain(met - price + cut, _FADED * met - price + max(cut, 0.0), amounts, covariance, columns)

@@ -1,0 +1,61 @@
+"""A model file that is right within its tolerances is right: what its errors do behind the stops is simulated, and no effect is named."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from identify.campaign.runs import read_campaign
+from identify.selection.explain import explain
+from identify.selection.weighing import weighed
+from simulate.effects import CATALOGUE, EndStopDissipation, GeometryError, PlatformInertia, PlatformMass, StopStiffness, ViscousFriction
+from simulate.files.model_file import read_model
+
+FEW = ("stop-stiffness", "hub-inertia", "viscous-friction", "platform-mass")
+
+
+def as_built(seed):
+    """Errors of a drawing that a workshop keeps to, drawn by seed; the stops a good tolerance off."""
+    chance = np.random.default_rng(seed)
+    return (
+        StopStiffness(0.35 * chance.choice([-1.0, 1.0])),
+        EndStopDissipation(0.3 * chance.normal()),
+        GeometryError(tuple(chance.normal(0.0, 3e-4, 36).tolist())),
+        PlatformMass(0.003 * chance.normal()),
+        PlatformInertia(tuple((0.05 * chance.normal(size=3)).tolist())),
+    )
+
+
+@pytest.fixture
+def built(campaign):
+    return campaign(as_built(880), 880, loops=(), deployments=({}, {"geometry.stowed_height_m": 0.35}))
+
+
+@pytest.mark.slow
+def test_errors_within_the_tolerances_are_found_behind_the_stops_where_no_straight_line_leads(built, fitted):
+    at = weighed(fitted(built))
+    assert not at.both.is_exact
+    assert at.exact.fit.rms > 1.5
+    assert at.within.fit.rms < 1.2
+    assert at.leaves_noise
+    (stops,) = [effect for effect, _ in at.within.moved if isinstance(effect, StopStiffness)]
+    true, reach = as_built(880)[0].fraction, 0.3 * 3.0
+    assert stops.fraction == pytest.approx(true, abs=reach)
+    assert stops.fraction * true > 0.0
+
+
+@pytest.mark.slow
+def test_a_model_file_within_its_tolerances_is_no_gap_and_the_result_says_what_was_moved(built):
+    found = explain(read_model(built / "model.toml"), read_campaign([built / "campaign.toml"]), {name: CATALOGUE[name] for name in FEW})
+    assert found.verdict == "no-gap"
+    assert "stop-stiffness" in [effect.name for effect, _ in found.within]
+    assert max(size for _, size in found.within) < 3.0
+    assert found.over_noise(found.as_given) > 3.0 * found.over_noise(found.before)
+
+
+@pytest.mark.slow
+def test_a_friction_beside_such_errors_is_still_named(campaign):
+    folder = campaign((*as_built(881), ViscousFriction(0.0728 + 0.05)), 881, deployments=({},))
+    found = explain(read_model(folder / "model.toml"), read_campaign([folder / "campaign.toml"]), {name: CATALOGUE[name] for name in FEW})
+    assert [one.name for one in found.findings] == ["viscous-friction"]
+    assert found.findings[0].ci95[0][0] <= 0.0728 + 0.05 <= found.findings[0].ci95[0][1]
