@@ -8,12 +8,12 @@ behind the stops a release has several local minima and straight lines lead nowh
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from identify.criteria import CLOSE, FARTHEST_SPREADS, HALF, ROUGHLY
+from identify.criteria import CLOSE, FARTHEST_SPREADS, HALF, ROUGHLY, TWO_SIDED_95
 from identify.estimation.fit import Fit
 from identify.estimation.least_squares import before_the_stops, solve, solve_from_afar, to_the_end
 from identify.estimation.multistart import released_again
@@ -29,6 +29,7 @@ Names = tuple[str, ...]
 Say = Callable[[str], None]
 
 _STEPS = 8
+_DUE, _ANOTHER = 3, 0.3  # names that are fitted where the law had bent; part of a change that those before have not got
 _NEARLY_ALL = 0.9
 _NO_LARGER = 1.01  # times the gap: fits end within a hundredth
 _DEEPER = 10.0  # sum of squares by which another local minimum is worth looking from anew
@@ -94,7 +95,8 @@ class Ahead:
 
 @dataclass
 class Search:
-    """What was fitted and what was only weighed. prior : log prior of a set of names."""
+    """What was fitted and what was only weighed. prior : log prior of a set of names. due : names that are fitted whatever they promise,
+    because the law had bent to what is missing."""
 
     catalogue: Mapping[str, type[Effect]]
     prior: Prior
@@ -105,6 +107,7 @@ class Search:
     tables: dict[Names, list[Unnamed]] = field(default_factory=dict)
     promised: dict[Names, list[Promise]] = field(default_factory=dict)
     seen_from: set[Names] = field(default_factory=set)
+    due: set[Names] = field(default_factory=set)
     spent: int = 0
 
     @property
@@ -173,7 +176,9 @@ class Search:
         return self.fitted[one.names]
 
     def _is_worth_a_fit(self, one: Ahead) -> bool:
-        return one.promise is not None and one.names not in self.fitted and one.log_weight > self.foremost.log_weight - self.budget.least
+        if one.promise is None or one.names in self.fitted:
+            return False
+        return one.names in self.due or one.log_weight > self.foremost.log_weight - self.budget.least
 
     def weights(self) -> dict[Names, float]:
         """Probability of each hypothesis that was fitted or weighed, the largest first; they add up to one.
@@ -217,12 +222,15 @@ class Search:
         for at, reached in self._stands(one) if further else [(one.weighed, one.weighed.log_z)]:
             found = list(promises(at, self.catalogue))
             self._weigh(one, found if further else (), reached)
+            if further and at is not one.weighed and one.fit.rms < CLOSE:
+                self.due |= _foremost_of(one, at, found)
             if at is one.weighed:
                 self.promised[one.names] = found
             if at.log_z == reached:
                 self._weigh_tables(one, at)
         for effect in one.fit.problem.effects:
-            self._weigh(one, promises(one.weighed, self.catalogue, effect.name), one.weighed.log_z)
+            if effect.is_linear():  # another one cannot be taken out along straight lines
+                self._weigh(one, promises(one.weighed, self.catalogue, effect.name), one.weighed.log_z)
 
     def _weigh(self, one: Hypothesis, found: Iterable[Promise], reached: float) -> None:
         for promise in found:
@@ -246,17 +254,16 @@ class Search:
     def _stands(self, one: Hypothesis) -> list[tuple[Weighed, float]]:
         """Where straight lines are taken, and what the hypothesis itself reaches with the same measurements.
 
-        Close to the measurements they lead where they say. Farther off they are taken with the films up to their first stop as well; and as
-        base and releases have bent to what is missing, from the law of the model file, too, where no loops hold it.
+        Close to the measurements they lead where they say. Farther off they are taken with the films up to their first stop as well. And as
+        the law may have bent to what is missing, where no loops hold it, they are taken from the law of the model file, too.
         """
-        whole = (one.weighed, one.weighed.log_z)
-        if one.fit.rms < CLOSE or not one.fit.problem.films:
-            return [whole]
-        exact = one.weighed.exact.fit
+        exact, far = one.weighed.exact.fit, one.fit.rms >= CLOSE and bool(one.fit.problem.films)
+        stands, near = [(one.weighed, one.weighed.log_z)], one.weighed
         problem = before_the_stops(exact.problem)
-        near = one.weighed if problem is exact.problem else weighed(solve(problem, exact.q))
-        stands = [whole] if near is one.weighed else [whole, (near, near.log_z)]
-        if one.fit.problem.loops:
+        if far and problem is not exact.problem:
+            near = weighed(solve(problem, exact.q))
+            stands.append((near, near.log_z))
+        if one.fit.problem.loops or not (far or _is_bent(near.exact.fit)):
             return stands
         return [*stands, (along_lines(_with_law_as_given(near.exact.fit)), near.log_z)]
 
@@ -275,6 +282,20 @@ class Search:
             found = weighed_within(problem, start, promise.errors)
         self._keep(ahead.names, found)
         self._base_again(self.fitted[ahead.names].weighed)
+        likeliest = max(self.fitted.values(), key=lambda one: one.log_weight)
+        if ahead.names == likeliest.names:
+            self._with_less(likeliest)
+
+    def _with_less(self, one: Hypothesis) -> None:
+        """Fit what is left of several names without each of them: the first one may have stood for the second."""
+        for name in one.names if len(one.names) > 1 else ():
+            names = tuple(other for other in one.names if other != name)
+            if names not in self.fitted and name != FORCES:
+                self.say("fitting " + ", ".join(names))
+                given, there = one.weighed.exact.given, one.fit
+                kept = np.setdiff1d(np.arange(len(there.q)), there.problem.rows_of(name))
+                problem = given.with_effects([effect for effect in given.effects if effect.name != name])
+                self._keep(names, weighed(to_the_end(solve(problem, there.q[kept], loosely=True))))
 
     def _base_again(self, led: Weighed) -> None:
         """The base from where an effect has led: it may lie in a wrong local minimum of the releases."""
@@ -303,6 +324,32 @@ def _posed(before: Weighed, promise: Promise) -> tuple[Problem, Array]:
     elif promise.name == FORCES:
         problem = replace(problem, forces_differ=True)
     return problem, np.concatenate([promise.base, own, promise.sizes])
+
+
+def _foremost_of(one: Hypothesis, at: Weighed, found: Sequence[Promise]) -> set[Names]:
+    """The few names that promise most where the law has bent to what is missing, no two of them for the same change of the gap."""
+    bring = sorted((promise for promise in found if promise.looks and promise.log_z > at.log_z), key=lambda promise: -promise.log_z)
+    chosen: list[str] = []
+    changes = np.empty((at.fit.problem.measured, 0))
+    for promise in bring:
+        gain = max((look for look, _ in promise.looks), key=lambda look: look.log_z)
+        change = np.zeros(len(at.fit.gaps))
+        change[: len(changes)] = gain.columns.values @ gain.amounts
+        change = at.fit.free_of_parameters(change)[: len(changes)]
+        left = change - changes @ (changes.T @ change)
+        if np.linalg.norm(left) > _ANOTHER * np.linalg.norm(change):
+            chosen.append(promise.name)
+            changes = np.column_stack([changes, left / np.linalg.norm(left)])
+        if len(chosen) == _DUE:
+            break
+    return {tuple(sorted({*one.names, name})) for name in chosen}
+
+
+def _is_bent(fit: Fit) -> bool:
+    """Whether some number of the law is farther off than its prior lets one expect."""
+    first = fit.problem.first_nuisance
+    off = [q / one.spread for q, one in zip(fit.q[:first], fit.problem.parameters[:first], strict=True) if np.isfinite(one.spread)]
+    return bool(off) and float(np.max(np.abs(off))) > TWO_SIDED_95
 
 
 def _with_law_as_given(fit: Fit) -> Fit:

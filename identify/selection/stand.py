@@ -200,15 +200,19 @@ def settled(stand: Stand, noise: tuple[ChannelNoise, ...] = ()) -> tuple[Stand, 
 
 
 def _from_afar(stand: Stand) -> Stand:
-    """A stand led by ever longer films, from where it is and from the model file as it is, whichever leads better up to the first stop."""
-    places = [(stand.fit.q, stand.sizes), (stand.origin, np.zeros(len(stand.sizes)))]
+    """A stand led by ever longer films, from where it is and from the model file as it is, whichever leads farther."""
+    starts = [(stand.fit.q, stand.sizes), (stand.origin, np.zeros(len(stand.sizes)))]
+    return max((_led(stand, *start) for start in starts), key=lambda one: one.weighed().log_z)
+
+
+def _led(stand: Stand, q: Array, sizes: Array) -> Stand:
     for horizon in horizons(stand.given):
         cut = replace(stand, given=stand.given.until(horizon))
-        tried = [_stepped(early, early.weighed()) for early in (cut.at(cut.with_errors(sizes), q, sizes) for q, sizes in places)]
-        best, _ = max(tried, key=lambda one: one[1].log_z)
-        places = [(best.fit.q, best.sizes)]
-    q, sizes = places[0]
-    return stand.at(stand.with_errors(sizes), q, sizes)
+        early = cut.at(cut.with_errors(sizes), q, sizes)
+        early, _ = _stepped(early, early.weighed())
+        q, sizes = early.fit.q, early.sizes
+    there = stand.at(stand.with_errors(sizes), q, sizes)
+    return _stepped(there, there.weighed())[0]
 
 
 def _stepped(stand: Stand, found: Evidence) -> tuple[Stand, Evidence]:
