@@ -22,7 +22,7 @@ def _looks_right(result):
 
 def test_an_explanation_shows_its_finding_with_its_interval(shaken):
     _looks_right(shaken)
-    assert "g more moving mass" in repr(shaken) or "that the model leaves out" in repr(shaken)
+    assert "more moving mass" in repr(shaken) or "that the model leaves out" in repr(shaken)
     frame = shaken.to_frame()
     assert frame.attrs["units"]["value"] == "as in the column unit"
     (row,) = frame.to_dict("records")
