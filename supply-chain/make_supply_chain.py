@@ -98,13 +98,16 @@ def _needed(found: metadata.Distribution, extras: tuple[str, ...]) -> Iterator[R
 
 def _licence(found: metadata.Distribution) -> str:
     """By the name that SPDX gives it; where the library names none, that of its classifier."""
-    said = found.metadata.get("License-Expression")
-    if said:
-        return str(said)
+    if said := _said(found, "License-Expression"):
+        return said
     classed = [line.rpartition(" :: ")[2] for line in found.metadata.get_all("Classifier") or () if line.startswith("License")]
     known = [CLASSIFIERS[one] for one in classed if one in CLASSIFIERS]
-    free = (found.metadata.get("License") or "").strip()
+    free = _said(found, "License").strip()
     return known[0] if known else free if free and len(free) < 40 else "not said"
+
+
+def _said(found: metadata.Distribution, key: str) -> str:
+    return str(found.metadata[key]) if key in found.metadata else ""
 
 
 def _inside(found: metadata.Distribution) -> Iterator[tuple[str, str, str]]:

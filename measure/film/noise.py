@@ -106,7 +106,7 @@ def channel_noises(trajectory: Trajectory) -> list[ChannelNoise]:
     channels = [channel for channel, values in trajectory.channels.items() if np.isfinite(values).sum() >= _FEWEST]
     if not channels:
         return []
-    all_rows = np.column_stack([trajectory.channels[channel] for channel in channels])
+    all_rows = np.column_stack([trajectory.channels[channel] for channel in channels]).astype(np.float64)
     rows = _stretch(all_rows)
     seen = np.flatnonzero(np.isfinite(all_rows[rows]).all(axis=1))
     if len(seen) < max(_FEWEST, _SEEN_SHARE * len(all_rows[rows])):

@@ -59,7 +59,7 @@ def _short(values: NDArray | np.generic) -> NDArray | np.generic:
     """Numbers rounded to six digits of the largest one; texts as they are."""
     if not np.issubdtype(values.dtype, np.floating) or not np.isfinite(values).any():
         return values
-    return np.round(values, _ENOUGH_DIGITS - int(np.ceil(np.log10(max(float(np.nanmax(np.abs(values))), 1e-300)))))
+    return np.round(np.asarray(values, dtype=float), _ENOUGH_DIGITS - int(np.ceil(np.log10(max(float(np.nanmax(np.abs(values))), 1e-300)))))
 
 
 def brightest(picture: NDArray) -> float:

@@ -89,7 +89,7 @@ def _curves(tracked: Tracked) -> list[dict[str, Any]]:
         curves.append({"label": f"{channel.rsplit('_', 1)[0]}, {unit}", "values": factor * values, "band": band})
     if tracked.fit is not None:
         squares = np.where(tracked.fit.used[..., None], tracked.fit.residual_px, np.nan) ** 2
-        seen = tracked.fit.used.any(axis=1)
+        seen = np.asarray(tracked.fit.used).any(axis=1).reshape(-1)
         rms = np.full(len(seen), np.nan)
         rms[seen] = np.sqrt(np.nanmean(squares[seen], axis=(1, 2)))
         curves.append({"label": "residual of the marks, px", "values": rms, "band": None})

@@ -13,6 +13,7 @@ from odd_inputs import CELLS, ODD
 
 from measure.common.errors import InputError
 
+SLOW = tuple(HealthCheck.__members__.values())
 LONGEST_S = 20  # of processor time for one example
 ROUND = 100  # examples drawn with one seed
 
@@ -54,7 +55,7 @@ def drawn(strategy, check, examples, seed):
     """Try a claim on examples of a strategy; the least that breaks it is shown."""
 
     @hypothesis.seed(seed)
-    @settings(max_examples=examples, derandomize=False, database=None, deadline=None, suppress_health_check=list(HealthCheck))
+    @settings(max_examples=examples, derandomize=False, database=None, deadline=None, suppress_health_check=SLOW)
     @given(strategy)
     def claim(example):
         check(example)

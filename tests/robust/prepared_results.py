@@ -63,7 +63,7 @@ def _design_ready() -> None:
     task = Task(model, law, {}, 1.5, (Requirement(179.0, 0.5),), Uncertainty(0.1, 1e-3, 2e-3, 3e-4), 0.6, 16, 0)
 
     class Quick(Search):
-        def least(self, most: float, seed: int) -> Found:
+        def least(self, most_N: float, seed: int) -> Found:
             return self.best(None, seed, points=2, fine=1)
 
     module._MARGIN_DRAWS = module._RIVAL_DRAWS = 4

@@ -58,6 +58,8 @@ def look_at(browser, x, y, scale=8.0):
 def test_clicks_on_the_demo_film_give_the_project_that_is_shipped(page, browser):
     shipped = read_project(DEMO / "film.toml")
     browser.open(page)
+    assert shipped.marks.place_px is not None
+    assert shipped.platform.origin_px is not None
     for x, y in shipped.marks.place_px:
         look_at(browser, x, y)
         browser.click(*on_screen(browser, x, y))
@@ -99,8 +101,8 @@ def test_lines_and_time_are_dragged(page, browser):
     browser.value("(() => {for (const [id, k] of [['first', 25], ['last', 100]]) {const f = document.getElementById(id); f.value = k; "
                   "f.dispatchEvent(new Event('input'))}})()")  # fmt: skip
     found = chosen(browser)
-    assert np.allclose(found.scale.from_px_mm, (100, 970, 200, 970, 50), atol=0.02)
-    assert np.allclose(found.scale.plumb_px, (60, 930, 63, 1005), atol=0.02)
+    assert np.allclose(np.array(found.scale.from_px_mm, dtype=float), (100, 970, 200, 970, 50), atol=0.02)
+    assert np.allclose(np.array(found.scale.plumb_px, dtype=float), (60, 930, 63, 1005), atol=0.02)
     assert (found.film.from_s, found.film.to_s) == (0.1, 0.4)
     assert "--from 0.1 --choose" in browser.value("document.getElementById('other-first').textContent")
     assert browser.complaints == []

@@ -67,7 +67,7 @@ def test_nothing_is_wider_than_the_window(result, browser, width):
 
 def test_the_first_frame_is_drawn_in_the_pixels_of_the_film(result):
     """The squares around the marks, read off the picture, are those of the film."""
-    drawn = cv2.imread(str(result / "look" / "first_frame.png")).astype(int)
+    drawn = np.asarray(cv2.imread(str(result / "look" / "first_frame.png"))).astype(int)
     assert drawn.shape[:2] == (140, 140)
     rows, columns = np.nonzero(drawn[..., 1] - drawn[..., 2] > 60)
     assert abs(columns.min() - (60 - 15.5)) <= 1

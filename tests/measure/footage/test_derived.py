@@ -33,12 +33,13 @@ def _woven(instants, top_first=True):
 
 
 def test_a_part_has_the_times_and_numbers_of_the_film():
-    film = from_array(np.array(list(_instants(30))), fps=50.0)
+    stack = np.array(list(_instants(30)))
+    film = from_array(stack, fps=50.0)
     piece = part(film, 50.0, 0.1, 0.4)
     shown = list(piece.pictures())
     assert [number for number, _ in shown] == list(range(16))
     assert (piece.first, piece.frames) == (5, 16)
-    assert np.array_equal(shown[0][1], film.stack[5])
+    assert np.array_equal(shown[0][1], stack[5])
     marks = track_marks(piece, [(48.0, 48.0)], 50.0)
     assert np.allclose(marks.time_s, np.arange(5, 21) / 50.0)
     assert list(marks.columns()["frame"][:2]) == [5, 6]

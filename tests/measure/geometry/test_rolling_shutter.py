@@ -30,7 +30,7 @@ def marks():
     for t in np.arange(16) / FPS:
         x, y = _way(t + (row[:, :1] / (ROWS - 1) - 0.5) * READOUT_S)
         u, v = column - x, row - y
-        grey = 128.0 + 8.0 * sum(np.sin(a * u + b * v + p) for (a, b), p in zip(waves, phases, strict=True))
+        grey = 128.0 + 8.0 * np.sum([np.sin(a * u + b * v + p) for (a, b), p in zip(waves, phases, strict=True)], axis=0)
         stack.append(np.clip(np.rint(grey + rng.normal(0.0, 1.0, grey.shape)), 0, 255).astype(np.uint8))
     return track_marks(from_array(np.array(stack)), PLACES, FPS)
 

@@ -1,6 +1,7 @@
 """The condition of the legs against rigs whose singular poses are known."""
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -11,15 +12,17 @@ from simulate.kernel.layout import SAMPLE_POSE
 from simulate.model.model import Geometry
 from simulate.model.model import Simulation as Simulated
 
+BASE_DEG, PLATFORM_DEG = np.array([0, 120, 120, 240, 240, 360]), np.repeat([60.0, 180.0, 300.0], 2)
 
-def ring(radius, angles_deg):
+
+def ring(radius, angles_deg) -> Any:
     turned = np.radians(angles_deg)
     return tuple((radius * float(np.cos(a)), radius * float(np.sin(a)), 0.0) for a in turned)
 
 
 def octahedral(base_m=0.5, platform_m=0.2, turn_deg=60.0):
     """Three pairs of legs that meet on the base, and on the platform with the next: the simplest Stewart platform."""
-    return Geometry(ring(base_m, [0, 120, 120, 240, 240, 360]), ring(platform_m, np.repeat([0, 120, 240], 2) + turn_deg), 0.3, 0.7)
+    return Geometry(ring(base_m, BASE_DEG), ring(platform_m, PLATFORM_DEG - 60.0 + turn_deg), 0.3, 0.7)
 
 
 @pytest.mark.parametrize("height", [0.3, 0.7])
@@ -63,11 +66,8 @@ def test_directions_that_are_held_alike_have_condition_one():
 
 def test_condition_knows_neither_the_unit_of_length_nor_how_the_world_is_turned():
     geometry = octahedral()
-    larger = Geometry(
-        *(tuple(tuple(1000.0 * x for x in p) for p in ring_) for ring_ in (geometry.base_joints_m, geometry.platform_joints_m)),
-        300.0,
-        700.0,
-    )
+    base, platform = (ring(1000.0 * radius, angles) for radius, angles in ((0.5, BASE_DEG), (0.2, PLATFORM_DEG)))
+    larger = Geometry(base, platform, 300.0, 700.0)
     small, large = (
         condition_of(legs_jacobian(g, np.array([[0.0, 0.0, height]]), np.eye(3)[None])) for g, height in ((geometry, 0.4), (larger, 400.0))
     )

@@ -92,12 +92,11 @@ def test_where_no_candidate_keeps_the_limit_it_is_said(prototype):
 
 def test_candidates_that_no_model_can_be_are_passed_over(prototype):
     # a platform that is deployed below where it is stowed
-    problem = Problem(
-        prototype,
-        (Free.of("geometry.deployed_height_m=0.1..0.9"),),
-        Measure.of("nominal:theta_z_deg"),
-        respond=lambda sweep, coded: answers_of(np.full(len(coded), 100.0 * sweep.model.geometry.deployed_height_m)),
-    )
+    def respond(sweep, coded):
+        return answers_of(np.full(len(coded), 100.0 * sweep.model.geometry.deployed_height_m))
+
+    free, measure = Free.of("geometry.deployed_height_m=0.1..0.9"), Measure.of("nominal:theta_z_deg")
+    problem = Problem(prototype, (free,), measure, respond=respond)
     found = design_deployment(problem, 60)
     assert 0.25 < found.values[0] < 0.3
 
@@ -110,6 +109,7 @@ def test_a_factor_follows_the_candidates_own_value(prototype):
         factors=tuple(factors_of(prototype, ["platform.mass_kg=+-0.1"])),
     )
     sweep = problem.candidate(np.array([1.2]))
+    assert sweep is not None
     assert (sweep.factors[0].low, sweep.factors[0].high) == pytest.approx((1.1, 1.3))
 
 

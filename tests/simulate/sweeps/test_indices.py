@@ -43,7 +43,7 @@ def test_of_a_product_of_signs_the_indices_are_the_shares_of_its_walsh_coefficie
     coefficients = {(0,): 3.0, (1,): -2.0, (0, 2): 1.0, (0, 1, 3): 0.5}
     levels = levels_of("saltelli", 6 * 4096, 4, 1)
     signs = np.sign(levels)
-    values = sum(size * np.prod(signs[:, list(places)], axis=1) for places, size in coefficients.items())
+    values = np.sum([size * np.prod(signs[:, list(places)], axis=1) for places, size in coefficients.items()], axis=0)
     found = indices_of("saltelli", "ABCD", levels, values)["indices"]
     whole = sum(size**2 for size in coefficients.values())
     for i, letter in enumerate("ABCD"):
