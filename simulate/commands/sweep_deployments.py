@@ -109,6 +109,7 @@ def _reported(options: Any, arguments: Sequence[str]) -> tuple[dict[str, Any], f
         "step": result.step,
         "tolerance": tolerance,
         "warnings": [*warnings_of(model), *warnings_of_rates(model)],
+        "wall_s": None,  # a key of the contract; a time here would make other bytes of the same input
         "provenance": note,
     }
     with _gate(options).together():

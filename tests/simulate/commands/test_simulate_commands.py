@@ -146,7 +146,7 @@ def test_a_sweep_writes_what_the_contract_says(folder, capsys):
     assert result["coefficients"]["A"] == pytest.approx(-result["coefficients"]["B"], rel=0.01)
     assert result["formula"].startswith("theta_z = ")
     assert result["variability_percent"]["A"] == pytest.approx(50, abs=1)
-    assert set(result) >= {"failed_percent", "tolerance", "formula", "provenance"}
+    assert set(result) >= {"failed_percent", "wall_s", "tolerance", "formula", "provenance"}
     assert files(folder / "out") == ["coefficients.csv", "responses.csv", "responses.csv.provenance.json", "sweep.png"]
     page = (folder / "sweep.html").read_text()
     assert f"{result['failed_percent']:.3g} % of 4 runs turn beyond 30 deg" in page
