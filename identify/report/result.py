@@ -243,10 +243,14 @@ def _at_bound(found: Explanation) -> str:
     return f" ({', '.join(ends)} at its bound)" if ends else ""
 
 
-def _within(found: Explanation) -> str:
-    """What of the model file was moved within its tolerances."""
+def within_tolerances(found: Explanation) -> str:
+    """What of the model file was moved within its tolerances, and by how many of them; nothing where it was not."""
     parts = [f"{effect.name} by {size:.1f}" for effect, size in found.within if size >= _WORTH_A_WORD]
-    return f"; the model file is off within its tolerances: {', '.join(parts)} of them" if parts else ""
+    return f"the model file is off within its tolerances: {', '.join(parts)} of them" if parts else ""
+
+
+def _within(found: Explanation) -> str:
+    return f"; {words}" if (words := within_tolerances(found)) else ""
 
 
 def _colour(found: Explanation) -> str:

@@ -8,6 +8,7 @@ from typing import Any
 from identify.criteria import CREDIBLE, GAP_P
 from identify.gap.gap_test import gap_test, p_words
 from identify.report.phrases import phrase_of
+from identify.report.result import within_tolerances
 from identify.selection.explain import Explanation
 from measure.pages.in_use import percent
 from measure.pages.page import facts_of, opened
@@ -89,6 +90,8 @@ def _held_runs(found: Explanation) -> list[Any]:
 def further(found: Explanation, result: Mapping[str, Any]) -> list[str]:
     """How sure it is, and what was ruled out."""
     told = [sureness(found)]
+    if found.findings and (words := within_tolerances(found)):
+        told.append(opened(words) + ". The extended model has it.")
     if result["missing_force"]:
         told.append(result["missing_force"])
     if result["noise_sentence"]:
