@@ -274,7 +274,7 @@ class Search:
         promise = ahead.promise
         assert promise is not None
         problem, start = _posed(ahead.beside.weighed, promise)
-        if promise.errors is None:
+        if promise.errors is None or ahead.beside.weighed.both.is_exact:
             found = weighed(to_the_end(solve(problem, start, loosely=True)))
             if found.log_z + self.prior(ahead.names) < ahead.log_weight - _SHORT:
                 self._keep(ahead.names, weighed(solve_from_afar(problem, start)))

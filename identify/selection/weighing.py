@@ -10,7 +10,7 @@ import numpy as np
 
 from identify.criteria import CLOSE, CREDIBLE, NOTHING, ROUGHLY, SURE_MISFIT, WITHIN
 from identify.estimation.fit import Fit
-from identify.estimation.least_squares import solve
+from identify.estimation.least_squares import laid_out, solve
 from identify.estimation.noise_model import ChannelNoise, spacing
 from identify.estimation.problem import Problem
 from identify.gap.gap_test import is_noise
@@ -194,11 +194,21 @@ def weighed(fit: Fit) -> Weighed:
     """
     exact, found = settled(Stand.exact(fit))
     loose = Stand.loose(exact.fit)
+    if loops_miss(exact.fit):
+        return Weighed(exact, loose, Both(found, None))
     both = _both(found, loose)
     if both.share_of_exact > CREDIBLE:
         return Weighed(exact, loose, both)
     within, of_within = settled(loose, found.noise)
     return Weighed(exact, within, Both(found, of_within))
+
+
+def loops_miss(fit: Fit) -> bool:
+    """Whether the loops by themselves are missed: then no tolerance helps, for a shaker knows nothing of the rig."""
+    if not fit.problem.films or not fit.problem.loops:
+        return False
+    alone = replace(fit.problem, films=())
+    return solve(alone, laid_out(fit, alone), enough=ROUGHLY, loosely=True).rms > CLOSE
 
 
 def weighed_within(given: Problem, q: Array, errors: Mapping[tuple[str, int], float]) -> Weighed:
