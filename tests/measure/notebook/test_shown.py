@@ -33,7 +33,8 @@ def test_the_figure_of_a_trajectory_has_its_channels_in_units_of_people():
 def test_progress_hands_on_what_it_is_given(capsys):
     assert list(progress_of("rows")(range(5))) == list(range(5))
     assert list(progress_of()(iter("abc"), 3)) == ["a", "b", "c"]
-    assert "rows" in capsys.readouterr().err
+    shown = capsys.readouterr()
+    assert "rows" in shown.out + shown.err
 
 
 def test_in_a_notebook_progress_stands_below_the_cell(capsys, monkeypatch):
