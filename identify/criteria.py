@@ -172,6 +172,9 @@ NOTHING, WITHIN = 0.5, 0.1
 WRONG_DRAWING = 0.15
 """Prior probability that something of the model file is wrong by more than its tolerance, all kinds together."""
 
+LOSES = 3.0
+"""Log evidence below the best first look, or below nothing, from which on a hypothesis is not looked at more closely."""
+
 UNNAMED = 0.02
 """Prior probability of a force that no catalogue holds, all tables together."""
 

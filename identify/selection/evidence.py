@@ -152,7 +152,8 @@ class Evidence:
         """Of base and releases, errors and amounts, (p + q + k, p + q + k)."""
         parts = parts_of(self.lines, self.columns)
         white = [White.of(part, noise) for part, noise in zip(parts, self.noise, strict=True)]
-        return _inverse(_information(white, prior_precision(self.lines, self.columns)))
+        precision = prior_precision(self.lines, self.columns)
+        return Factored.of(_information(white, precision)).solve(np.eye(len(precision)))
 
 
 def evidence(
@@ -240,21 +241,47 @@ def prior_pull(lines: Lines, own: Columns) -> Array:
 
 def solved(white: Sequence[White], counts: Sequence[Array], precision: Array, pull: Array) -> Array:
     """The step (p + q + k,) of weighted least squares with priors."""
-    normal, right = precision.copy(), pull.copy()
+    right = pull.copy()
     for one, count in zip(white, counts, strict=True):
-        weighted = one.values * count[:, None]
+        right[one.places] += one.values.T @ (count * one.gaps)
+    return -Factored.of(normal_matrix(white, counts, precision)).solve(right)
+
+
+def normal_matrix(white: Sequence[White], counts: Sequence[Array | float], precision: Array) -> Array:
+    """What measurements, each with its weight, and what is known beforehand say together, (p + q + k, p + q + k)."""
+    normal = precision.copy()
+    for one, count in zip(white, counts, strict=True):
+        weighted = one.values * (count[:, None] if isinstance(count, np.ndarray) else count)
         normal[np.ix_(one.places, one.places)] += weighted.T @ one.values
-        right[one.places] += weighted.T @ one.gaps
-    size = np.sqrt(np.maximum(np.diag(normal), 1e-300))
-    factor = linalg.cho_factor(normal / np.outer(size, size) + _JITTER * np.eye(len(size)))
-    return -linalg.cho_solve(factor, right / size) / size
+    return normal
 
 
 def _information(white: Sequence[White], precision: Array) -> Array:
-    normal = precision.copy()
-    for one in white:
-        normal[np.ix_(one.places, one.places)] += _INFORMATION * one.values.T @ one.values
-    return normal
+    return normal_matrix(white, [_INFORMATION] * len(white), precision)
+
+
+@dataclass(frozen=True)
+class Factored:
+    """A symmetric positive matrix, scaled by its diagonal and decomposed by Cholesky. root : (n, n), lower. size : (n,) of the scaling."""
+
+    root: Array
+    size: Array
+
+    @classmethod
+    def of(cls, matrix: Array) -> Factored:
+        """Decompose."""
+        size = np.sqrt(np.maximum(np.diag(matrix), 1e-300))
+        return cls(linalg.cholesky(matrix / np.outer(size, size) + _JITTER * np.eye(len(size)), lower=True), size)
+
+    def solve(self, right: Array) -> Array:
+        """The inverse times a vector (n,) or a matrix (n, k)."""
+        scaled = (right.T / self.size).T
+        return (np.asarray(linalg.cho_solve((self.root, True), scaled)).T / self.size).T
+
+    @property
+    def log_det(self) -> float:
+        """Logarithm of the determinant."""
+        return 2.0 * float(np.sum(np.log(np.diag(self.root))) + np.sum(np.log(self.size)))
 
 
 def _log_likelihood(lines: Lines, own: Columns, white: Sequence[White], left: Sequence[Array], found: Array) -> float:
@@ -268,20 +295,17 @@ def _log_likelihood(lines: Lines, own: Columns, white: Sequence[White], left: Se
 
 def _volume(own: Columns, amounts: Array, white: Sequence[White], precision: Array) -> float:
     """What is added to the log evidence for the width of the posterior, and for the bounds that cut it."""
-    normal = _information(white, precision)
-    size = np.sqrt(np.maximum(np.diag(normal), 1e-300))
-    root = linalg.cholesky(normal / np.outer(size, size) + _JITTER * np.eye(len(size)), lower=True)
-    log_det = 2.0 * float(np.sum(np.log(np.diag(root))) + np.sum(np.log(size)))
-    return _inside(own, amounts, root, size) - 0.5 * log_det
+    factored = Factored.of(_information(white, precision))
+    return _inside(own, amounts, factored) - 0.5 * factored.log_det
 
 
-def _inside(own: Columns, amounts: Array, root: Array, size: Array) -> float:
+def _inside(own: Columns, amounts: Array, factored: Factored) -> float:
     """What the bounds of a hypothesis do to its log evidence; nothing where there are none."""
     if not own.count or bool(np.all(np.isinf(own.low)) and np.all(np.isinf(own.high))):
         return 0.0
-    first = len(size) - own.count
-    rows = linalg.solve_triangular(root, np.eye(len(size))[:, first:], lower=True)
-    return log_inside(own, amounts, np.linalg.norm(rows, axis=0) / size[first:])
+    first = len(factored.size) - own.count
+    rows = linalg.solve_triangular(factored.root, np.eye(len(factored.size))[:, first:], lower=True)
+    return log_inside(own, amounts, np.linalg.norm(rows, axis=0) / factored.size[first:])
 
 
 def log_inside(own: Columns, amounts: Array, deviation: Array) -> float:
@@ -297,9 +321,3 @@ def _log_share(low: Array, high: Array) -> Array:
     a, b = np.where(mirrored, -high, low), np.where(mirrored, -low, high)
     upper, lower = special.log_ndtr(b), special.log_ndtr(a)
     return upper + np.log1p(-np.exp(np.minimum(lower - upper, -1e-16)))
-
-
-def _inverse(normal: Array) -> Array:
-    size = np.sqrt(np.maximum(np.diag(normal), 1e-300))
-    scaled = normal / np.outer(size, size) + _JITTER * np.eye(len(size))
-    return np.asarray(linalg.cho_solve(linalg.cho_factor(scaled), np.eye(len(size)))) / np.outer(size, size)

@@ -13,10 +13,20 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy import linalg
 
 from identify.estimation.noise_model import weights
-from identify.selection.evidence import Columns, Evidence, White, log_inside, parts_of, prior_precision, prior_pull, solved
+from identify.selection.evidence import (
+    Columns,
+    Evidence,
+    Factored,
+    White,
+    log_inside,
+    normal_matrix,
+    parts_of,
+    prior_precision,
+    prior_pull,
+    solved,
+)
 from measure.common.arrays import Array
 
 _JITTER = 1e-10
@@ -45,25 +55,21 @@ class FirstLook:
         self._noise = of.noise
         self._counts = [weights(left) for left in of.left]
         self._white = [White.of(part, noise) for part, noise in zip(parts_of(of.lines, of.columns), of.noise, strict=True)]
-        normal = prior_precision(of.lines, of.columns)
-        step = solved(self._white, self._counts, normal, prior_pull(of.lines, of.columns))
+        precision = prior_precision(of.lines, of.columns)
+        step = solved(self._white, self._counts, precision, prior_pull(of.lines, of.columns))
         self._left = [one.residual(step) for one in self._white]
-        for one, count in zip(self._white, self._counts, strict=True):
-            normal[np.ix_(one.places, one.places)] += (one.values * count[:, None]).T @ one.values
-        self._size = np.sqrt(np.maximum(np.diag(normal), 1e-300))
-        self._factor = linalg.cho_factor(normal / np.outer(self._size, self._size) + _JITTER * np.eye(len(normal)))
+        self._known = Factored.of(normal_matrix(self._white, self._counts, precision))
 
     def gain(self, columns: Columns) -> Gain:
         """What further columns bring, from nought."""
-        own, across, drive = np.diag(columns.spread**-2.0), np.zeros((len(self._size), columns.count)), np.zeros(columns.count)
+        own, across, drive = np.diag(columns.spread**-2.0), np.zeros((len(self._known.size), columns.count)), np.zeros(columns.count)
         for channel, noise, left, count, one in zip(self._apart, self._noise, self._left, self._counts, self._white, strict=True):
             values = noise.whitened(columns.values[channel.rows], channel.apart)
             weighted = values * count[:, None]
             own += weighted.T @ values
             across[one.places] += one.values.T @ weighted
             drive += weighted.T @ left
-        scaled = across / self._size[:, None]
-        rest = own - scaled.T @ np.asarray(linalg.cho_solve(self._factor, scaled))
+        rest = own - across.T @ self._known.solve(across)
         size = np.sqrt(np.maximum(np.diag(rest), 1e-300))
         unit = rest / np.outer(size, size) + _JITTER * np.eye(len(size))
         covariance = np.linalg.pinv(unit, hermitian=True) / np.outer(size, size)

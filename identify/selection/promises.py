@@ -2,26 +2,28 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator, Mapping
-from dataclasses import dataclass
+from collections.abc import Collection, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from identify.criteria import EFFECT_SPREAD, FORCES_DIFFER
+from identify.criteria import EFFECT_SPREAD, FORCES_DIFFER, LOSES
 from identify.estimation.parameters import STORED_FORCE
+from identify.estimation.problem import Problem
 from identify.selection.evidence import Columns
 from identify.selection.first_look import Gain
-from identify.selection.signatures import Signature, chords
+from identify.selection.signatures import chords
 from identify.selection.weighing import Both, Weighed
 from measure.common.arrays import Array
+from simulate.effects import StoredForcePerRun
 from simulate.model.effect import Effect
 
-FORCES = "stored-force-per-run"
+FORCES = StoredForcePerRun.name
 _SHOWN = 1e-6  # of the noise, by a typical size
 _CHORDS = 3.0  # of a size at which an effect is tried: one standard deviation of its prior
-_LOSES = 3.0  # log evidence that a name costs at a first look, from which on a closer one brings nothing
 _HALF = 0.5  # of what a name brings at a first look; one that brings less is not looked at in its place
+_DUE, _ANOTHER = 3, 0.3  # names that are fitted where the law had bent; part of a change that those before have not got
 _FEW = 3  # shapes of an effect that are weighed to the end
 
 
@@ -31,7 +33,8 @@ class Promise:
 
     shape : the effect in the shape that promises most, None for an error of the model file that has no parameters of its own.
     base : (k,) parameters of base and releases to fit it from. sizes : (n,) of the effect's own. errors : of the model file, by name and
-    place, in tolerances; None where it is likelier as it is. looks : a first look at every shape, and which of its parameters show.
+    place, in tolerances; None where it is likelier as it is. looks : a first look at every shape, and which of its parameters show; none of
+    an effect that is not linear. first : the most log evidence of a first look.
     """
 
     name: str
@@ -42,23 +45,57 @@ class Promise:
     sizes: Array
     errors: Mapping[tuple[str, int], float] | None
     looks: tuple[tuple[Gain, NDArray[np.bool_]], ...] = ()
+    first: float = -np.inf
 
 
 def promises(at: Weighed, catalogue: Mapping[str, type[Effect]], instead: str = "") -> Iterator[Promise]:
     """What each effect of a catalogue and each error of the model file would say beside a fit.
+
+    A first look tells which shapes of which effects matter. These are weighed to the end; of what brings too little the first look stands.
 
     Parameters
     ----------
     instead : an effect of the fit that is taken out meanwhile; by default none.
     """
     taken = {*at.names, instead}
-    stand, least = (at.doing_without(instead), _HALF * max(at.gain_of(instead), 0.0)) if instead else (at, -_LOSES)
+    stand, least = (at.doing_without(instead), _HALF * max(at.gain_of(instead), 0.0)) if instead else (at, -LOSES)
     if FORCES not in taken and len(at.fit.problem.films) > 1:
         yield _of_forces(stand, instead)
-    for name, kind in catalogue.items():
-        effect = at.exact.given.model.effect(kind)
-        if name not in taken and name != FORCES:
-            yield from (_of_effect if effect.is_linear() else _of_sizes)(stand, effect, instead, least)
+    effects = [at.exact.given.model.effect(kind) for name, kind in catalogue.items() if name not in taken and name != FORCES]
+    looked = [one for effect in effects if (one := _Looked.at(stand, effect)) is not None]
+    least = max([least, *(one.first - LOSES for one in looked)])
+    yield from (one.promise(stand, instead, least) for one in looked)
+
+
+def posed(before: Weighed, promise: Promise) -> tuple[Problem, Array]:
+    """The problem of a hypothesis with one name more than another, with the model file as it is, and where a fit of it starts."""
+    there, given = before.fit, before.exact.given
+    problem = given.with_effects([effect for effect in given.effects if effect.name != promise.instead])
+    own = np.concatenate([there.q[there.problem.rows_of(effect.name)] for effect in problem.effects] or [np.empty(0)])
+    if promise.shape is not None:
+        problem = problem.with_another(promise.shape)
+    elif promise.name == FORCES:
+        problem = replace(problem, forces_differ=True)
+    return problem, np.concatenate([promise.base, own, promise.sizes])
+
+
+def unlike(at: Weighed, found: Sequence[Promise]) -> list[str]:
+    """The few names that promise most where the law has bent to what is missing, no two of them for the same change of the gap."""
+    bring = sorted((promise for promise in found if promise.looks and promise.log_z > at.log_z), key=lambda promise: -promise.log_z)
+    chosen: list[str] = []
+    changes = np.empty((at.fit.problem.measured, 0))
+    for promise in bring:
+        gain = max((look for look, _ in promise.looks), key=lambda look: look.log_z)
+        change = np.zeros(len(at.fit.gaps))
+        change[: len(changes)] = gain.columns.values @ gain.amounts
+        change = at.fit.free_of_parameters(change)[: len(changes)]
+        left = change - changes @ (changes.T @ change)
+        if np.linalg.norm(left) > _ANOTHER * np.linalg.norm(change):
+            chosen.append(promise.name)
+            changes = np.column_stack([changes, left / np.linalg.norm(left)])
+        if len(chosen) == _DUE:
+            break
+    return chosen
 
 
 def _of_forces(at: Weighed, instead: str) -> Promise:
@@ -71,74 +108,80 @@ def _of_forces(at: Weighed, instead: str) -> Promise:
     return Promise(FORCES, instead, both.log_z, None, base, np.empty(0), errors)
 
 
-def _of_effect(at: Weighed, effect: Effect, instead: str, least: float) -> Iterator[Promise]:
-    """An effect in all its shapes, which share its prior, as one promise that starts from the best; none where it does not show.
+@dataclass(frozen=True)
+class _Shape:
+    """An effect in one shape as columns. shown : which of its parameters these are; None for a chord, which is of all of them together."""
 
-    A first look tells which shapes matter; these are weighed to the end, unless even the best gains less than `least`.
-    """
-    looks = [look for signature in at.signatures_of(effect) if (look := _look(at, signature)) is not None]
-    if not looks:
-        return
-    gains = [at.first_look.gain(look.columns) for look in looks]
-    shown = tuple((gain, look.shown) for gain, look in zip(gains, looks, strict=True))
-    order = sorted(range(len(looks)), key=lambda i: -gains[i].log_z)
-    own, few = {effect.name}, order[:_FEW]
-    if max(gain.most for gain in gains) < least and effect.name not in at.within.errors.names:
-        log_z = at.log_z + float(np.logaddexp.reduce([gains[i].log_z for i in few]) - np.log(len(looks)))
-        yield _hopeless(at, looks[order[0]].shape, instead, log_z, shown)
-        return
-    found = [at.beside(looks[i].columns, own) for i in few]
-    log_z = float(np.logaddexp.reduce([one.log_z for one in found]) - np.log(len(looks)))
-    best = int(np.argmax([one.log_z for one in found]))
-    look, both = looks[order[best]], found[best]
-    sizes = np.zeros(len(look.shown))
-    sizes[look.shown] = np.clip(both.likelier.amounts[-look.columns.count :], look.columns.low, look.columns.high)
-    yield Promise(effect.name, instead, log_z, look.shape, _base(at, both), sizes, _errors(at, both, own), shown)
+    effect: Effect
+    columns: Columns
+    shown: NDArray[np.bool_] | None
 
-
-def _of_sizes(at: Weighed, effect: Effect, instead: str, least: float) -> Iterator[Promise]:
-    """An effect that is not linear, tried at several sizes that share its prior; a fit starts from the likeliest."""
-    own, rows = {effect.name}, at.fit.problem.measured
-    tried = [(one, change[:rows, None]) for one, change in chords(at.fit, effect) if np.linalg.norm(change[:rows]) > _SHOWN]
-    if not tried:
-        return
-    columns = [Columns(column, np.array([_CHORDS]), np.zeros(1), np.zeros(1), np.array([np.inf])) for _, column in tried]
-    gains = [at.first_look.gain(one) for one in columns]
-    if max(gain.most for gain in gains) < least:
-        log_z = at.log_z + float(np.logaddexp.reduce([gain.log_z for gain in gains]) - np.log(len(gains)))
-        yield _hopeless(at, tried[0][0], instead, log_z)
-        return
-    found = [at.beside(one, own) for one in columns]
-    log_z = float(np.logaddexp.reduce([one.log_z for one in found]) - np.log(len(found)))
-    best = int(np.argmax([one.log_z for one in found]))
-    shape, both = tried[best][0], found[best]
-    yield Promise(effect.name, instead, log_z, shape, _base(at, both), np.zeros(len(shape.flat())), _errors(at, both, own))
-
-
-def _hopeless(at: Weighed, shape: Effect, instead: str, log_z: float, looks: tuple[tuple[Gain, NDArray[np.bool_]], ...] = ()) -> Promise:
-    """An effect that loses by its price: no fit will start from it."""
-    return Promise(shape.name, instead, log_z, shape, _base(at, at.both), np.zeros(len(shape.flat())), _errors(at, at.both), looks)
+    def sizes(self, amounts: Array) -> Array:
+        """Where a fit of the effect starts, (n,) in typical sizes from its shape: by a chord at the size at which it was tried."""
+        found = np.zeros(len(self.effect.flat()))
+        if self.shown is not None:
+            found[self.shown] = np.clip(amounts[-self.columns.count :], self.columns.low, self.columns.high)
+        return found
 
 
 @dataclass(frozen=True)
-class _Look:
-    """A shape of an effect as columns. shown : which of its parameters do anything."""
+class _Looked:
+    """An effect in all its shapes, which share its prior, each with its gain at a first look, the best first."""
 
-    shape: Effect
-    columns: Columns
-    shown: NDArray[np.bool_]
+    shapes: tuple[_Shape, ...]
+    gains: tuple[Gain, ...]
+
+    @classmethod
+    def at(cls, at: Weighed, effect: Effect) -> _Looked | None:
+        """Beside a fit; None where nothing of the effect shows."""
+        shapes = _slopes(at, effect) if effect.is_linear() else _chords(at, effect)
+        found = sorted(((one, at.first_look.gain(one.columns)) for one in shapes), key=lambda pair: -pair[1].log_z)
+        return cls(*zip(*found, strict=True)) if found else None
+
+    @property
+    def first(self) -> float:
+        """The most that a shape brings at a first look."""
+        return self.gains[0].log_z
+
+    def promise(self, at: Weighed, instead: str, least: float) -> Promise:
+        """The effect as one promise that starts from its best shape, weighed to the end if some shape may gain `least`."""
+        pairs = zip(self.gains, self.shapes, strict=True)
+        looks = tuple((gain, shape.shown) for gain, shape in pairs if shape.shown is not None)
+        name, few = self.shapes[0].effect.name, self.shapes[:_FEW]
+        if max(gain.most for gain in self.gains) < least and name not in at.within.errors.names:
+            log_z = at.log_z + self._shared([gain.log_z for gain in self.gains[:_FEW]])
+            shape, sizes = self.shapes[0].effect, np.zeros(len(self.shapes[0].effect.flat()))
+            return Promise(name, instead, log_z, shape, _base(at, at.both), sizes, _errors(at, at.both), looks, self.first)
+        found = [at.beside(one.columns, {name}) for one in few]
+        log_z, best = self._shared([one.log_z for one in found]), int(np.argmax([one.log_z for one in found]))
+        shape, both = few[best], found[best]
+        sizes = shape.sizes(both.likelier.amounts)
+        return Promise(name, instead, log_z, shape.effect, _base(at, both), sizes, _errors(at, both, {name}), looks, self.first)
+
+    def _shared(self, logs: Sequence[float]) -> float:
+        """Log evidence over all shapes, of which the few that bring most count."""
+        return float(np.logaddexp.reduce(logs) - np.log(len(self.shapes)))
 
 
-def _look(at: Weighed, signature: Signature) -> _Look | None:
-    shape, branch, values = signature
+def _slopes(at: Weighed, effect: Effect) -> list[_Shape]:
+    made = []
     problem, rows = at.fit.problem, at.fit.problem.measured
-    shown = np.linalg.norm(values[:rows], axis=0) > _SHOWN
-    if not shown.any():
-        return None
-    low, high = ((np.array(branch) - shape.flat()[:, None]) / shape.typical(problem.measures)[:, None])[shown].T
-    count = int(shown.sum())
-    spread = min(EFFECT_SPREAD, shape.prior_spread(problem.model, problem.measures))
-    return _Look(shape, Columns(values[:rows, shown], np.full(count, spread), np.zeros(count), low, high), shown)
+    for shape, branch, values in at.signatures_of(effect):
+        shown = np.linalg.norm(values[:rows], axis=0) > _SHOWN
+        if shown.any():
+            low, high = ((np.array(branch) - shape.flat()[:, None]) / shape.typical(problem.measures)[:, None])[shown].T
+            count = int(shown.sum())
+            spread = min(EFFECT_SPREAD, shape.prior_spread(problem.model, problem.measures))
+            made.append(_Shape(shape, Columns(values[:rows, shown], np.full(count, spread), np.zeros(count), low, high), shown))
+    return made
+
+
+def _chords(at: Weighed, effect: Effect) -> list[_Shape]:
+    """An effect that is not linear, tried at several sizes: each has a column of its own."""
+    rows = at.fit.problem.measured
+    tried = [(shape, change[:rows, None]) for shape, change in chords(at.fit, effect) if np.linalg.norm(change[:rows]) > _SHOWN]
+    spread, zero, most = np.array([_CHORDS]), np.zeros(1), np.array([np.inf])
+    return [_Shape(shape, Columns(column, spread, zero, zero, most), None) for shape, column in tried]
 
 
 def _base(at: Weighed, both: Both) -> Array:

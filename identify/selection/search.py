@@ -8,8 +8,8 @@ behind the stops a release has several local minima and straight lines lead nowh
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -17,23 +17,21 @@ from identify.criteria import CLOSE, FARTHEST_SPREADS, HALF, ROUGHLY, TWO_SIDED_
 from identify.estimation.fit import Fit
 from identify.estimation.least_squares import before_the_stops, solve, solve_from_afar, to_the_end
 from identify.estimation.multistart import released_again
-from identify.estimation.problem import Problem
 from identify.selection.priors import Prior
-from identify.selection.promises import FORCES, Promise, promises
+from identify.selection.promises import FORCES, Promise, posed, promises, unlike
 from identify.selection.unknown_force import Unnamed, is_unnamed, unnamed_forces
 from identify.selection.weighing import Weighed, along_lines, weighed, weighed_within
-from measure.common.arrays import Array
 from simulate.model.effect import Effect
 
 Names = tuple[str, ...]
 Say = Callable[[str], None]
 
 _STEPS = 8
-_DUE, _ANOTHER = 3, 0.3  # names that are fitted where the law had bent; part of a change that those before have not got
 _NEARLY_ALL = 0.9
 _NO_LARGER = 1.01  # times the gap: fits end within a hundredth
 _DEEPER = 10.0  # sum of squares by which another local minimum is worth looking from anew
 _SETTLING = 3  # fits of what turns out to hold the largest weight in the end
+_ASTRAY = 0.25  # of what straight lines missed of a name, that they may miss more of another
 _SHORT = 1.0  # of a promise, in log evidence: then the fit may have gone astray
 
 
@@ -96,7 +94,7 @@ class Ahead:
 @dataclass
 class Search:
     """What was fitted and what was only weighed. prior : log prior of a set of names. due : names that are fitted whatever they promise,
-    because the law had bent to what is missing."""
+    because the law had bent to what is missing. led : by what promise each was fitted."""
 
     catalogue: Mapping[str, type[Effect]]
     prior: Prior
@@ -108,6 +106,7 @@ class Search:
     promised: dict[Names, list[Promise]] = field(default_factory=dict)
     seen_from: set[Names] = field(default_factory=set)
     due: set[Names] = field(default_factory=set)
+    led: dict[Names, Ahead] = field(default_factory=dict)
     spent: int = 0
 
     @property
@@ -137,7 +136,7 @@ class Search:
             if worth and self.spent < self.budget.fits:
                 self._fit(max(worth, key=lambda one: one.log_weight))
             elif self.foremost.names not in self.seen_from and self._leads_on(self.foremost):
-                self._look_from(self.foremost)
+                self._look_from(self._brought_back(self.foremost) if self.foremost.names else self.foremost)
             else:
                 return
 
@@ -155,7 +154,7 @@ class Search:
         whole = self.fitted[()].fit.rms ** 2 - self.fitted[names].fit.rms ** 2
         found = [one for one in self.fitted.values() if set(one.names) <= set(names)]
         enough = [one for one in found if self.fitted[()].fit.rms ** 2 - one.fit.rms**2 >= _NEARLY_ALL * whole]
-        return min(enough, key=lambda one: (len(one.names), one.fit.rms))
+        return min(enough, key=lambda one: (len(one.names), -one.log_weight))
 
     def settled(self) -> Hypothesis:
         """The hypothesis with the largest probability, fitted if it was only weighed; of one with a force without a name the rest."""
@@ -172,13 +171,24 @@ class Search:
         """The same with releases looked for again where films are missed behind their stops: a fit may end in a wrong local minimum."""
         again = released_again(one.fit)
         if again.cost < one.fit.cost - _DEEPER:
-            self._keep(one.names, one.weighed.moved(again))
+            self._keep(one.names, one.weighed.from_another(again))
         return self.fitted[one.names]
 
     def _is_worth_a_fit(self, one: Ahead) -> bool:
         if one.promise is None or one.names in self.fitted:
             return False
-        return one.names in self.due or one.log_weight > self.foremost.log_weight - self.budget.least
+        return one.names in self.due or one.log_weight > self.foremost.log_weight - self.budget.least or self._is_alike(one)
+
+    def _is_alike(self, one: Ahead) -> bool:
+        """Whether it was promised nearly as much as the foremost one, from the same place, where straight lines led that one astray.
+
+        What lines miss of one name they miss of another, but for a part of it.
+        """
+        best, led = self.foremost, self.led.get(self.foremost.names)
+        if led is None or led.beside.names != one.beside.names:
+            return False
+        astray = max(best.log_weight - led.log_weight, 0.0)
+        return one.log_weight > led.log_weight - self.budget.least - _ASTRAY * astray
 
     def weights(self) -> dict[Names, float]:
         """Probability of each hypothesis that was fitted or weighed, the largest first; they add up to one.
@@ -223,11 +233,11 @@ class Search:
             found = list(promises(at, self.catalogue))
             self._weigh(one, found if further else (), reached)
             if further and at is not one.weighed and one.fit.rms < CLOSE:
-                self.due |= _foremost_of(one, at, found)
+                self.due |= {tuple(sorted({*one.names, name})) for name in unlike(at, found)}
             if at is one.weighed:
                 self.promised[one.names] = found
             if at.log_z == reached:
-                self._weigh_tables(one, at)
+                self._weigh_tables(one, at, max([0.0, *(promise.first for promise in found)]))
         for effect in one.fit.problem.effects:
             if effect.is_linear():  # another one cannot be taken out along straight lines
                 self._weigh(one, promises(one.weighed, self.catalogue, effect.name), one.weighed.log_z)
@@ -237,8 +247,8 @@ class Search:
             names = tuple(sorted({*one.names, promise.name} - {promise.instead}))
             self._ahead(Ahead(names, one, promise, one.weighed.log_z + promise.log_z - reached + self.prior(names)))
 
-    def _weigh_tables(self, one: Hypothesis, at: Weighed) -> None:
-        found = unnamed_forces(at)
+    def _weigh_tables(self, one: Hypothesis, at: Weighed, first: float) -> None:
+        found = unnamed_forces(at, first)
         if one.names not in self.tables:
             self.tables[one.names] = found
         for table in found:
@@ -273,7 +283,8 @@ class Search:
         self.say("fitting " + ", ".join(ahead.names))
         promise = ahead.promise
         assert promise is not None
-        problem, start = _posed(ahead.beside.weighed, promise)
+        self.led[ahead.names] = ahead
+        problem, start = posed(ahead.beside.weighed, promise)
         if promise.errors is None or ahead.beside.weighed.both.is_exact:
             found = weighed(to_the_end(solve(problem, start, loosely=True)))
             if found.log_z + self.prior(ahead.names) < ahead.log_weight - _SHORT:
@@ -305,44 +316,13 @@ class Search:
             again = to_the_end(solve(of, q, enough=ROUGHLY))
             if again.cost < nothing.weighed.exact.fit.cost - _DEEPER:
                 self._keep((), weighed(again))
-        elif not nothing.weighed.leaves_noise:
-            self._keep((), nothing.weighed.better_of(weighed_within(of, q, led.within.errors_by_key)))
+        elif nothing.weighed.both.within is not None and not nothing.weighed.leaves_noise:
+            self._keep((), weighed_within(of, q, led.within.errors_by_key))
 
 
 def halves(before: Fit, after: Fit) -> bool:
     """Whether a fit leaves at most half of what another leaves beyond the noise, in squares."""
     return max(after.rms**2 - 1.0, 0.0) <= HALF * max(before.rms**2 - 1.0, 0.0)
-
-
-def _posed(before: Weighed, promise: Promise) -> tuple[Problem, Array]:
-    """The problem of a hypothesis with one name more than another, with the model file as it is, and where a fit of it starts."""
-    there, given = before.fit, before.exact.given
-    problem = given.with_effects([effect for effect in given.effects if effect.name != promise.instead])
-    own = np.concatenate([there.q[there.problem.rows_of(effect.name)] for effect in problem.effects] or [np.empty(0)])
-    if promise.shape is not None:
-        problem = problem.with_another(promise.shape)
-    elif promise.name == FORCES:
-        problem = replace(problem, forces_differ=True)
-    return problem, np.concatenate([promise.base, own, promise.sizes])
-
-
-def _foremost_of(one: Hypothesis, at: Weighed, found: Sequence[Promise]) -> set[Names]:
-    """The few names that promise most where the law has bent to what is missing, no two of them for the same change of the gap."""
-    bring = sorted((promise for promise in found if promise.looks and promise.log_z > at.log_z), key=lambda promise: -promise.log_z)
-    chosen: list[str] = []
-    changes = np.empty((at.fit.problem.measured, 0))
-    for promise in bring:
-        gain = max((look for look, _ in promise.looks), key=lambda look: look.log_z)
-        change = np.zeros(len(at.fit.gaps))
-        change[: len(changes)] = gain.columns.values @ gain.amounts
-        change = at.fit.free_of_parameters(change)[: len(changes)]
-        left = change - changes @ (changes.T @ change)
-        if np.linalg.norm(left) > _ANOTHER * np.linalg.norm(change):
-            chosen.append(promise.name)
-            changes = np.column_stack([changes, left / np.linalg.norm(left)])
-        if len(chosen) == _DUE:
-            break
-    return {tuple(sorted({*one.names, name})) for name in chosen}
 
 
 def _is_bent(fit: Fit) -> bool:

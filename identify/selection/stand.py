@@ -22,6 +22,7 @@ from identify.selection.evidence import Channel, Columns, Evidence, Lines, evide
 from identify.selection.model_errors import ModelErrors, model_errors, tolerance_of
 from identify.selection.signatures import Signature
 from measure.common.arrays import Array
+from simulate.effects import StoredForcePerRun
 from simulate.files.model_file import add_effects
 from simulate.model.effect import Effect
 from simulate.model.model import Model
@@ -82,7 +83,7 @@ class Stand:
     @property
     def names(self) -> set[str]:
         """What the hypothesis adds to the model."""
-        forces = {"stored-force-per-run"} if self.fit.problem.forces_differ else set()
+        forces = {StoredForcePerRun.name} if self.fit.problem.forces_differ else set()
         return {*forces, *(effect.name for effect in self.fit.problem.effects)}
 
     def doing_without(self, name: str) -> Stand:
@@ -200,9 +201,11 @@ def settled(stand: Stand, noise: tuple[ChannelNoise, ...] = ()) -> tuple[Stand, 
 
 
 def _from_afar(stand: Stand) -> Stand:
-    """A stand led by ever longer films, from where it is and from the model file as it is, whichever leads farther."""
-    starts = [(stand.fit.q, stand.sizes), (stand.origin, np.zeros(len(stand.sizes)))]
-    return max((_led(stand, *start) for start in starts), key=lambda one: one.weighed().log_z)
+    """A stand led by ever longer films, from where it is; where that leaves a gap also from the model file as it is."""
+    led = _led(stand, stand.fit.q, stand.sizes)
+    if led.fit.rms < CLOSE:
+        return led
+    return max(led, _led(stand, stand.origin, np.zeros(len(stand.sizes))), key=lambda one: one.weighed().log_z)
 
 
 def _led(stand: Stand, q: Array, sizes: Array) -> Stand:

@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from identify.criteria import ROUGHLY
+from identify.criteria import LOSES, ROUGHLY
 from identify.estimation.fit import Fit
 from identify.estimation.least_squares import laid_out, solve
 from identify.gap.leg_force import LEG_TABLES, PLACES, LegForce, LegTable, leg_table_over
@@ -24,7 +24,6 @@ from simulate.model.effect import Effect
 SIZES = (1.0, 10.0, 100.0, 1000.0)  # standard deviations of the prior, in typical sizes of the tables
 _SHOWN = 1e-6
 _MOST_STEPS = 12
-_LOSES = 3.0  # log evidence that a table costs at a first look, from which on a closer one brings nothing
 _ROUNDS = 4  # from one size to the next the noise changes little
 
 Places = NDArray[np.intp]
@@ -79,10 +78,14 @@ class Unnamed:
         return MissingForce(type(table), table.places[used], force[used], sigma[used], dict(leads), table.spacing)
 
 
-def unnamed_forces(at: Weighed) -> list[Unnamed]:
+def unnamed_forces(at: Weighed, first: float = 0.0) -> list[Unnamed]:
     """Every table weighed along straight lines, those with the largest evidence first.
 
     A force on the platform is weighed as a vertical one, and as one in every direction that films tell; both have the same share.
+
+    Parameters
+    ----------
+    first : the most log evidence that a name brings at a first look; a table that may not come near it is not looked at more closely.
     """
     problem = at.fit.problem
     tables: list[tuple[Effect, list[Places]]] = [(leg_table_over(problem, kind), [np.arange(PLACES)]) for kind in LEG_TABLES]
@@ -91,15 +94,15 @@ def unnamed_forces(at: Weighed) -> list[Unnamed]:
         vertical = seen[seen < KNOTS]
         directions = [seen] if len(vertical) in (0, len(seen)) else [vertical, seen]
         tables += [(table_over(problem, along), directions) for along in ALONGS]
-    found = [one for table, places in tables if (one := _weighed(at, table, places)) is not None]
+    found = [one for table, places in tables if (one := _weighed(at, table, places, first - LOSES)) is not None]
     return sorted(found, key=lambda one: -one.log_z)
 
 
-def _weighed(at: Weighed, table: Effect, directions: list[Places]) -> Unnamed | None:
+def _weighed(at: Weighed, table: Effect, directions: list[Places], least: float) -> Unnamed | None:
     """The table with the likeliest of its directions; its evidence is that of all of them."""
     columns = _columns(at, table, directions[-1])
     shown = [places[np.linalg.norm(columns[:, places], axis=0) > _SHOWN] for places in directions]
-    found = [_of_any_size(at, table, columns[:, places], places) for places in shown if len(places)]
+    found = [_of_any_size(at, table, columns[:, places], places, least) for places in shown if len(places)]
     if not found:
         return None
     log_z = float(np.logaddexp.reduce([one.log_z for one in found]) - np.log(len(found)))
@@ -117,14 +120,14 @@ def _columns(at: Weighed, table: Effect, places: Places) -> Array:
     return found
 
 
-def _of_any_size(at: Weighed, table: Effect, columns: Array, places: Places) -> Unnamed:
-    """A table with a prior of any size; a first look tells whether one of them is worth a closer one."""
+def _of_any_size(at: Weighed, table: Effect, columns: Array, places: Places, least: float) -> Unnamed:
+    """A table with a prior of any size; a first look tells whether one of them may gain `least` and is worth a closer one."""
     of_sizes = [Columns.free(columns, size) for size in SIZES]
     gains = [at.first_look.gain(one) for one in of_sizes]
     whole = float(np.logaddexp.reduce([one.log_z for one in gains]) - np.log(len(SIZES)))
     best = int(np.argmax([one.log_z for one in gains]))
     log_z, covariance, amounts = at.log_z + whole, gains[best].covariance, gains[best].amounts
-    if max(gain.most for gain in gains) > -_LOSES:
+    if max(gain.most for gain in gains) > least:
         found: list[Both] = []
         for one in of_sizes:
             found.append(at.beside(one, noise=found[-1].likelier.noise if found else at.evidence.noise, rounds=_ROUNDS))

@@ -154,7 +154,7 @@ class Weighed:
         within = max(loose, key=lambda one: one.both.within.log_z if one.both.within is not None else -np.inf, default=exact)
         return Weighed(exact.exact, within.within, Both(exact.both.exact, within.both.within))
 
-    def moved(self, fit: Fit) -> Weighed:
+    def from_another(self, fit: Fit) -> Weighed:
         """The same hypothesis from another fit of the likelier stand."""
         if self.both.is_exact:
             return weighed(fit)
