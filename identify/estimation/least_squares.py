@@ -16,7 +16,7 @@ from identify.estimation.fit import Fit
 from identify.estimation.problem import Problem
 from measure.common.arrays import Array
 
-_SAME_COURSE, _SAME_PLACE = 1e-3, 0.2  # relative change of the sum of squares, and way in scales, within which a Jacobian is still good
+_FORESEEN = 0.3  # part of a change of the gaps that a Jacobian may miss and still be updated instead of being worked out again
 _AT_BOUND, _OFF_BOUND = 1e-6, 1e-3  # in scales: nearer than this a parameter is at its bound, and starts so far off it
 _EARLY_SPREAD = 30.0  # typical sizes
 _FIRST_LEG, _NEXT_LEG, _LAST_LEG = 12, 6, 60
@@ -64,7 +64,7 @@ def solve(
     )
     fit = Fit(problem, course.whole(found.x), found.fun, np.empty(0), found.status > 0, chosen, robust, int(found.nfev))
     jacobian = np.zeros((len(found.fun), len(fit.columns)))
-    jacobian[:, np.isin(fit.columns, moving)] = found.jac if problem.films else course.fresh(found.x)
+    jacobian[:, np.isin(fit.columns, moving)] = found.jac if loosely and problem.films else course.fresh(found.x)
     fit = replace(fit, jacobian=jacobian)
     return fit if loosely else polished(fit)
 
@@ -117,12 +117,15 @@ def polished(fit: Fit) -> Fit:
 
 
 class _Course:
-    """The way of a fit: gaps as they are asked for, and a Jacobian that is worked out again only where it may have changed."""
+    """The way of a fit: gaps as they are asked for, and a Jacobian that is worked out again where it no longer foresees the gaps.
+
+    Elsewhere it is updated by what a step has shown (Broyden 1965), which costs no simulation.
+    """
 
     def __init__(self, problem: Problem, q: Array, moving: NDArray[np.intp]) -> None:
         self.problem, self.q, self.moving, self.start = problem, q, moving, q[moving]
         self.seen: tuple[Array, Array] | None = None
-        self.slopes: tuple[Array, float, Array] | None = None
+        self.slopes: tuple[Array, Array, Array] | None = None
 
     def whole(self, part: Array) -> Array:
         filled = self.q.copy()
@@ -139,17 +142,23 @@ class _Course:
 
     def jacobian(self, part: Array) -> Array:
         here = self.gaps(part)
-        cost = float(here @ here)
-        if self.slopes is None or not self._near(part, cost):
-            self.slopes = part.copy(), cost, self.fresh(part)
+        updated = None
+        if self.slopes is not None and self.problem.films:
+            at, before, slopes = self.slopes
+            updated = updated_slopes(slopes, part - at, here - before)
+        self.slopes = part.copy(), here, self.fresh(part) if updated is None else updated
         return self.slopes[2]
 
-    def _near(self, part: Array, cost: float) -> bool:
-        assert self.slopes is not None
-        at, before, _ = self.slopes
-        if not self.problem.films:
-            return bool(np.array_equal(part, at))
-        return abs(cost - before) < _SAME_COURSE * before and bool(np.max(np.abs(part - at)) < _SAME_PLACE)
+
+def updated_slopes(slopes: Array, step: Array, change: Array) -> Array | None:
+    """A Jacobian (m, k) after a step (k,) that changed the gaps by (m,), by Broyden's update; None where it did not foresee the change."""
+    missed = change - slopes @ step
+    length = float(step @ step)
+    if length == 0.0:
+        return slopes
+    if float(missed @ missed) > _FORESEEN**2 * float(change @ change):
+        return None
+    return slopes + np.outer(missed, step / length)
 
 
 def solve_from_afar(problem: Problem, start: Array | None = None, *, free: Sequence[int] | None = None, most_steps: int = 20) -> Fit:

@@ -8,12 +8,14 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from identify.criteria import EFFECT_SPREAD, FORCES_DIFFER, LOSES
+from identify.criteria import EFFECT_SPREAD, FORCES_DIFFER, LOSES, ROUGHLY
+from identify.estimation.least_squares import solve
 from identify.estimation.parameters import STORED_FORCE
 from identify.estimation.problem import Problem
 from identify.selection.evidence import Columns
 from identify.selection.first_look import Gain
 from identify.selection.signatures import chords
+from identify.selection.stand import Stand
 from identify.selection.weighing import Both, Weighed
 from measure.common.arrays import Array
 from simulate.effects import StoredForcePerRun
@@ -23,7 +25,7 @@ FORCES = StoredForcePerRun.name
 _SHOWN = 1e-6  # of the noise, by a typical size
 _CHORDS = 3.0  # of a size at which an effect is tried: one standard deviation of its prior
 _HALF = 0.5  # of what a name brings at a first look; one that brings less is not looked at in its place
-_DUE, _ANOTHER = 3, 0.3  # names that are fitted where the law had bent; part of a change that those before have not got
+_STEPS, _NEARLY = 8, 5.0  # of a fit in a few steps; log evidence below the best of them, from where a whole fit may still lead higher
 _FEW = 3  # shapes of an effect that are weighed to the end
 
 
@@ -79,23 +81,21 @@ def posed(before: Weighed, promise: Promise) -> tuple[Problem, Array]:
     return problem, np.concatenate([promise.base, own, promise.sizes])
 
 
-def unlike(at: Weighed, found: Sequence[Promise]) -> list[str]:
-    """The few names that promise most where the law has bent to what is missing, no two of them for the same change of the gap."""
-    bring = sorted((promise for promise in found if promise.looks and promise.log_z > at.log_z), key=lambda promise: -promise.log_z)
-    chosen: list[str] = []
-    changes = np.empty((at.fit.problem.measured, 0))
-    for promise in bring:
-        gain = max((look for look, _ in promise.looks), key=lambda look: look.log_z)
-        change = np.zeros(len(at.fit.gaps))
-        change[: len(changes)] = gain.columns.values @ gain.amounts
-        change = at.fit.free_of_parameters(change)[: len(changes)]
-        left = change - changes @ (changes.T @ change)
-        if np.linalg.norm(left) > _ANOTHER * np.linalg.norm(change):
-            chosen.append(promise.name)
-            changes = np.column_stack([changes, left / np.linalg.norm(left)])
-        if len(chosen) == _DUE:
-            break
-    return chosen
+def nearly_as_good(at: Weighed, found: Sequence[Promise]) -> list[Promise]:
+    """Every name fitted in a few steps from where the law is as the model file has it: those that come near the best one.
+
+    Where a law has bent to what is missing, straight lines say little of any name.
+    """
+    tried = []
+    for promise in found:
+        if promise.shape is not None and promise.looks:
+            problem, start = posed(at, promise)
+            fit = solve(problem, start, most_steps=_STEPS, enough=ROUGHLY, loosely=True)
+            first, own = problem.first_effect, problem.rows_of(promise.name)
+            log_z = Stand.exact(fit).weighed(at.evidence.noise).log_z
+            tried.append(replace(promise, log_z=log_z, base=fit.q[:first], sizes=fit.q[own], errors=None))
+    best = max((one.log_z for one in tried), default=0.0)
+    return [one for one in tried if one.log_z > best - _NEARLY]
 
 
 def _of_forces(at: Weighed, instead: str) -> Promise:

@@ -18,7 +18,7 @@ from identify.estimation.fit import Fit
 from identify.estimation.least_squares import before_the_stops, solve, solve_from_afar, to_the_end
 from identify.estimation.multistart import released_again
 from identify.selection.priors import Prior
-from identify.selection.promises import FORCES, Promise, posed, promises, unlike
+from identify.selection.promises import FORCES, Promise, nearly_as_good, posed, promises
 from identify.selection.unknown_force import Unnamed, is_unnamed, unnamed_forces
 from identify.selection.weighing import Weighed, along_lines, weighed, weighed_within
 from simulate.model.effect import Effect
@@ -31,7 +31,7 @@ _NEARLY_ALL = 0.9
 _NO_LARGER = 1.01  # times the gap: fits end within a hundredth
 _DEEPER = 10.0  # sum of squares by which another local minimum is worth looking from anew
 _SETTLING = 3  # fits of what turns out to hold the largest weight in the end
-_ASTRAY = 0.25  # of what straight lines missed of a name, that they may miss more of another
+_ALIKE = 0.25  # of what the foremost name was promised, that another may be promised less and be as good where lines lead astray
 _SHORT = 1.0  # of a promise, in log evidence: then the fit may have gone astray
 
 
@@ -180,15 +180,11 @@ class Search:
         return one.names in self.due or one.log_weight > self.foremost.log_weight - self.budget.least or self._is_alike(one)
 
     def _is_alike(self, one: Ahead) -> bool:
-        """Whether it was promised nearly as much as the foremost one, from the same place, where straight lines led that one astray.
-
-        What lines miss of one name they miss of another, but for a part of it.
-        """
+        """Whether it was promised nearly as much as the foremost one, from the same place, where straight lines led that one astray."""
         best, led = self.foremost, self.led.get(self.foremost.names)
-        if led is None or led.beside.names != one.beside.names:
+        if led is None or led.beside.names != one.beside.names or best.log_weight < led.log_weight + self.budget.least:
             return False
-        astray = max(best.log_weight - led.log_weight, 0.0)
-        return one.log_weight > led.log_weight - self.budget.least - _ASTRAY * astray
+        return one.log_weight > led.log_weight - max(_ALIKE * (led.log_weight - led.beside.log_weight), self.budget.least)
 
     def weights(self) -> dict[Names, float]:
         """Probability of each hypothesis that was fitted or weighed, the largest first; they add up to one.
@@ -233,7 +229,7 @@ class Search:
             found = list(promises(at, self.catalogue))
             self._weigh(one, found if further else (), reached)
             if further and at is not one.weighed and one.fit.rms < CLOSE:
-                self.due |= {tuple(sorted({*one.names, name})) for name in unlike(at, found)}
+                self._weigh(one, self._due_from(one, nearly_as_good(at, found)), reached)
             if at is one.weighed:
                 self.promised[one.names] = found
             if at.log_z == reached:
@@ -241,6 +237,10 @@ class Search:
         for effect in one.fit.problem.effects:
             if effect.is_linear():  # another one cannot be taken out along straight lines
                 self._weigh(one, promises(one.weighed, self.catalogue, effect.name), one.weighed.log_z)
+
+    def _due_from(self, one: Hypothesis, found: list[Promise]) -> list[Promise]:
+        self.due |= {tuple(sorted({*one.names, promise.name})) for promise in found}
+        return found
 
     def _weigh(self, one: Hypothesis, found: Iterable[Promise], reached: float) -> None:
         for promise in found:
@@ -268,14 +268,14 @@ class Search:
         the law may have bent to what is missing, where no loops hold it, they are taken from the law of the model file, too.
         """
         exact, far = one.weighed.exact.fit, one.fit.rms >= CLOSE and bool(one.fit.problem.films)
-        stands, near = [(one.weighed, one.weighed.log_z)], one.weighed
-        problem = before_the_stops(exact.problem)
-        if far and problem is not exact.problem:
-            near = weighed(solve(problem, exact.q))
-            stands.append((near, near.log_z))
-        if one.fit.problem.loops or not (far or _is_bent(near.exact.fit)):
+        bends = not one.fit.problem.loops
+        stands, problem = [(one.weighed, one.weighed.log_z)], before_the_stops(exact.problem)
+        if not (far or (bends and _is_bent(exact))):
             return stands
-        return [*stands, (along_lines(_with_law_as_given(near.exact.fit)), near.log_z)]
+        near = weighed(solve(problem, exact.q)) if problem is not exact.problem else one.weighed
+        if far and near is not one.weighed:
+            stands.append((near, near.log_z))
+        return [*stands, (along_lines(_with_law_as_given(near.exact.fit)), near.log_z)] if bends else stands
 
     def _fit(self, ahead: Ahead) -> None:
         """Fit a hypothesis that was only weighed, whole."""
@@ -285,7 +285,9 @@ class Search:
         assert promise is not None
         self.led[ahead.names] = ahead
         problem, start = posed(ahead.beside.weighed, promise)
-        if promise.errors is None or ahead.beside.weighed.both.is_exact:
+        if ahead.names in self.due:
+            found = weighed(solve_from_afar(problem, start))
+        elif promise.errors is None or ahead.beside.weighed.both.is_exact:
             found = weighed(to_the_end(solve(problem, start, loosely=True)))
             if found.log_z + self.prior(ahead.names) < ahead.log_weight - _SHORT:
                 self._keep(ahead.names, weighed(solve_from_afar(problem, start)))

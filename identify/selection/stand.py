@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from identify.criteria import CLOSE, EFFECT_SPREAD
 from identify.estimation.fit import Fit
-from identify.estimation.least_squares import horizons
+from identify.estimation.least_squares import horizons, updated_slopes
 from identify.estimation.noise_model import ChannelNoise, log_likelihood, spacing
 from identify.estimation.problem import Problem
 from identify.selection.evidence import Channel, Columns, Evidence, Lines, evidence
@@ -28,7 +28,6 @@ from simulate.model.effect import Effect
 from simulate.model.model import Model
 
 _MOST_STEPS, _NEAR = 10, 0.1  # a step within so many standard deviations changes nothing
-_CLOSE_BY = 1.0  # the same, within which linear pieces hold
 _HARDLY = 0.5  # of a log probability, that a step promises
 _SHARES = (1.0, 0.5, 0.2)  # of a step that are tried
 
@@ -37,7 +36,8 @@ _SHARES = (1.0, 0.5, 0.2)  # of a step that are tried
 class Stand:
     """A fit of a model file that is off by `sizes` (q,) of its errors, in tolerances.
 
-    given : the model file itself, without these errors. left_out : an effect that is taken out along straight lines.
+    given : the model file itself, without these errors. left_out : an effect that is taken out along straight lines. is_fresh : whether the
+    linear pieces were worked out right here.
     """
 
     given: Problem
@@ -45,6 +45,7 @@ class Stand:
     errors: ModelErrors
     sizes: Array
     left_out: str = ""
+    is_fresh: bool = False
 
     @classmethod
     def exact(cls, fit: Fit) -> Stand:
@@ -170,15 +171,27 @@ class Stand:
 
         return self.given.with_model(off) if effects else self.given
 
-    def close_by(self, problem: Problem, q: Array, sizes: Array) -> Stand:
-        """Simulated anew elsewhere, so close that the linear pieces still hold."""
-        return replace(self, fit=Fit(problem, q, problem.gaps(q), self.fit.jacobian, self.fit.converged), sizes=sizes)
-
     def at(self, problem: Problem, q: Array, sizes: Array) -> Stand:
         """Simulated anew elsewhere, with new linear pieces."""
         gaps, jacobian = problem.jacobian(q)
         fit = Fit(problem, q, gaps, jacobian, self.fit.converged)
-        return replace(self, fit=fit, errors=self.errors.at(fit), sizes=sizes)
+        return replace(self, fit=fit, errors=self.errors.at(fit), sizes=sizes, is_fresh=True)
+
+    @cached_property
+    def anew(self) -> Stand:
+        """The same with linear pieces that are worked out right here."""
+        return self.at(self.fit.problem, self.fit.q, self.sizes)
+
+    def moved_to(self, problem: Problem, q: Array, sizes: Array) -> Stand:
+        """Simulated anew elsewhere; the linear pieces are updated by what the way has shown where they foresaw it."""
+        gaps, k, m = problem.gaps(q), len(q), problem.measured
+        slopes = np.zeros((len(gaps), k + len(sizes)))
+        slopes[:, :k], slopes[:m, k:] = self.fit.jacobian, self.errors.columns
+        updated = updated_slopes(slopes, np.concatenate([q - self.fit.q, sizes - self.sizes]), gaps - self.fit.gaps)
+        if updated is None:
+            return self.at(problem, q, sizes)
+        fit = Fit(problem, q, gaps, updated[:, :k], self.fit.converged)
+        return replace(self, fit=fit, errors=replace(self.errors, columns=updated[:m, k:]), sizes=sizes, is_fresh=False)
 
     def log_probability(self, problem: Problem, q: Array, sizes: Array, noise: tuple[ChannelNoise, ...], rows: NDArray[np.intp]) -> float:
         """Of measurements and parameters at a place, as simulated there, but for a constant."""
@@ -220,11 +233,11 @@ def _led(stand: Stand, q: Array, sizes: Array) -> Stand:
 
 def _stepped(stand: Stand, found: Evidence) -> tuple[Stand, Evidence]:
     for _ in range(_MOST_STEPS):
-        after = _a_step_on(stand, found)
+        after = _a_step_on(stand, found) or (None if stand.is_fresh else stand.anew)
         if after is None:
-            break
+            return stand, found
         stand, found = after, after.weighed(found.noise)
-    return stand, found
+    return (stand, found) if stand.is_fresh else (stand.anew, stand.anew.weighed(found.noise))
 
 
 def _a_step_on(stand: Stand, found: Evidence) -> Stand | None:
@@ -242,5 +255,5 @@ def _a_step_on(stand: Stand, found: Evidence) -> Stand | None:
         q, sizes = np.clip(stand.fit.q + share * step, low, high), stand.sizes + share * change
         problem = stand.with_errors(sizes)
         if stand.log_probability(problem, q, sizes, found.noise, rows) > here + _HARDLY:
-            return stand.close_by(problem, q, sizes) if way < _CLOSE_BY else stand.at(problem, q, sizes)
+            return stand.moved_to(problem, q, sizes)
     return None
