@@ -158,6 +158,13 @@ STRAIGHT_FROM = 0.5
 GAP_P = 1e-3
 """Less likely than this as noise is called a gap: a model is compared more often than it is wrong."""
 
+DRAGGED = 10.0
+"""Standard deviations of what is known beforehand beyond which a fit that moved a release or a law has met another rig, table or clock: by
+chance never, and by an effect that is missing seldom."""
+
+LAW_LOST = 0.5
+"""Standard error of a number of the law, in parts of what the model file has, from which on a fit knows it worse than the file does."""
+
 CLEAR_LEAD = 3.0
 """Log evidence, one to twenty, from which on one variable says better than another what a force goes with."""
 

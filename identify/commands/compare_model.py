@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from argparse import Namespace
 from collections.abc import Sequence
+from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -78,6 +79,8 @@ def _compared(given: Namespace) -> list[str]:
 
 def result_of(found: Comparison) -> dict[str, Any]:
     """The result of `compare-model --json`."""
+    from identify.gap.dragged import dragged
+
     names = list(dict.fromkeys(curve.run for curve in found.curves))
     return {
         "runs": [{"file": name, "channels": {c.channel: c.numbers for c in found.curves if c.run == name}} for name in names],
@@ -85,14 +88,17 @@ def result_of(found: Comparison) -> dict[str, Any]:
         "gap_is_noise": found.gap_is_noise,
         "rms_over_noise": found.fit.rms,
         "p_value": found.test.p_value,
+        "dragged": [{**asdict(one), "sentence": one.sentence} for one in dragged(found.fit)],
     }
 
 
 def summary(found: Comparison) -> list[str]:
     """What is printed for people."""
+    from identify.gap.dragged import dragged, in_words
     from identify.gap.gap_test import p_words
 
-    lines = [f"{'run':<24}{'channel':<14}{'rmse':>11}{'largest':>11}{'nrmse %':>10}{'fit %':>9}{'noise':>11}"]
+    moved = [f"moved    {words}" for words in in_words(dragged(found.fit))]
+    lines = [*moved, f"{'run':<24}{'channel':<14}{'rmse':>11}{'largest':>11}{'nrmse %':>10}{'fit %':>9}{'noise':>11}"]
     for curve in found.curves:
         n = curve.numbers
         lines.append(

@@ -110,6 +110,8 @@ def summary(found: Explanation) -> list[str]:
     result = result_of(found)
     lines = [f"record   {result['noise_sentence']}"] if result["noise_sentence"] else []
     lines.append(f"verdict  {found.verdict}: {result['sentence']}")
+    if left := result["law_not_written"]:
+        lines.append(f"law      stays as the model file has it: {'; '.join(left)}")
     gap = result["gap"]
     lines.append(f"gap      {gap['before']['rms_over_noise']:.3g} -> {gap['after']['rms_over_noise']:.3g} times the noise")
     if "held_out" in gap:

@@ -11,6 +11,7 @@ from identify.campaign.load_cell_zeros import drifts_of, zeros_of
 from identify.criteria import LIKELY
 from identify.design.next_test import NextTest
 from identify.draft.effect_file import FILE
+from identify.gap.dragged import dragged, in_words, lost
 from identify.gap.localise import force_in_loops, locate
 from identify.loops.covariates import hint, shares
 from identify.selection.explain import Explanation, Ranked
@@ -58,6 +59,8 @@ def result_of(found: Explanation, missing_force_file: str | None = None) -> dict
             {"name": effect.name, "in_tolerances": size, "parameters": dict(zip(effect.flat_names(), effect.flat().tolist(), strict=True))}
             for effect, size in found.within
         ],
+        "dragged": [{**asdict(one), "sentence": one.sentence} for one in dragged(found.after)],
+        "law_not_written": list(lost(found.after)),
         "loop_zeros_N": zeros_of(found.after),
         "loop_drifts_N_per_s": drifts_of(found.after),
         "noise_added": [asdict(one) for one in found.noise_added],
@@ -211,7 +214,11 @@ def missing_table(found: Explanation) -> dict[str, Any] | None:
 
 
 def sentence(found: Explanation) -> str:
-    """The finding in a sentence."""
+    """The finding in a sentence; what a fit had to move far beyond the model file stands first."""
+    return "; ".join([*in_words(dragged(found.after)), _finding_in_words(found)])
+
+
+def _finding_in_words(found: Explanation) -> str:
     plain = {
         "no-gap": "what is left between model and measurement is noise" + _colour(found) + _within(found),
         "unknown": "there is a gap, and nothing in the catalogue explains it" + _in_formula(found),

@@ -25,6 +25,7 @@ from identify.estimation.least_squares import laid_out, solve, solve_from_afar
 from identify.estimation.multistart import released_again
 from identify.estimation.parameters import Change
 from identify.estimation.problem import Problem, problem_of
+from identify.gap.dragged import lost
 from identify.gap.leg_force import LegForce
 from identify.gap.platform_force import ForceAlongTime, ForceTable, MissingForce
 from identify.selection.detection_limits import DetectionLimit, detection_limits
@@ -309,7 +310,7 @@ def _rivals(search: Search, verdict: Verdict) -> dict[str, Fit]:
 
 
 def extended(model: Model, explanation: Explanation) -> Model:
-    """The user's model with base and effects as found, ready to be written.
+    """The user's model with base and effects as found, ready to be written; a law that the fit knows worse than the file stays the file's.
 
     Parameters
     ----------
@@ -318,4 +319,5 @@ def extended(model: Model, explanation: Explanation) -> Model:
     at = explanation.model
     named = tuple(finding.effect for finding in explanation.findings)
     made = add_effects(model, (*at.effects, *(effect for effect in named if effect.name == FORCES)))
-    return replace(made, actuator=replace(at.actuator, covariance=None))
+    law = at.actuator if not any(lost(explanation.after)) else model.actuator
+    return replace(made, actuator=replace(law, covariance=None))

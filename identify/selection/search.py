@@ -315,8 +315,8 @@ class Search:
         nothing = self.fitted[()]
         of, q = nothing.weighed.exact.given, led.fit.q[: led.fit.problem.first_effect]
         if led.both.is_exact:
-            again = to_the_end(solve(of, q, enough=ROUGHLY))
-            if again.cost < nothing.weighed.exact.fit.cost - _DEEPER:
+            again, before = to_the_end(solve(of, q, enough=ROUGHLY)), nothing.weighed.exact.fit
+            if again.cost < before.cost - _DEEPER and (again.rms < CLOSE or halves(before, again)):
                 self._keep((), weighed(again))
         elif nothing.weighed.both.within is not None and not nothing.weighed.leaves_noise:
             self._keep((), weighed_within(of, q, led.within.errors_by_key))

@@ -206,9 +206,10 @@ def settled(stand: Stand, noise: tuple[ChannelNoise, ...] = ()) -> tuple[Stand, 
     """A stand taken to the largest probability under coloured noise, and its evidence there.
 
     Steps of Gauss and Newton, shortened where the simulation does not keep what the straight lines promise, as long as they raise the
-    probability of measurements and parameters. From afar the films are met up to the first stop first, and then ever further.
+    probability of measurements and parameters. Where nothing is added to the model and films are far off, they are met up to the first stop
+    first, and then ever further.
     """
-    if len(stand.sizes) and stand.fit.rms > CLOSE:
+    if len(stand.sizes) and not stand.names and stand.fit.rms > CLOSE:
         stand = _from_afar(stand)
     return _stepped(stand, stand.weighed(noise))
 
