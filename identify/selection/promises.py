@@ -25,6 +25,7 @@ FORCES = StoredForcePerRun.name
 _SHOWN = 1e-6  # of the noise, by a typical size
 _CHORDS = 3.0  # of a size at which an effect is tried: one standard deviation of its prior
 _HALF = 0.5  # of what a name brings at a first look; one that brings less is not looked at in its place
+_DUE = 6  # names that are fitted whole where a law has bent
 _STEPS, _NEARLY = 8, 5.0  # of a fit in a few steps; log evidence below the best of them, from where a whole fit may still lead higher
 _FEW = 3  # shapes of an effect that are weighed to the end
 
@@ -82,7 +83,7 @@ def posed(before: Weighed, promise: Promise) -> tuple[Problem, Array]:
 
 
 def nearly_as_good(at: Weighed, found: Sequence[Promise]) -> list[Promise]:
-    """Every name fitted in a few steps from where the law is as the model file has it: those that come near the best one.
+    """Every name fitted in a few steps from where the law is as the model file has it: the few that come near the best one.
 
     Where a law has bent to what is missing, straight lines say little of any name.
     """
@@ -94,8 +95,8 @@ def nearly_as_good(at: Weighed, found: Sequence[Promise]) -> list[Promise]:
             first, own = problem.first_effect, problem.rows_of(promise.name)
             log_z = Stand.exact(fit).weighed(at.evidence.noise).log_z
             tried.append(replace(promise, log_z=log_z, base=fit.q[:first], sizes=fit.q[own], errors=None))
-    best = max((one.log_z for one in tried), default=0.0)
-    return [one for one in tried if one.log_z > best - _NEARLY]
+    tried.sort(key=lambda one: -one.log_z)
+    return [one for one in tried[:_DUE] if one.log_z > tried[0].log_z - _NEARLY]
 
 
 def _of_forces(at: Weighed, instead: str) -> Promise:
