@@ -16,7 +16,7 @@ from simulate.kernel.model_rows import quaternion_of
 from simulate.model.rig import LEGS, geometry_of
 
 Frames = NDArray[np.intp]
-_DIGITS = 5
+_DIGITS = 6
 
 
 def scene_of(
@@ -47,7 +47,7 @@ def scene_of(
         "models": [
             {"name": name, "colour": colour, **_moves(run, kept)} for (name, run), colour in zip(runs.items(), colours, strict=True)
         ],
-        "lengths": plain(_lengths(first)[kept]) if legs else None,
+        "lengths": plain(lengths_of(first)[kept]) if legs else None,
         "base": [list(p) for p in g.base_joints_m],
         "joints": [list(p) for p in g.platform_joints_m],
         "stowed": g.stowed_height_m,
@@ -70,7 +70,8 @@ def _moves(run: Deployment, kept: Frames) -> dict[str, Any]:
     return {"place": plain(pose[:, :3]), "quaternion": plain(pose[:, 3:]), "force": plain(run.leg_force_N[kept])}
 
 
-def _lengths(run: Deployment) -> Array:
+def lengths_of(run: Deployment) -> Array:
+    """Length of each leg, m, (n, 6)."""
     return np.column_stack([run.leg_columns[f"length_{leg + 1}_m"] for leg in range(LEGS)])
 
 
