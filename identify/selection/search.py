@@ -275,7 +275,7 @@ class Search:
         near = weighed(solve(problem, exact.q)) if problem is not exact.problem else one.weighed
         if far and near is not one.weighed:
             stands.append((near, near.log_z))
-        return [*stands, (along_lines(_with_law_as_given(near.exact.fit)), near.log_z)] if bends else stands
+        return [*stands, (along_lines(with_law_as_given(near.exact.fit)), near.log_z)] if bends else stands
 
     def _fit(self, ahead: Ahead) -> None:
         """Fit a hypothesis that was only weighed, whole."""
@@ -334,7 +334,7 @@ def _is_bent(fit: Fit) -> bool:
     return bool(off) and float(np.max(np.abs(off))) > TWO_SIDED_95
 
 
-def _with_law_as_given(fit: Fit) -> Fit:
+def with_law_as_given(fit: Fit) -> Fit:
     """The law as the model file has it, releases fitted to that."""
     problem = fit.problem
     q = fit.q.copy()

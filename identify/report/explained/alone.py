@@ -75,9 +75,12 @@ def left_alone(found: Explanation, effect: Effect) -> float:
 
 
 def _gaps(fit: Fit, base: Array, effect: Effect) -> Iterator[Array]:
+    measured = fit.problem.measured  # what is known of the effect beforehand stands behind; here it is asked what it could close
     for columns, low, high in _signatures(fit, effect):
-        shown = np.linalg.norm(columns, axis=0) > 0.0
-        table = np.hstack([base, columns[:, shown]])
+        shown = np.linalg.norm(columns[:measured], axis=0) > 0.0
+        own = np.zeros((len(base), int(shown.sum())))
+        own[:measured] = columns[:measured, shown]
+        table = np.hstack([base, own])
         norms = np.maximum(np.linalg.norm(table, axis=0), 1e-300)
         ends = (np.concatenate([np.full(base.shape[1], sign * np.inf), end[shown]]) * norms for sign, end in ((-1.0, low), (1.0, high)))
         step = lsq_linear(table / norms, -fit.gaps, tuple(ends)).x
