@@ -177,7 +177,13 @@ class Search:
     def _is_worth_a_fit(self, one: Ahead) -> bool:
         if one.promise is None or one.names in self.fitted:
             return False
-        return one.names in self.due or one.log_weight > self.foremost.log_weight - self.budget.least or self._is_alike(one)
+        return one.names in self.due or one.log_weight > self._bar or self._is_alike(one)
+
+    @property
+    def _bar(self) -> float:
+        """Log weight from which on a promise is worth a fit: where nothing may well be missing, only more than that changes a verdict."""
+        best = self.foremost
+        return best.log_weight - (self.budget.least if best.names or not best.weighed.leaves_noise else 0.0)
 
     def _is_alike(self, one: Ahead) -> bool:
         """Whether it was promised nearly as much as the foremost one, from the same place, where straight lines led that one astray."""

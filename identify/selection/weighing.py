@@ -161,7 +161,7 @@ class Weighed:
         within, found = settled(replace(self.within, fit=fit, errors=self.within.errors.at(fit)), self.evidence.noise)
         return Weighed(self.exact, within, Both(self.both.exact, found))
 
-    @property
+    @cached_property
     def leaves_noise(self) -> bool:
         """Whether what it leaves, as simulated, is noise: noise forgets within a few samples, and does not come again in every cycle."""
         gaps, blocks = self.fit.gaps, self.fit.problem.blocks
