@@ -12,9 +12,10 @@ from numpy.typing import NDArray
 
 from measure.correlation.texture import pixel_noise
 from measure.film.moving_places import Motion, find_motion, places_that_move
-from measure.film_pages.page import brightest, embedded, reduced, rendered, shown
+from measure.film_pages.page import rendered
 from measure.footage.footage import Footage, Picture
 from measure.geometry.film_project import Project
+from measure.pages.picture import brightest, embedded, reduced, shown
 
 _STRIP = 24
 _STRIP_PX = 160

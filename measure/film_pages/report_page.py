@@ -12,8 +12,9 @@ from measure.common.output import json_text
 from measure.film.status_colours import ENLARGED, RESIDUAL_COLOUR, STATUS_COLOURS
 from measure.film.summary import VERDICTS
 from measure.film.tracked import Tracked
-from measure.film_pages.page import brightest, embedded, reduced, rendered, shown
+from measure.film_pages.page import rendered
 from measure.footage.footage import Footage
+from measure.pages.picture import brightest, embedded, reduced, shown
 
 _MOST_PICTURES = 120
 _LARGEST_PX = 900

@@ -2,17 +2,15 @@
 
 from __future__ import annotations
 
-import base64
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
-from measure.footage.footage import Picture
 from measure.footage.formats import open_footage
+from measure.pages.picture import brightest, embedded, reduced, shown
 
-_MOST_HEIGHT, _QUALITY = 900, 80
-_BRIGHTEST = 99.9
+_LARGEST, _QUALITY = 1200, 80
 
 
 @dataclass(frozen=True)
@@ -44,7 +42,9 @@ def film_frame(film: Path, places_px: list[tuple[float, float]], subset_px: int)
     words = f"First picture of {film.name} around its {len(places_px)} marks; the whole is {footage.width} x {footage.height} px."
     left, top, right, bottom = _around(places_px, subset_px, footage.width, footage.height)
     marks = [(x - left, y - top) for x, y in places_px]
-    return FilmFrame(_jpeg(picture[top:bottom, left:right]), right - left, bottom - top, marks, subset_px / 2, words)
+    seen = picture[top:bottom, left:right]
+    address = embedded(reduced(shown(seen, brightest(seen)), _LARGEST), _QUALITY)
+    return FilmFrame(address, right - left, bottom - top, marks, subset_px / 2, words)
 
 
 def _around(places_px: list[tuple[float, float]], subset_px: int, width: int, height: int) -> tuple[int, int, int, int]:
@@ -54,15 +54,3 @@ def _around(places_px: list[tuple[float, float]], subset_px: int, width: int, he
     (x0, y0), (x1, y1) = (np.array(places_px).min(axis=0), np.array(places_px).max(axis=0))
     room = max(x1 - x0, y1 - y0, 4.0 * subset_px)
     return max(int(x0 - room), 0), max(int(y0 - room), 0), min(int(x1 + room), width), min(int(y1 + room), height)
-
-
-def _jpeg(picture: Picture) -> str:
-    import cv2
-
-    bright = max(float(np.percentile(picture, _BRIGHTEST)), 1.0)
-    grey = np.clip(picture * (255.0 / bright), 0, 255).astype(np.uint8)
-    if grey.shape[0] > _MOST_HEIGHT:
-        grey = cv2.resize(grey, None, fx=_MOST_HEIGHT / grey.shape[0], fy=_MOST_HEIGHT / grey.shape[0], interpolation=cv2.INTER_AREA)
-    done, data = cv2.imencode(".jpg", grey, [cv2.IMWRITE_JPEG_QUALITY, _QUALITY])
-    assert done
-    return "data:image/jpeg;base64," + base64.b64encode(data.tobytes()).decode()
