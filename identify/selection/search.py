@@ -20,7 +20,7 @@ from identify.estimation.multistart import released_again
 from identify.selection.priors import Prior
 from identify.selection.promises import FORCES, Promise, nearly_as_good, posed, promises
 from identify.selection.unknown_force import Unnamed, is_unnamed, unnamed_forces
-from identify.selection.weighing import Weighed, along_lines, weighed, weighed_within
+from identify.selection.weighing import Weighed, along_lines, from_rest, weighed, weighed_within
 from simulate.model.effect import Effect
 
 Names = tuple[str, ...]
@@ -29,7 +29,7 @@ Say = Callable[[str], None]
 _STEPS = 8
 _NEARLY_ALL = 0.9
 _NO_LARGER = 1.01  # times the gap: fits end within a hundredth
-_DEEPER = 10.0  # sum of squares by which another local minimum is worth looking from anew
+_DEEPER = 10.0  # sum of squares, or log evidence, by which another local minimum is worth looking from anew
 _SETTLING = 3  # fits of what turns out to hold the largest weight in the end
 _ALIKE = 0.25  # of what the foremost name was promised, that another may be promised less and be as good where lines lead astray
 _SHORT = 1.0  # of a promise, in log evidence: then the fit may have gone astray
@@ -281,7 +281,10 @@ class Search:
         near = weighed(solve(problem, exact.q)) if problem is not exact.problem else one.weighed
         if far and near is not one.weighed:
             stands.append((near, near.log_z))
-        return [*stands, (along_lines(with_law_as_given(near.exact.fit)), near.log_z)] if bends else stands
+        if not bends:
+            return stands
+        given = along_lines(with_law_as_given(near.exact.fit))
+        return [*stands, (given, max(near.log_z, given.log_z))]
 
     def _fit(self, ahead: Ahead) -> None:
         """Fit a hypothesis that was only weighed, whole."""
@@ -290,15 +293,18 @@ class Search:
         promise = ahead.promise
         assert promise is not None
         self.led[ahead.names] = ahead
-        problem, start = posed(ahead.beside.weighed, promise)
+        beside = ahead.beside.weighed
+        problem, start = posed(beside, promise)
         if ahead.names in self.due:
             found = weighed(solve_from_afar(problem, start))
-        elif promise.errors is None or ahead.beside.weighed.both.is_exact:
+        elif promise.errors is None or beside.both.is_exact:
             found = weighed(to_the_end(solve(problem, start, loosely=True)))
             if found.log_z + self.prior(ahead.names) < ahead.log_weight - _SHORT:
                 self._keep(ahead.names, weighed(solve_from_afar(problem, start)))
         else:
             found = weighed_within(problem, start, promise.errors)
+        if found.log_z < beside.log_z - _DEEPER and not promise.instead:
+            self._keep(ahead.names, from_rest(problem, beside))
         self._keep(ahead.names, found)
         self._base_again(self.fitted[ahead.names].weighed)
         likeliest = max(self.fitted.values(), key=lambda one: one.log_weight)

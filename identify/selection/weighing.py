@@ -226,6 +226,14 @@ def weighed_within(given: Problem, q: Array, errors: Mapping[tuple[str, int], fl
     return Weighed(exact, within, Both(of_exact, found if within.lines().errors.shape[1] else None))
 
 
+def from_rest(problem: Problem, before: Weighed) -> Weighed:
+    """Weigh a hypothesis with one name more from where the one before it stands, that name at nought: it is hardly less likely then."""
+    start = np.concatenate([before.fit.q, np.zeros(len(problem.parameters) - len(before.fit.q))])
+    if before.both.is_exact:
+        return weighed(solve(problem, start, loosely=True))
+    return weighed_within(problem, start, before.within.errors_by_key)
+
+
 def along_lines(fit: Fit) -> Weighed:
     """Weigh a fit where it is, without any step from there."""
     exact, loose = Stand.exact(fit), Stand.loose(fit)
