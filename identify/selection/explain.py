@@ -30,11 +30,12 @@ from identify.gap.leg_force import LegForce
 from identify.gap.platform_force import ForceAlongTime, ForceTable, MissingForce
 from identify.selection.detection_limits import DetectionLimit, detection_limits
 from identify.selection.findings import Finding, NoiseOfChannel, findings_of, noise_of_channels, rms_over_noise, share_closed
+from identify.selection.model_errors import slight_errors
 from identify.selection.priors import MODEL_ERRORS, log_prior
 from identify.selection.promises import FORCES
 from identify.selection.search import BUDGETS, Budget, Hypothesis, Names, Say, Search, halves
 from identify.selection.unknown_force import Unnamed, is_unnamed, simulated
-from identify.selection.verdict import Verdict, verdict_of
+from identify.selection.verdict import Verdict, doing_without, verdict_of
 from measure.notebook.shown import Shown
 from simulate.effects import CATALOGUE
 from simulate.files.model_file import add_effects
@@ -180,6 +181,8 @@ def _explained(problem: Problem, runs: Sequence[Run], catalogue: Mapping[str, ty
     if verdict.word == "partly":
         foremost = search.shortest(foremost.names)
         after, verdict = foremost.fit, replace(verdict, names=foremost.names)
+    slight = {effect.name: (effect, size) for effect, size in slight_errors(foremost.fit)}
+    verdict = doing_without(verdict, slight)
     findings = findings_of(foremost, nothing, verdict, noise) if verdict.names else ()
     verdict = _as_far_as_known(verdict, findings, foremost)
     say("looking at the runs held out")
@@ -188,7 +191,9 @@ def _explained(problem: Problem, runs: Sequence[Run], catalogue: Mapping[str, ty
         verdict = replace(verdict, word="unknown", names=())
     if verdict.word in ("unknown", "partly"):
         noise = _as_measured(noise)
-    if verdict.word in ("unknown", "no-gap"):
+    is_base = verdict.word == "unknown" or (verdict.word == "no-gap" and not set(foremost.names) <= set(slight))
+    said = nothing if is_base else foremost
+    if said is nothing:
         findings, after = (), before
         held = tuple(replace(one, after=one.before) for one in held)
     rivals = _rivals(search, verdict)
@@ -211,7 +216,7 @@ def _explained(problem: Problem, runs: Sequence[Run], catalogue: Mapping[str, ty
         drafted,
         detection_limits(search.beside_foremost(), search.prior, problem.measures),
         next_tests(after, rivals) if rivals else (),
-        (nothing if verdict.word in ("unknown", "no-gap") else foremost).weighed.stand.moved,
+        (*said.weighed.stand.moved, *(slight[name] for name in said.names if name in slight and name not in verdict.names)),
     )
 
 

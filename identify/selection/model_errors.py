@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from identify.criteria import SLIGHT
 from identify.estimation.fit import Fit
 from identify.estimation.problem import Problem
 from measure.common.arrays import Array
@@ -96,6 +97,17 @@ def model_errors(fit: Fit) -> ModelErrors:
 def tolerance_of(effect: Effect, model: Model) -> Array:
     """One tolerance of each parameter of an error, (n,)."""
     return next(tolerance for kind, tolerance in TOLERANCES if kind.name == effect.name)(model)
+
+
+def slight_errors(fit: Fit) -> tuple[tuple[Effect, float], ...]:
+    """Errors of the model file that were fitted like effects and came out hardly beyond their tolerances, with their size in these."""
+    kinds, found = {kind.name for kind, _ in TOLERANCES}, []
+    for effect in fit.problem.effects_at(fit.q):
+        if effect.name in kinds:
+            known, tolerance = fit.problem.model.effect(type(effect)).flat(), tolerance_of(effect, fit.problem.model)
+            size = float(np.sqrt(np.mean(((effect.flat() - known) / tolerance) ** 2))) if np.all(tolerance > 0.0) else np.inf
+            found += [(effect, size)] if size < SLIGHT else []
+    return tuple(found)
 
 
 def _of_effect(fit: Fit, effect: Effect, tolerance: Array, places: Sequence[int]) -> Array:

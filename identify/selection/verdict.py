@@ -6,12 +6,14 @@ partly     the same, where the foremost names close the larger part of the gap
 named      one name is in every member of the smallest set that holds 0.95
 class      the foremost name and those that may stand in its place hold that set together
 several    the foremost hypothesis has more than one name
+
+An error of the model file that is hardly beyond its tolerance is no name.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass, replace
 
 from identify.criteria import CREDIBLE
 from identify.selection.unknown_force import is_unnamed
@@ -52,6 +54,17 @@ def verdict_of(weights: Mapping[Names, float], *, closes_most: bool, leaves_nois
     rivals = _rivals(names, credible)
     word = "several" if len(names) > 1 else "class" if any(rivals.values()) else "named"
     return Verdict(word, names, rivals, listed)
+
+
+def doing_without(verdict: Verdict, slight: Collection[str]) -> Verdict:
+    """The same without errors of the model file that are hardly beyond their tolerances: no findings, unless a rival may be one."""
+    out = {name for name in slight if name in verdict.names and not verdict.equivalents.get(name)}
+    names = tuple(name for name in verdict.names if name not in out)
+    if not out or verdict.word not in ("named", "class", "several"):
+        return verdict
+    rivals = any(verdict.equivalents.get(name) for name in names)
+    word = "no-gap" if not names else "several" if len(names) > 1 else "class" if rivals else "named"
+    return replace(verdict, word=word, names=names)
 
 
 def _of_the_unnamed(weights: Mapping[Names, float]) -> float:

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from identify.selection.priors import log_prior
-from identify.selection.verdict import credible_set, verdict_of
+from identify.selection.verdict import credible_set, doing_without, verdict_of
 from simulate.effects import CATALOGUE
 
 HUB, PULLEY, PAIR = ("hub-inertia",), ("pulley-inertia",), ("hub-inertia", "viscous-friction")
@@ -27,6 +27,20 @@ TABLE = ("missing-force-along-time",)
 )
 def test_the_word_and_the_names(weights, word, names):
     found = verdict_of(weights, closes_most=True)
+    assert (found.word, found.names) == (word, names)
+
+
+@pytest.mark.parametrize(
+    ("weights", "word", "names"),
+    [
+        ({("stop-stiffness",): 0.99, (): 0.01}, "no-gap", ()),
+        ({("hub-inertia", "stop-stiffness"): 0.99, (): 0.01}, "named", HUB),
+        ({("stop-stiffness",): 0.6, ("series-play",): 0.39, (): 0.01}, "class", ("stop-stiffness",)),  # the play may be one
+        ({HUB: 0.99, (): 0.01}, "named", HUB),
+    ],
+)
+def test_an_error_hardly_beyond_its_tolerance_is_no_name(weights, word, names):
+    found = doing_without(verdict_of(weights, closes_most=True), ["stop-stiffness"])
     assert (found.word, found.names) == (word, names)
 
 
