@@ -32,6 +32,7 @@ _NO_LARGER = 1.01  # times the gap: fits end within a hundredth
 _DEEPER = 10.0  # sum of squares, or log evidence, by which another local minimum is worth looking from anew
 _SETTLING = 3  # fits of what turns out to hold the largest weight in the end
 _ALIKE = 0.25  # of what the foremost name was promised, that another may be promised less and be as good where lines lead astray
+_DEAD_END = 2  # fits that one costs besides which leaves the films far off: it takes as long
 _SHORT = 1.0  # of a promise, in log evidence: then the fit may have gone astray
 
 
@@ -39,7 +40,7 @@ _SHORT = 1.0  # of a promise, in log evidence: then the fit may have gone astray
 class Budget:
     """How much is tried, in fits and not in seconds, so that every machine comes to the same answer.
 
-    fits : hypotheses that may be fitted whole. deepest : the most names of one. least : log weight below the best one at which a
+    fits : hypotheses that may be fitted whole; one that leaves the films far off counts three times. deepest : the most names of one. least : log weight below the best one at which a
     hypothesis that was only weighed is not worth a fit.
     """
 
@@ -306,6 +307,7 @@ class Search:
         if found.log_z < beside.log_z - _DEEPER and not promise.instead:
             self._keep(ahead.names, from_rest(problem, beside))
         self._keep(ahead.names, found)
+        self.spent += 0 if found.fit.rms < CLOSE else _DEAD_END
         self._base_again(self.fitted[ahead.names].weighed)
         likeliest = max(self.fitted.values(), key=lambda one: one.log_weight)
         if ahead.names == likeliest.names:
