@@ -19,7 +19,7 @@ from typing import Any
 
 import pytest
 
-PLAIN_S, SLOW_S = 5.0, 120.0  # processor time of a test without a mark, and of one marked slow
+PLAIN_S, SLOW_S = 5.0, 60.0  # processor time of a test without a mark, and of one marked slow
 AGAIN = 2.0  # a processor shared with others runs a test up to about twice as long
 
 

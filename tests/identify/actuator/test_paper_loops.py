@@ -151,7 +151,7 @@ def test_effective_stiffness_is_force_range_over_stroke_and_falls_with_the_strok
 
 def test_polynomials_of_order_two_are_shown_whatever_order_is_taken(tmp_path, capsys, fit):
     out = tmp_path / "r.json"
-    assert main([*map(str, FILES), "--effect", "hub-inertia", "--rate", "frequency", "--json", str(out)]) == 0
+    assert main([*map(str, FILES), "--effect", "hub-inertia", "--rate", "frequency", "--no-suggest", "--json", str(out)]) == 0
     rate = json.loads(out.read_text())["rate"]
     assert rate["order"] == 0
     assert {name: len(row) for name, row in rate["papers_order_2"].items()} == {"a_l": 3, "b_l": 3, "a_u": 3, "b_u": 3}

@@ -69,8 +69,8 @@ def test_common_zeros_stay_common(campaign):
 
 
 @pytest.mark.slow
-def test_with_deployments_too_an_inertia_is_named(campaign):
-    model, runs, zeros = zeroed_anew(campaign(HubInertia(0.746 + 0.01), 822), drift_N_per_s=1e-3)
+def test_with_a_deployment_too_an_inertia_is_named(campaign):
+    model, runs, zeros = zeroed_anew(campaign(HubInertia(0.746 + 0.01), 822, deployments=({},)), drift_N_per_s=1e-3)
     found = explain(model, runs, FEW, budget=BUDGETS["quick"])
     assert found.verdict in ("named", "class")
     assert "hub-inertia" in (found.findings[0].name, *found.findings[0].equivalents)

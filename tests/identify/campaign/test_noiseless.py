@@ -16,7 +16,7 @@ from identify.selection.explain import explain
 from measure.tables.loop import Loop
 from measure.tables.trajectory import Trajectory
 from simulate.deployment.deploy import deploy
-from simulate.effects import HubInertia
+from simulate.effects import CATALOGUE, HubInertia
 from simulate.files.model_file import read_model
 from simulate.loop import loop_force
 from simulate.model.model import Simulation
@@ -41,9 +41,16 @@ def shaken(model, frequency_Hz):
     return Run(Loop(time, u, loop_force(lines, time, u, v, -(omega**2) * u, 2.8, model.effects)), name=f"{frequency_Hz:g} Hz")
 
 
-@pytest.mark.parametrize("places", [12, 5, 4])
-def test_a_simulation_with_another_step_or_rounded_numbers_is_no_gap(model, places):
-    found = explain(model, [Run(computed(model, places=places))])
+FEW = {name: CATALOGUE[name] for name in ("hub-inertia", "viscous-friction", "gravity-imbalance")}
+
+
+@pytest.mark.parametrize(
+    ("places", "catalogue"),
+    [(12, FEW), (4, FEW), *(pytest.param(places, CATALOGUE, marks=pytest.mark.calibrate) for places in (12, 5, 4))],
+    ids=lambda given: str(given) if isinstance(given, int) else "few" if given is FEW else "all",
+)
+def test_a_simulation_with_another_step_or_rounded_numbers_is_no_gap(model, places, catalogue):
+    found = explain(model, [Run(computed(model, places=places))], catalogue)
     assert found.verdict == "no-gap"
     assert "x_m" in {one.channel for one in found.noise_added}
 

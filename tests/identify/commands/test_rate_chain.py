@@ -12,6 +12,7 @@ import pytest
 from identify.commands import compare_model, explain_gap, fit_actuator
 from measure.tables.trajectory import read_trajectory
 from simulate.commands import simulate_deployment, sweep_deployments
+from simulate.effects import CATALOGUE
 from simulate.files.model_file import read_document, read_model
 
 DEMO = Path(__file__).resolve().parents[3] / "datasets" / "demo"
@@ -68,9 +69,10 @@ def test_the_comparison_says_what_it_assumed(fitted, capsys):
     assert "taken against speed at mid-stroke" in capsys.readouterr().out
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("rate", ["frequency", "speed"])
-def test_the_explanation_starts_from_either(fitted, tmp_path, rate):
+def test_the_explanation_starts_from_either(fitted, tmp_path, monkeypatch, rate):
+    few = {name: CATALOGUE[name] for name in ("hub-inertia", "viscous-friction")}
+    monkeypatch.setattr("simulate.files.own_effects.catalogue_with", lambda files: few)
     words = [str(fitted / f"{rate}.toml"), *ONE_STROKE, "--budget", "quick", "-o", str(tmp_path / "out"), "--quiet"]
     assert explain_gap.main(words) in (0, 1)
     extended = read_document(tmp_path / "out" / "extended.toml")  # which may hold an effect of its own, drafted

@@ -46,8 +46,8 @@ def draw(case: int) -> tuple[Effect, int]:
     return kinds[order[case]], 100 + case
 
 
-def explained(folder: Path) -> dict[str, Any]:
-    status = main([str(folder / "model.toml"), str(folder / "campaign.toml"), "-o", str(folder / "out"), "--quiet"])
+def explained(folder: Path, *options: str) -> dict[str, Any]:
+    status = main([str(folder / "model.toml"), str(folder / "campaign.toml"), "-o", str(folder / "out"), "--quiet", *options])
     result = json.loads((folder / "out" / "result.json").read_text())
     assert status == (1 if result["verdict"] == "unknown" else 0)
     extended = read_model(folder / "out" / "extended.toml")
@@ -116,7 +116,7 @@ def test_a_force_that_no_effect_of_the_catalogue_explains_is_unknown_and_said_wh
 @pytest.mark.slow
 def test_one_elevation_curve_alone_cannot_tell_a_single_effect(campaign):
     folder = campaign(GravityImbalance(0.3), 401, loops=(), deployments=({},), channels=("z_m",))
-    result = explained(folder)
+    result = explained(folder, "--budget", "quick")
     assert result["verdict"] in ("class", "no-gap"), result["sentence"]
     if result["verdict"] == "class":
         (effect,) = result["effects"]

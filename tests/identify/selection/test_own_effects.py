@@ -66,11 +66,11 @@ def test_an_effect_of_ones_own_is_named_and_its_model_is_accepted_by_every_comma
 
 
 def test_an_effect_of_ones_own_is_fitted_to_loops(campaign, file, tmp_path):
-    folder = campaign(spring(file, 20.0), 652, deployments=())
+    folder = campaign(spring(file, 20.0), 652, deployments=(), loops=((0.2, 0.04), (1.0, 0.04), (3.0, 0.04)))
     loops = sorted(map(str, folder.glob("loop-*.csv")))
     result = tmp_path / "fit.json"
     effects = [word for name in ("hub-inertia", "viscous-friction", "return-spring") for word in ("--effect", name)]
-    assert fit_actuator.main([*loops, "--effects", str(file), *effects, "--json", str(result), "--quiet"]) == 0
+    assert fit_actuator.main([*loops, "--effects", str(file), *effects, "--no-suggest", "--json", str(result), "--quiet"]) == 0
     found = json.loads(result.read_text())["parameters"]["return-spring.stiffness_N_per_m"]
     assert found["ci95"][0] < 20.0 < found["ci95"][1]
     assert found["value"] == pytest.approx(20.0, rel=0.1)

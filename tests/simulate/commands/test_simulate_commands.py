@@ -156,7 +156,7 @@ def test_a_sweep_writes_what_the_contract_says(folder, capsys):
 
 
 def test_a_sampled_sweep_repeats_itself_by_its_seed(folder):
-    words = ["prototype.toml", "--design", "random", "--runs", "40", "--set", "simulation.duration_s=0.2", "--quiet", "-o"]
+    words = ["prototype.toml", "--design", "random", "--runs", "40", "--set", "simulation.duration_s=0.1", "--quiet", "-o"]
     for name, more in (("a", ["--seed", "3"]), ("b", ["--seed", "3", "--workers", "1"]), ("c", ["--seed", "4"])):
         assert sweep_deployments.main([*words, name, *more]) == 0
     read = {name: (folder / name / "responses.csv").read_bytes() for name in "abc"}

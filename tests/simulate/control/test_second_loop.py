@@ -138,8 +138,8 @@ CASES = {
     "brakes": BRAKES,
     "motors": replace(BRAKES, actuator="motor", lag_s=0.0),
     "differences and steps": replace(BRAKES, observer_Hz=None, sensor_noise_m=0.0, sensor_step_m=1e-5, delay_s=0.0),
-    "a failed brake": replace(BRAKES, failed_brake=2, stuck_force_N=0.8, failure_s=0.1),
-    "a failed sensor": replace(BRAKES, failed_sensor=5, failure_s=0.2),
+    "a failed brake": replace(BRAKES, failed_brake=2, stuck_force_N=0.8, failure_s=0.05),
+    "a failed sensor": replace(BRAKES, failed_sensor=5, failure_s=0.08),
     "a camera": replace(
         BRAKES, sensor="camera", sample_rate_Hz=250.0, delay_s=0.008, stiffness_N_per_m=4000.0, sensor_noise_rad=1e-3, sensor_step_rad=1e-4
     ),
@@ -163,7 +163,7 @@ def apart(model):
 
 @pytest.mark.parametrize("name", CASES)
 def test_the_compiled_loop_agrees_with_a_plain_one_on_the_way_to_the_stops(prototype, name):
-    difference, turned = apart(case(prototype, CASES[name], 3, 0.25))
+    difference, turned = apart(case(prototype, CASES[name], 3, 0.15))
     assert difference < 1e-4
     assert turned > 0.05  # there is something to agree on
 

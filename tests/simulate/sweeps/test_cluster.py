@@ -32,7 +32,7 @@ def in_order(computed):
 
 
 def test_threads_give_the_same_bytes(prototype):
-    sweep = sweep_of(prototype, 3000)
+    sweep = sweep_of(prototype, 1100)  # three pieces
     with ThreadPoolExecutor(3) as executor:
         np.testing.assert_array_equal(in_order(run_by(executor, sweep)), in_order(run_on(sweep)))
 
