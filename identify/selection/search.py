@@ -40,8 +40,8 @@ _SHORT = 1.0  # of a promise, in log evidence: then the fit may have gone astray
 class Budget:
     """How much is tried, in fits and not in seconds, so that every machine comes to the same answer.
 
-    fits : hypotheses that may be fitted whole; one that leaves the films far off counts three times. deepest : the most names of one. least : log weight below the best one at which a
-    hypothesis that was only weighed is not worth a fit.
+    fits : hypotheses that may be fitted whole; one that leaves the films far off counts three times. deepest : the most names of one.
+    least : log weight below the best one at which a hypothesis that was only weighed is not worth a fit.
     """
 
     fits: int
