@@ -100,7 +100,12 @@ def _reported(options: Any, arguments: Sequence[str]) -> tuple[dict[str, Any], f
     from simulate.sweeps.tolerance import tolerance_of
 
     require_of_a_sweep(_pieces(options))
-    result = _swept(options)
+    try:
+        result = _swept(options)
+    except KeyboardInterrupt as stop:
+        if _pieces(options).exists():
+            stop.add_note(f"what was computed is kept in {_pieces(options)}, and --resume goes on with it")
+        raise
     model = result.sweep.model
     tolerance = tolerance_of(model, options.tolerance_deg or (5.0, FAILURE_DEG), options.probability, options.seed)
     note = provenance([options.model, *options.effects], seed=options.seed, command=[NAME, *_without_how(arguments)])

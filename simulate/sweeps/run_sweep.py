@@ -142,8 +142,12 @@ def _in_memory(sweep: Sweep, workers: int | None, executor: Executor | None, pro
 
 def _on_disk(chunks: Chunks, workers: int | None, executor: Executor | None, resume: bool, progress: Progress) -> Chunks:
     """The same, kept in a folder; only what is missing there is computed."""
-    chunks.open(resume)
-    missing = chunks.missing
-    for _ in progress(chunks.keep(_computed(chunks.sweep, workers, executor, missing)), len(missing)):
-        pass
+    try:
+        chunks.open(resume)
+        missing = chunks.missing
+        for _ in progress(chunks.keep(_computed(chunks.sweep, workers, executor, missing)), len(missing)):
+            pass
+    except BaseException:
+        chunks.give_up()
+        raise
     return chunks

@@ -50,9 +50,11 @@ def demonstration(tmp_path):
 
 def started(folder, words):
     """The command as a user starts it, imports and all."""
-    command = [sys.executable, "-c", f"import sys; from {MAINS[words[0]]} import main; sys.exit(main(sys.argv[1:]))", *words[1:]]
+    begun = f"import sys; sys.argv[0] = {words[0]!r}; import measure.commands, os; os.write(1, b'.'); "
+    code = f"{begun}from {MAINS[words[0]]} import main; sys.exit(main())"
+    command = [sys.executable, "-c", code, *words[1:]]
     environment = {**os.environ, "PYTHONPATH": str(ROOT)}
-    return subprocess.Popen(command, cwd=folder, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, env=environment)
+    return subprocess.Popen(command, cwd=folder, stdout=subprocess.PIPE, stderr=subprocess.PIPE, env=environment)
 
 
 def left_wrong(left, whole, ending, said):
