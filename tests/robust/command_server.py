@@ -42,7 +42,10 @@ REMOVING = ("os.remove", "os.rmdir")
 
 @dataclass(frozen=True)
 class Ended:
-    """How a command ended: status (its own; 124 no end, negative a signal), what it said, processor time and memory."""
+    """How a command ended: status (its own; 124 no end, negative a signal), what it said, processor time, and memory that it took.
+
+    What is loaded already when it begins is not counted as its memory.
+    """
 
     status: int
     out: str
@@ -142,6 +145,8 @@ def served() -> None:
 
 def tried(asked: dict[str, Any]) -> dict[str, Any]:
     """Run one command in a child."""
+    pages = int(Path("/proc/self/statm").read_text(encoding="utf-8").split()[1])
+    asked["at_start_mb"] = pages * resource.getpagesize() / 2**20
     pipes = [os.pipe() for _ in range(3)]  # standard output, standard error, acts of writing
     child = os.fork()
     if not child:
@@ -188,7 +193,7 @@ def waited_for(child: int, readings: list[int], asked: dict[str, Any]) -> dict[s
         "out": out,
         "error": error,
         "processor_s": used.ru_utime + used.ru_stime,
-        "memory_mb": used.ru_maxrss / 1024,
+        "memory_mb": max(0.0, used.ru_maxrss / 1024 - asked["at_start_mb"]),
         "events": acts.splitlines(),
     }
 

@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 
 import pytest
 
-MOST_MB = 500  # of memory where an input is refused
+MOST_MB = 300  # of memory where an input is refused, beside the 200 that a command has when all is loaded
 MOST_S = 5.0  # of processor time, likewise
 SECRET = "SECRETSECRET"
 LARGE = 10**7

@@ -14,9 +14,9 @@ import tomli_w
 from judging import Tally, chances, counts, restored, tree
 from odd_inputs import ENTRIES, NAMES, OUTPUTS, around, hostile, mutated, mutated_table, read_by
 
-pytestmark = pytest.mark.calibrate
+pytestmark = pytest.mark.xdist_group("commands")
 TITLE = "Files, values, tables and outputs that nobody means well"
-NOTE = "All that stands between tries and refused is to be 0. A refusal may take 5 s of processor time and 500 MB."
+NOTE = "What stands between tries and refused is to be 0. A refusal may take 5 s of processor time, and 300 MB beside what is loaded."
 
 
 @pytest.fixture
