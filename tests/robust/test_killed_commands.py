@@ -87,6 +87,7 @@ def test_twenty_kills_leave_the_old_results_whole_and_the_next_run_gives_the_sam
     whole, wrong, kills = tree(demonstration), [], share_of(20)
     for _ in range(kills):
         process = started(demonstration, COMMANDS[name])
+        assert process.stdout is not None
         process.stdout.read(1)  # its first line is reached
         time.sleep(chance.uniform(0.0, 1.1 * lasts))
         ending = chance.choice(SIGNALS)
