@@ -242,11 +242,35 @@ def watched() -> bool:
     return sys.stderr is not None and sys.stderr.isatty()
 
 
-def progress(items: Iterable[T], *, what: str, total: int | None = None, quiet: bool = False) -> Iterator[T]:
-    """The same items, with a bar on standard error while they are worked through.
+def foretell(name: str, quiet: bool, change: str = "") -> Callable[[float], None]:
+    """What says on standard error how long the work ahead will take, given its seconds.
 
-    Commands wrap what they loop over or hand the bar's `update` to a kernel's caller; kernels know nothing of it.
+    change : what to give instead where that is too long.
+
+    Raises
+    ------
+    InputError
+        When it is told of more than anybody waits for.
+    """
+    from measure.common.running.duration import in_words, require_endable
+
+    def say_so(seconds: float) -> None:
+        require_endable(seconds, change)
+        if not quiet:
+            complain(f"{name}: this takes {in_words(seconds)}")
+
+    return say_so
+
+
+def progress(items: Iterable[T], *, what: str, total: int | None = None, quiet: bool = False, change: str = "") -> Iterator[T]:
+    """The same items, with a bar on standard error while they are worked through, or where nobody looks how long the rest takes.
+
+    Commands wrap what they loop over or hand the bar's `update` to a kernel's caller; kernels know nothing of it. `change`, where the
+    items are alike in cost, says what to give instead if they take longer than anybody waits; else nothing is foretold.
     """
     from tqdm import tqdm
 
-    return iter(tqdm(items, desc=what, total=total, disable=quiet or not watched(), leave=False))
+    from measure.common.running.duration import foretold
+
+    timed = foretold(items, total, foretell(what, quiet or watched(), change)) if total and change else items
+    return iter(tqdm(timed, desc=what, total=total, disable=quiet or not watched(), leave=False))

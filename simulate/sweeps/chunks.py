@@ -107,6 +107,10 @@ class Chunks:
             with suppress(FileNotFoundError):
                 self.folder.rmdir()
 
+    def standing(self) -> list[tuple[int, int]]:
+        """The pieces that are there, of this sweep or another that was begun here."""
+        return [piece for piece in self.sweep.pieces() if self._path(piece[0]).is_file()]
+
     @property
     def missing(self) -> list[tuple[int, int]]:
         """The pieces that are not there yet."""

@@ -145,8 +145,6 @@ def served() -> None:
 
 def tried(asked: dict[str, Any]) -> dict[str, Any]:
     """Run one command in a child."""
-    pages = int(Path("/proc/self/statm").read_text(encoding="utf-8").split()[1])
-    asked["at_start_mb"] = pages * resource.getpagesize() / 2**20
     pipes = [os.pipe() for _ in range(3)]  # standard output, standard error, acts of writing
     child = os.fork()
     if not child:
@@ -157,6 +155,8 @@ def tried(asked: dict[str, Any]) -> dict[str, Any]:
             os.close(pipes[2][0])
             become(asked, pipes[2][1])
         os._exit(70)
+    pages = int(Path(f"/proc/{child}/statm").read_text(encoding="utf-8").split()[1])
+    asked["at_start_mb"] = pages * resource.getpagesize() / 2**20
     for _, writing in pipes:
         os.close(writing)
     return waited_for(child, [reading for reading, _ in pipes], asked)

@@ -128,7 +128,7 @@ def documents(draw, good, places):
             elif isinstance(holder, dict) and draw(st.integers(0, 4)) == 0:
                 holder[draw(st.text(min_size=1, max_size=8))] = draw(odd_values)
             else:
-                holder[last] = draw(odd_values)
+                holder[str(last) if isinstance(holder, dict) else last] = draw(odd_values)
     return document
 
 

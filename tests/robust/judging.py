@@ -6,6 +6,7 @@ import os
 import random
 import shutil
 from collections import Counter
+from collections.abc import Callable
 from dataclasses import dataclass, field
 
 import pytest
@@ -50,6 +51,12 @@ class Tally:
     wrong: list = field(default_factory=list)
     longest_s: float = 0.0
     largest_mb: float = 0.0
+    at_end: Callable[[Tally], object] = lambda counted: None
+
+    def end(self):
+        """Hand over what was counted; fails where something went wrong."""
+        self.at_end(self)
+        assert not self.wrong, "\n".join(self.wrong)
 
     def judge(self, commands, folder, words, inputs=(), **how):
         """Run a command and look at what it leaves; the folder is as before afterwards."""
