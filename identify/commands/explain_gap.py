@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from identify.selection.explain import Explanation
 
 NAME = "explain-gap"
-_FITS = 3.0  # that a fitted hypothesis costs in all: the weighing of others beside it, and its own
+_FITS = 10.0  # that a fitted hypothesis costs in all: the weighing of others beside it, and its own
 WRITTEN = ("report.html", "result.json", "extended.toml", "missing_force.csv", "drafted_effect.py")
 DOES = "Locate the gap between model and measurements, name the missing effect, add it and show the gap shrink."
 
