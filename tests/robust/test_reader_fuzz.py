@@ -131,4 +131,4 @@ def test_a_drawn_file_is_read_or_refused_in_a_sentence(tmp_path, group):
 def test_ten_minutes_of_drawn_files_are_read_or_refused_in_a_sentence(tmp_path, group, share_of, calibration_seed, validation_table):
     strategy, check = tried(tmp_path, group)
     files = drawn_for(strategy, check, share_of(60 * MINUTES), calibration_seed)
-    validation_table(f"Drawn files: {group}", [{"files": files, "tracebacks": 0, "without end": 0}], "Each was read or refused.")
+    validation_table("Drawn files", [{"kind": group, "files": files, "tracebacks": 0, "without end": 0}], "Each was read or refused.")
