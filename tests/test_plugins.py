@@ -87,3 +87,20 @@ def test_a_rate_is_called_too_low_only_where_chance_would_hardly_give_so_few():
     assert not consistent(15, 20, 0.95)
     assert not consistent(160, 200, 0.90, 0.99)
     assert consistent(0, 0, 0.9)
+
+
+KINDS = """
+@pytest.mark.calibrate
+@pytest.mark.parametrize("kind", ["good", "bad"])
+def test_kind(kind, validation_table):
+    validation_table("Kinds", [{"kind": kind}])
+    assert kind != "bad"
+"""
+
+
+def test_tables_of_one_title_become_one_with_the_rows_of_all(tmp_path):
+    ran(tmp_path, KINDS, "--calibrate", "--validation", "pages")
+    page = (tmp_path / "pages" / "it.md").read_text()
+    assert page.count("## Kinds") == 1
+    assert "| bad |\n| good |" in page
+    assert "failed.**" in page

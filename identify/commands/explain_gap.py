@@ -9,15 +9,17 @@ from typing import TYPE_CHECKING, Any
 
 from identify.commands.files_read import files_read
 from identify.commands.parameter_options import add_parameter_options, changes_from
-from measure.common.command_line import DONE, VERDICT_BAD, complain, examples, next_command, parser, run, say
+from measure.common.command_line import DONE, VERDICT_BAD, complain, examples, foretell, next_command, parser, run, say
 from measure.common.output_gate import Outputs
 from measure.readers.options import add_reading_options, mapping_from
 from simulate.files.options import add_effects_option
 
 if TYPE_CHECKING:
+    from identify.estimation.problem import Problem
     from identify.selection.explain import Explanation
 
 NAME = "explain-gap"
+_FITS = 10.0  # that a fitted hypothesis costs in all: the weighing of others beside it, and its own
 WRITTEN = ("report.html", "result.json", "extended.toml", "missing_force.csv", "drafted_effect.py")
 DOES = "Locate the gap between model and measurements, name the missing effect, add it and show the gap shrink."
 
@@ -85,6 +87,7 @@ def _explained(given: Namespace) -> tuple[int, list[str], list[str | Path]]:
     budget = BUDGETS[given.budget]
     own_zeros = given.tare != "common"
     changes = changes_from(given, lambda: problem_of(model, runs, given.covariate, own_zeros=own_zeros), catalogue.values())
+    _foretell(given, problem_of(model, [run for run in runs if not run.hold_out], given.covariate, own_zeros=own_zeros, changes=changes))
     found = explain(model, runs, catalogue, covariate=given.covariate, tare=given.tare, changes=changes, budget=budget, say=_say(given))
     with _gate(given).together():
         _write(given, found, [given.model, *(r.path for r in runs if r.path), *given.effects])
@@ -93,6 +96,15 @@ def _explained(given: Namespace) -> tuple[int, list[str], list[str | Path]]:
     drafted = found.drafted is not None and found.drafted.carries_over
     files = [*given.effects, *([given.output / FILE] if drafted else [])]
     return (VERDICT_BAD if found.verdict == "unknown" else DONE), lines, [word for file in files for word in ("--effects", file)]
+
+
+def _foretell(given: Namespace, problem: Problem) -> None:
+    """Say about how long it takes: the fits that the budget allows, and every effect of the catalogue weighed beside some of them."""
+    from identify.commands.foresight import seconds_of
+    from identify.selection.search import BUDGETS
+
+    budget = BUDGETS[given.budget]
+    foretell(NAME, given.quiet, "Give fewer or shorter runs, or --budget quick.")(seconds_of(problem, _FITS * budget.fits))
 
 
 def _say(given: Namespace) -> Any:

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from identify.commands.parameter_options import add_parameter_options, changes_from
-from measure.common.command_line import DONE, VERDICT_BAD, examples, next_command, parser, run, say, watched
+from measure.common.command_line import DONE, VERDICT_BAD, examples, foretell, next_command, parser, run, say, watched
 from measure.common.inputs import whole
 from measure.common.output_gate import Outputs
 from measure.readers.options import add_reading_options, mapping_from
@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from measure.tables.loop import Loop
 
 NAME = "fit-actuator"
+_FITS, _FITS_WITH_SUGGESTIONS = 4.0, 20.0  # of the law, and of the law with an effect more, about
 FIGURES = (".png", ".pdf", ".svg")
 DOES = "Fit the restoring force of an actuator, its two asymptotes and the approach to them, to force-elongation loops."
 
@@ -196,6 +197,7 @@ def _fitted(given: Namespace, data: Sequence[LoopData], notes: list[str]) -> tup
     kinds = tuple(type(effect_from(catalogue, name, {})) for name in dict.fromkeys(given.effect))
     abscissa: Any = {"none": "none", "frequency": "frequency_Hz", "speed": "speed_m_per_s"}[given.rate]
     changes = _changes(given, data, kinds, catalogue)
+    _foretell(given, data, kinds)
     order, chosen = _order(given, data, kinds, abscissa, changes)
     fit = fit_actuator(data, kinds, abscissa, order, given.tare, given.covariate, given.robust, changes, given.suggest)
     said = ["the force at a deployment's start is seen in no steady loop; initial_force_N was set to b_l_N"]
@@ -211,6 +213,16 @@ def _fitted(given: Namespace, data: Sequence[LoopData], notes: list[str]) -> tup
         result["rate"] |= {"order": order, "left_out_nrmse_percent": left_out, "papers_order_2": chosen.papers, "imitated": chosen.imitated}
         result["rate"]["inertia"] = chosen.inertia_row
     return fit, result
+
+
+def _foretell(given: Namespace, data: Sequence[LoopData], kinds: Any) -> None:
+    """Say about how long the fit takes: the law itself, and with --suggest the effects that are tried on what is left."""
+    from identify.actuator.loops_alone import problem_of_loops
+    from identify.commands.foresight import seconds_of
+
+    problem = problem_of_loops(data, kinds, covariate=given.covariate, own_zeros=given.tare != "common" and len(data) > 1)
+    fits = _FITS_WITH_SUGGESTIONS if given.suggest else _FITS
+    foretell(NAME, given.quiet, "Give fewer or shorter loops, or --no-suggest.")(seconds_of(problem, fits))
 
 
 def _changes(given: Namespace, data: Sequence[LoopData], kinds: Any, catalogue: Any) -> tuple[Change, ...]:
@@ -269,7 +281,8 @@ def _resampled(given: Namespace, fit: Any, data: Any, result: dict[str, Any]) ->
         result["beta_profile"] = table
         result["notes"].append("profile of beta: 95 % from {:.5g} to {:.5g} 1/m".format(*profile.interval))
     if given.bootstrap:
-        steps = progress(range(given.bootstrap), what="bootstrap", total=given.bootstrap, quiet=given.quiet)
+        less = "Give a smaller --bootstrap; 200 make an interval."
+        steps = progress(range(given.bootstrap), what="bootstrap", total=given.bootstrap, quiet=given.quiet, change=less)
         intervals = bootstrap(fit.fit, fit.names, given.bootstrap, given.seed, lambda _: next(steps, None))
         result["bootstrap"] = {"repeats": given.bootstrap, "seed": given.seed, "ci95": intervals}
         result["notes"] += [f"bootstrap by cycles: {name} 95 % from {a:.6g} to {b:.6g}" for name, (a, b) in intervals.items()]

@@ -75,8 +75,10 @@ def _tracked(
     footage = part_of(whole, project)
     note = provenance(_inputs(given, film, mask), command=["track-video", *arguments])
 
+    less = "Give fewer marks, a smaller --subset, or a part of the film by --from and --to."
+
     def watch(frames: Any) -> Any:
-        return command.progress(frames, what="frames", total=footage.frames, quiet=given.quiet)
+        return command.progress(frames, what="frames", total=footage.frames, quiet=given.quiet, change=less)
 
     tracked = track(footage, project, watch, _read_mask(mask, footage))
     note["film"] = {key: tracked.summary["film"][key] for key in ("from_s", "to_s", "first_frame")}

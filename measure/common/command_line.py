@@ -6,15 +6,14 @@ import argparse
 import os
 import re
 import shlex
-import signal
 import sys
-import threading
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import suppress
 from pathlib import Path
 from typing import Any, NoReturn, TypeVar
 
 from measure.common.errors import InputError, OptionsMissing, nearest, visible
+from measure.common.running.interrupts import ENDED_FROM_OUTSIDE, STOPPED, Interruptible, Terminated
 from measure.common.version import ShowVersion
 
 DONE, VERDICT_BAD, UNUSABLE = 0, 1, 2
@@ -99,8 +98,21 @@ def next_command(*words: object) -> str:
 
 def run(name: str, work: Callable[[Sequence[str]], int], arguments: Sequence[str] | None = None) -> int:
     """Call a command's work; unusable input becomes one message on standard error and status 2, a fault of the program a file and 70."""
+    before = _appearances()
+    with Interruptible():
+        try:
+            return _ended(name, work, arguments)
+        except Terminated as end:
+            complain(f"{name}: ended from outside; {_what_stands(end, before)}")
+            return ENDED_FROM_OUTSIDE
+        except KeyboardInterrupt as stop:
+            complain(f"{name}: stopped; {_what_stands(stop, before)}")
+            return STOPPED
+
+
+def _ended(name: str, work: Callable[[Sequence[str]], int], arguments: Sequence[str] | None) -> int:
+    """The status of a command that nobody stops."""
     _occupy_standard_streams()
-    before = _on_termination(_terminated)
     words = sys.argv[1:] if arguments is None else arguments
     try:
         _settle_environment()
@@ -108,12 +120,6 @@ def run(name: str, work: Callable[[Sequence[str]], int], arguments: Sequence[str
     except InputError as error:
         complain(f"{name}: error: {error}{_whole_line(name, words, error)}")
         return UNUSABLE
-    except Terminated:
-        complain(f"{name}: ended from outside; nothing was written")
-        return 143
-    except KeyboardInterrupt:
-        complain(f"{name}: stopped; nothing was written")
-        return 130
     except MemoryError:
         complain(f"{name}: error: there is not enough memory for this. Cut the input, or ask for less.")
         return UNUSABLE
@@ -127,8 +133,6 @@ def run(name: str, work: Callable[[Sequence[str]], int], arguments: Sequence[str
 
         complain(sentence_of(name, words, error))
         return FAULT
-    finally:
-        _on_termination(before)
 
 
 def _whole_line(name: str, words: Sequence[str], error: InputError) -> str:
@@ -163,20 +167,17 @@ def _occupy_standard_streams() -> None:
     os.close(handle)
 
 
-class Terminated(KeyboardInterrupt):
-    """The system asked the process to end; it tidies up as for Ctrl-C."""
+def _what_stands(stop: KeyboardInterrupt, before: int) -> str:
+    """Of a run that was stopped: what it has noted, or that it had come to its end before it was."""
+    if _appearances() > before:
+        return "the results had been written, whole"
+    return "; ".join(getattr(stop, "__notes__", ())) or "nothing was written"
 
 
-def _terminated(number: int, frame: object) -> NoReturn:
-    del number, frame
-    raise Terminated
-
-
-def _on_termination(handler: Any) -> Any:
-    """Set what SIGTERM does, where that can be set; returns what it did before."""
-    if threading.current_thread() is not threading.main_thread() or handler is None:
-        return None
-    return signal.signal(signal.SIGTERM, handler)
+def _appearances() -> int:
+    """How often results have appeared; none have while nothing that writes is loaded."""
+    output = sys.modules.get("measure.common.output")
+    return output.appearances() if output else 0
 
 
 def say(*lines: str) -> None:
@@ -241,11 +242,35 @@ def watched() -> bool:
     return sys.stderr is not None and sys.stderr.isatty()
 
 
-def progress(items: Iterable[T], *, what: str, total: int | None = None, quiet: bool = False) -> Iterator[T]:
-    """The same items, with a bar on standard error while they are worked through.
+def foretell(name: str, quiet: bool, change: str = "") -> Callable[[float], None]:
+    """What says on standard error how long the work ahead will take, given its seconds.
 
-    Commands wrap what they loop over or hand the bar's `update` to a kernel's caller; kernels know nothing of it.
+    change : what to give instead where that is too long.
+
+    Raises
+    ------
+    InputError
+        When it is told of more than anybody waits for.
+    """
+    from measure.common.running.duration import in_words, require_endable
+
+    def say_so(seconds: float) -> None:
+        require_endable(seconds, change)
+        if not quiet:
+            complain(f"{name}: this takes {in_words(seconds)}")
+
+    return say_so
+
+
+def progress(items: Iterable[T], *, what: str, total: int | None = None, quiet: bool = False, change: str = "") -> Iterator[T]:
+    """The same items, with a bar on standard error while they are worked through, or where nobody looks how long the rest takes.
+
+    Commands wrap what they loop over or hand the bar's `update` to a kernel's caller; kernels know nothing of it. `change`, where the
+    items are alike in cost, says what to give instead if they take longer than anybody waits; else nothing is foretold.
     """
     from tqdm import tqdm
 
-    return iter(tqdm(items, desc=what, total=total, disable=quiet or not watched(), leave=False))
+    from measure.common.running.duration import foretold
+
+    timed = foretold(items, total, foretell(what, quiet or watched(), change)) if total and change else items
+    return iter(tqdm(timed, desc=what, total=total, disable=quiet or not watched(), leave=False))

@@ -7,6 +7,7 @@ import json
 import math
 import os
 import platform
+import re
 import shutil
 import signal
 import sys
@@ -20,7 +21,9 @@ from measure.common.errors import InputError
 from measure.common.version import versions_of
 
 _KEY = ".unspool-"
+_TEMPORARY = re.compile(r"\.unspool-[0-9a-f]{16}-")
 _LONGEST_SUFFIX = 12
+_appeared = 0  # blocks of `all_or_none` that have ended well and had something to write
 _together: list[list[tuple[Path, Path]]] = []  # by block of `all_or_none`: temporary files that wait for their names
 
 _REPORTED_PACKAGES = ("unspool", "numpy", "scipy", "numba", "lmfit", "opencv-python-headless", "av")
@@ -70,6 +73,11 @@ def temporary_prefix(path: Path) -> str:
     return f"{_KEY}{hashlib.sha256(os.fsencode(path.name)).hexdigest()[:16]}-"
 
 
+def is_temporary(path: Path) -> bool:
+    """Whether a file is what a killed run has left of one that it was writing."""
+    return _TEMPORARY.match(path.name) is not None and path.is_file() and not path.is_symlink()
+
+
 @contextmanager
 def all_or_none() -> Iterator[None]:
     """Whatever is written through `replacing` in the block appears when the block has ended well, all of it, or none of it."""
@@ -85,22 +93,29 @@ def all_or_none() -> Iterator[None]:
 
 def _move_all(staged: list[tuple[Path, Path]]) -> None:
     """Give all files their names; where one cannot have it, those before it get their old content back."""
+    global _appeared
     moved: list[tuple[Path, Path | None]] = []
     olds: list[Path] = []
-    try:
-        with _undisturbed():
+    with _undisturbed():
+        try:
             for temporary, path in staged:
                 old = _second_name(path) if path.exists() else None
                 olds += [] if old is None else [old]
                 os.replace(temporary, path)
                 moved.append((path, old))
-    except OSError as error:
-        for path, old in reversed(moved):
-            _put_back(path, old)
-        raise InputError(f"{error.filename2 or error.filename}: cannot be written ({error.strerror}); nothing was.") from error
-    finally:
-        for left in [*olds, *(temporary for temporary, _ in staged)]:
-            left.unlink(missing_ok=True)
+            _appeared += bool(staged)
+        except OSError as error:
+            for path, old in reversed(moved):
+                _put_back(path, old)
+            raise InputError(f"{error.filename2 or error.filename}: cannot be written ({error.strerror}); nothing was.") from error
+        finally:
+            for left in [*olds, *(temporary for temporary, _ in staged)]:
+                left.unlink(missing_ok=True)
+
+
+def appearances() -> int:
+    """How often results have appeared together in this process: what is stopped after that has left them, whole."""
+    return _appeared
 
 
 def _second_name(path: Path) -> Path:

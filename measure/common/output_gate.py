@@ -65,7 +65,7 @@ class Outputs:
             with all_or_none():
                 yield
         except BaseException:
-            for path in made:
+            for path in reversed(made):
                 with suppress(OSError):  # not empty: then somebody else has put something there
                     path.rmdir()
             raise
@@ -79,11 +79,12 @@ class Outputs:
         return [*named, *inside]
 
     def _wrong_folders(self) -> Iterator[str]:
+        made = {path.absolute() for _, path in self._all_folders()}
         for _, path in self._all_folders():
             try:
                 if path.exists() and not path.is_dir():
                     yield f"{path}: is a file, and a folder is written. Name another folder."
-                elif not path.exists():
+                elif not path.exists() and path.absolute().parent not in made:
                     yield from _wrong_parent(path)
             except (OSError, RuntimeError) as error:
                 yield f"{path}: cannot be a folder ({_why(error)}). Name another."

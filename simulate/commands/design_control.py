@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from measure.common.command_line import DONE, VERDICT_BAD, examples, next_command, parser, progress, run, say
+from measure.common.command_line import DONE, VERDICT_BAD, examples, foretell, next_command, parser, progress, run, say
 from measure.common.errors import InputError
 from measure.common.inputs import number, whole
 from measure.common.output_gate import Outputs
@@ -88,7 +88,8 @@ def _designed(options: Any, arguments: Sequence[str], requirements: Sequence[tup
     model, _ = model_from_options(options)
     task = _task(model, options, requirements)
     bar = iter(progress(range(_PARTS), what=NAME, total=_PARTS, quiet=options.quiet))
-    design = design_control(task, lambda _: next(bar, None))
+    less = "Give fewer --draws, a lower --sample-rate, or a shorter simulation.duration_s."
+    design = design_control(task, lambda _: next(bar, None), foretell(NAME, options.quiet, less))
     note = provenance([options.model, *options.effects], seed=options.seed, command=[NAME, *arguments])
     with _gate(options).together():
         if design.controller is not None:

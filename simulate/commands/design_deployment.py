@@ -73,7 +73,8 @@ def _designed(options: Any, arguments: Sequence[str]) -> Found:
     from simulate.files.model_file import write_model
 
     problem = _problem(options)
-    bar = iter(progress(range(options.evaluations), what=NAME, total=options.evaluations, quiet=options.quiet))
+    less = "Give fewer --evaluations or --draws, or a shorter simulation.duration_s."
+    bar = iter(progress(range(options.evaluations), what=NAME, total=options.evaluations, quiet=options.quiet, change=less))
     found = design_deployment(problem, options.evaluations, lambda _: next(bar, None))
     note = provenance([options.model, *options.effects], seed=options.seed, command=[NAME, *arguments])
     with _gate(options).together():

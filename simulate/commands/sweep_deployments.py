@@ -8,7 +8,7 @@ from contextlib import AbstractContextManager, nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from measure.common.command_line import DONE, VERDICT_BAD, examples, next_command, parser, progress, run, say
+from measure.common.command_line import DONE, VERDICT_BAD, examples, foretell, next_command, parser, progress, run, say
 from measure.common.errors import InputError
 from measure.common.inputs import number, whole
 from measure.common.output_gate import Outputs
@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from simulate.sweeps.result import SweepResult
 
 NAME = "sweep-deployments"
+_LESS = "Give fewer --runs or factors, or a shorter simulation.duration_s; an interrupted sweep goes on with --resume."
 TABLES = ("sweep.png", "responses.csv", "responses.csv.provenance.json", "coefficients.csv", "indices.png")
 
 
@@ -100,7 +101,12 @@ def _reported(options: Any, arguments: Sequence[str]) -> tuple[dict[str, Any], f
     from simulate.sweeps.tolerance import tolerance_of
 
     require_of_a_sweep(_pieces(options))
-    result = _swept(options)
+    try:
+        result = _swept(options)
+    except KeyboardInterrupt as stop:
+        if _pieces(options).exists():
+            stop.add_note(f"what was computed is kept in {_pieces(options)}, and --resume goes on with it")
+        raise
     model = result.sweep.model
     tolerance = tolerance_of(model, options.tolerance_deg or (5.0, FAILURE_DEG), options.probability, options.seed)
     note = provenance([options.model, *options.effects], seed=options.seed, command=[NAME, *_without_how(arguments)])
@@ -145,7 +151,8 @@ def _swept(options: Any) -> SweepResult:
             executor=executor,
             folder=_pieces(options),
             resume=options.resume,
-            progress=lambda pieces, total: progress(pieces, what="sweep", total=total, quiet=options.quiet),
+            progress=lambda pieces, total: progress(pieces, what="sweep", total=total, quiet=options.quiet, change=_LESS),
+            foretell=foretell(NAME, options.quiet, _LESS),
         )
 
 

@@ -14,6 +14,7 @@ import numpy as np
 
 from measure.common.arrays import Array
 from measure.common.errors import InputError
+from measure.common.running.duration import timed
 from simulate.control.catalogue import known_laws
 from simulate.control.certificate import MOST_DRAWS, counted, described, draws_for, margins
 from simulate.control.gain_search import Found, Scales, Search, ranges_of, scales_of
@@ -28,16 +29,18 @@ RESERVE, TIGHTER, TRIES = 1.25, 1.3, 3
 _MARGIN_DRAWS, _RIVAL_DRAWS, _RIVAL_POINTS = 128, 512, 16
 _MOST_FORCE = 2.0  # mean stored forces, what other laws may use
 
+_MARGINS = 20  # changes of a controller that are tried, about
 Say = Callable[[str], object]
+Foretell = Callable[[float], object]
 
 
-def design_control(task: Task, say: Say = lambda _: None) -> Design:
+def design_control(task: Task, say: Say = lambda _: None, foretell: Foretell = lambda _: None) -> Design:
     """Choose the gains of a law and certify them.
 
     Parameters
     ----------
     task : what is to be designed.
-    say : called with each part of the work as it begins.
+    say : called with each part of the work as it begins. foretell : called before it with about how many seconds it takes.
 
     Raises
     ------
@@ -47,6 +50,7 @@ def design_control(task: Task, say: Say = lambda _: None) -> Design:
     _require_possible(task)
     scales = scales_of(task.model, task.uncertainty.disparity, _rise_s(task.model))
     search = _search_of(task, known_laws()[task.law], task.fixed, scales, RESERVE)
+    foretell(_seconds(task, search))
     found, certificate, tries = _found(task, search, say)
     nearest = found or search.nearest()
     verdict = "none-found" if found is None else "certified" if _all(certificate) else "not-certified"
@@ -80,6 +84,14 @@ def _found(task: Task, search: Search, say: Say) -> tuple[Found | None, list[dic
             search.reserve *= TIGHTER
             search.tried.clear()
     return last, certificate, TRIES
+
+
+def _seconds(task: Task, search: Search) -> float:
+    """About how long the whole takes where the first certificate holds, from one try on the corners."""
+    corners, rivals = len(search.trials.rows), len(known_laws()) - 1
+    runs = corners * search.most_tries + len(STOPS) * (_draws(task) + _RIVAL_DRAWS) + _MARGINS * _MARGIN_DRAWS
+    runs += rivals * (corners * _RIVAL_POINTS * 3 // 2 + _RIVAL_DRAWS)
+    return timed(lambda: search.untold(task.most_force_N)) * runs / corners
 
 
 def _require_possible(task: Task) -> None:

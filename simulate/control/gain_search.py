@@ -86,6 +86,11 @@ class Search:
         self.best(most_N, seed)
         return self._least_energy(self._least_force(most_N)) if self._good(most_N) else None
 
+    @property
+    def most_tries(self) -> int:
+        """About how many controllers `least` tries, each on all rigs."""
+        return _COARSE + _FINE + _LEVELS * _AT_A_LEVEL + _FOR_ENERGY
+
     def best(self, limit_N: float | None, seed: int, points: int = _COARSE, fine: int = _FINE) -> Found:
         """The controller that comes nearest to what is required at a force limit: points spread over the ranges, then downhill."""
         from scipy.stats import qmc
@@ -95,6 +100,11 @@ class Search:
         start = spread[int(np.argmin([found.shortfall for found in coarse]))]
         self._downhill(start, limit_N, fine, lambda found: found.shortfall)
         return min(self.tried, key=lambda found: found.shortfall)
+
+    def untold(self, limit_N: float) -> None:
+        """One try, in the middle of the ranges, that is not kept: how long it takes is asked."""
+        self._try(np.full(len(self.ranges), 0.5), limit_N)
+        self.tried.pop()
 
     def nearest(self) -> Found:
         """Of all that were tried, the one that came nearest."""

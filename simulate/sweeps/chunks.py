@@ -7,6 +7,7 @@ import inspect
 import json
 import re
 from collections.abc import Iterable, Iterator
+from contextlib import suppress
 from dataclasses import asdict, dataclass
 from importlib import metadata
 from pathlib import Path
@@ -15,13 +16,13 @@ import numpy as np
 
 from measure.common.arrays import Array
 from measure.common.errors import InputError
-from measure.common.output import replacing, sha256, write_text
+from measure.common.output import is_temporary, replacing, sha256, write_text
 from simulate.files.model_file import document_of
 from simulate.sweeps.sweep import Sweep
 
 _NOTE = "key"
 _HASH = re.compile("[0-9a-f]{64}")
-_OURS = re.compile(r"key|\d{9}\.npy|\.unspool-.*")
+_OURS = re.compile(r"key|\d{9}\.npy")
 
 
 def key_of(sweep: Sweep) -> str:
@@ -53,7 +54,7 @@ def require_of_a_sweep(folder: Path) -> bool:
     InputError
         It holds something else, or something else too.
     """
-    inside = sorted(folder.iterdir()) if folder.exists() else []
+    inside = [file for file in sorted(folder.iterdir()) if not is_temporary(file)] if folder.exists() else []
     if not inside:
         return False
     note = folder / _NOTE
@@ -84,12 +85,31 @@ class Chunks:
         """
         note, key = self.folder / _NOTE, key_of(self.sweep)
         begun = require_of_a_sweep(self.folder)
+        self._remove_halves()
         if resume and begun and note.read_text(encoding="utf-8") != key:
             raise InputError(f"{self.folder}: holds pieces of another model, design or version; leave --resume out to begin anew.")
         if begun and not resume:
             remove_pieces(self.folder)
         self.folder.mkdir(exist_ok=True)
         write_text(note, key)
+
+    def _remove_halves(self) -> None:
+        """What a killed run has left of a piece or of the note."""
+        for file in self.folder.iterdir() if self.folder.exists() else ():
+            if is_temporary(file):
+                file.unlink()
+
+    def give_up(self) -> None:
+        """Take the folder away again where no piece stands in it; else there is something to resume."""
+        pieces = [file for file in self.folder.iterdir() if file.name != _NOTE] if self.folder.exists() else []
+        if not pieces:
+            (self.folder / _NOTE).unlink(missing_ok=True)
+            with suppress(FileNotFoundError):
+                self.folder.rmdir()
+
+    def standing(self) -> list[tuple[int, int]]:
+        """The pieces that are there, of this sweep or another that was begun here."""
+        return [piece for piece in self.sweep.pieces() if self._path(piece[0]).is_file()]
 
     @property
     def missing(self) -> list[tuple[int, int]]:

@@ -11,6 +11,7 @@ import numpy as np
 
 from measure.common.arrays import Array
 from measure.common.errors import InputError
+from measure.common.running.duration import timed
 from simulate.model.model import Model
 from simulate.model.responses import THETA_Z, response_named
 from simulate.sweeps.chunks import Chunks
@@ -23,6 +24,7 @@ from simulate.sweeps.result import SweepResult
 from simulate.sweeps.step_search import choose_step
 from simulate.sweeps.sweep import Sweep, run_by, run_on
 
+_SAMPLE = 32  # runs
 Progress = Callable[[Iterable[int], int], Iterable[int]]
 
 
@@ -42,6 +44,7 @@ def sweep(
     folder: Path | None = None,
     resume: bool = False,
     progress: Progress | None = None,
+    foretell: Callable[[float], object] | None = None,
 ) -> SweepResult:
     """Simulate a design of deployments and explain a response by its factors, as `sweep-deployments` does.
 
@@ -61,6 +64,7 @@ def sweep(
     executor : computes the runs elsewhere (processes, a cluster); `workers` is then its own business.
     folder : keep the responses there, piece by piece, instead of in memory; with `resume` what stands there is kept.
     progress : wraps the pieces as they come in, given their number.
+    foretell : called before they begin with the seconds that they will take on this machine, from a sample of the runs.
 
     Returns
     -------
@@ -74,6 +78,9 @@ def sweep(
     response_named(response)
     chosen = choose_step(_posed(model, factors, _kind(design, indices), runs, seed), failure_deg)
     shown: Progress = progress or (lambda pieces, _: pieces)
+    if foretell is not None and executor is None:
+        done = sum(last - first for first, last in Chunks(folder, chosen.sweep).standing()) if folder is not None and resume else 0
+        foretell(_seconds(chosen.sweep, workers) * (chosen.sweep.design.runs - done))
     begun = time.perf_counter()
     if folder is None:
         pieces = _in_memory(chosen.sweep, workers, executor, shown)
@@ -81,6 +88,12 @@ def sweep(
         pieces = _on_disk(Chunks(folder, chosen.sweep), workers, executor, resume, shown)
     failure = rare_failure(chosen.sweep, failure_deg, rare, seed) if rare is not None else None
     return SweepResult(chosen.sweep, pieces, response, failure_deg, chosen.report, time.perf_counter() - begun, failure)
+
+
+def _seconds(sweep: Sweep, workers: int | None) -> float:
+    """How long one run takes among many, from a sample of them."""
+    sample = min(_SAMPLE, sweep.design.runs)
+    return timed(lambda: next(run_on(sweep, workers, [(0, sample)]))) / sample
 
 
 def rare_failure(sweep: Sweep, failure_deg: float, runs: int, seed: int = 0) -> RareFailure:
@@ -142,8 +155,12 @@ def _in_memory(sweep: Sweep, workers: int | None, executor: Executor | None, pro
 
 def _on_disk(chunks: Chunks, workers: int | None, executor: Executor | None, resume: bool, progress: Progress) -> Chunks:
     """The same, kept in a folder; only what is missing there is computed."""
-    chunks.open(resume)
-    missing = chunks.missing
-    for _ in progress(chunks.keep(_computed(chunks.sweep, workers, executor, missing)), len(missing)):
-        pass
+    try:
+        chunks.open(resume)
+        missing = chunks.missing
+        for _ in progress(chunks.keep(_computed(chunks.sweep, workers, executor, missing)), len(missing)):
+            pass
+    except BaseException:
+        chunks.give_up()
+        raise
     return chunks

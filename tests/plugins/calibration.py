@@ -11,7 +11,7 @@ from __future__ import annotations
 import random
 import subprocess
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 from importlib import metadata
 from pathlib import Path
@@ -82,6 +82,20 @@ class Table:
         return [f"## {self.title}", "", *([self.note, ""] if self.note else []), *table, *fate, "", f"Test: `{self.test}`.", ""]
 
 
+def _merged(tables: Sequence[Table]) -> list[Table]:
+    """Tables of one title and with the same columns as one: those of a test that is run for one thing after the other."""
+    kept: dict[tuple[str, ...], Table] = {}
+    for table in tables:
+        key = (table.title, table.note, *(table.rows[0] if table.rows else ()))
+        before = kept.get(key)
+        if before is None:
+            kept[key] = table
+        else:
+            test = before.test.partition("[")[0]
+            kept[key] = replace(before, test=test, passed=before.passed and table.passed, rows=[*before.rows, *table.rows])
+    return list(kept.values())
+
+
 class Pages:
     """In the process that the user started: collects tables and writes a page for each test module."""
 
@@ -112,7 +126,7 @@ class Pages:
             f"Made by `make calibrate` from `{module}` on {datetime.now(UTC):%Y-%m-%d}, version {_version(self.config.rootpath)}, "
             f"seed {options.seed}, {'whole' if options.share == 1 else f'a share of {options.share:g}'}."
         )
-        tables = sorted((table for table in self.tables if table.module == module), key=lambda table: table.test)
+        tables = _merged(sorted((table for table in self.tables if table.module == module), key=lambda table: table.test))
         return "\n".join([f"# {stem.capitalize()}", "", made, "", *(line for table in tables for line in table.lines())]).rstrip() + "\n"
 
     def pytest_terminal_summary(self, terminalreporter: pytest.TerminalReporter) -> None:

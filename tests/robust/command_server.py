@@ -42,7 +42,10 @@ REMOVING = ("os.remove", "os.rmdir")
 
 @dataclass(frozen=True)
 class Ended:
-    """How a command ended: status (its own; 124 no end, negative a signal), what it said, processor time and memory."""
+    """How a command ended: status (its own; 124 no end, negative a signal), what it said, processor time, and memory that it took.
+
+    What is loaded already when it begins is not counted as its memory.
+    """
 
     status: int
     out: str
@@ -152,6 +155,8 @@ def tried(asked: dict[str, Any]) -> dict[str, Any]:
             os.close(pipes[2][0])
             become(asked, pipes[2][1])
         os._exit(70)
+    pages = int(Path(f"/proc/{child}/statm").read_text(encoding="utf-8").split()[1])
+    asked["at_start_mb"] = pages * resource.getpagesize() / 2**20
     for _, writing in pipes:
         os.close(writing)
     return waited_for(child, [reading for reading, _ in pipes], asked)
@@ -188,7 +193,7 @@ def waited_for(child: int, readings: list[int], asked: dict[str, Any]) -> dict[s
         "out": out,
         "error": error,
         "processor_s": used.ru_utime + used.ru_stime,
-        "memory_mb": used.ru_maxrss / 1024,
+        "memory_mb": max(0.0, used.ru_maxrss / 1024 - asked["at_start_mb"]),
         "events": acts.splitlines(),
     }
 

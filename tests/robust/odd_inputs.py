@@ -212,13 +212,13 @@ FACTORS = (-1.0, 1e3, 1e-3, 1e6, 1e-9, 1e300, 1e-300, 1e150)
 
 OUTPUTS = {
     "track-video": (TRACK, ("--marks", "--json", "--pictures", "--overlay")),
-    "fit-actuator": (["fit-actuator", "loop.csv"], ("--json", "--figure", "--save-mapping")),
+    "fit-actuator": (["fit-actuator", "loop.csv"], ("--json", "--figure", "--page", "--save-mapping")),
     "simulate-deployment": (
         ["simulate-deployment", "model.toml"],
         ("--json", "--legs", "--energy", "--mjcf", "--page", "--figure", "--gravity-study"),
     ),
-    "sweep-deployments": (["sweep-deployments", "model.toml", "--factor", "platform.mass_kg=+-1%"], ("--json",)),
-    "compare-model": (["compare-model", "model.toml", "campaign.toml"], ("--json",)),
+    "sweep-deployments": (["sweep-deployments", "model.toml", "--factor", "platform.mass_kg=+-1%"], ("--json", "--page")),
+    "compare-model": (["compare-model", "model.toml", "campaign.toml"], ("--json", "--page")),
     "explain-gap": (["explain-gap", "model.toml", "campaign.toml"], ("--json",)),
     "design-control": (["design-control", "rig.toml", "--draws", "16"], ("--json", "--page")),
     "unspool": (["unspool", "check", "model.toml", "campaign.toml"], ("--json",)),

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from judging import Tally, restored, tree
 from odd_inputs import INPUTS, NAMES, around
 
-pytestmark = pytest.mark.calibrate
+pytestmark = pytest.mark.xdist_group("commands")
 MINUTES = 10
 EXAMPLES = 8
 TASKS = ("check", "effects", "init", "completion", "run")

@@ -28,7 +28,6 @@ from measure.readers.loop_file import read_loop_file
 from measure.readers.measurement import read_measurement
 from simulate.files.model_file import read_model
 
-pytestmark = pytest.mark.calibrate
 MINUTES = 10
 EXAMPLES = {"text": 25, "documents": 25, "films": 15, "read apart": 3}
 MAPPED = ColumnMapping({"time": "1", "elongation": "2", "force": "3"}, {"time": "s", "elongation": "mm", "force": "N"})

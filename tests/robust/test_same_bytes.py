@@ -15,7 +15,7 @@ from test_killed_commands import COMMANDS as WHOLE
 from test_killed_commands import demonstration as _demonstration
 from test_write_faults import COMMANDS as QUICK
 
-pytestmark = pytest.mark.calibrate
+pytestmark = pytest.mark.xdist_group("commands")
 demonstration = _demonstration
 HERE = {"NUMBA_NUM_THREADS": "1", "LC_ALL": "C.UTF-8", "TZ": "UTC", "PYTHONHASHSEED": "0", "COLUMNS": "80"}
 THERE = {

@@ -8,7 +8,7 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
-from measure.common.command_line import DONE, UNUSABLE, examples, parser, run, say
+from measure.common.command_line import DONE, examples, parser, run, say
 
 NAME = "unspool check"
 DOES = "Read model, campaign, film project, bench columns, loops and trajectories; report all that is wrong, and what was understood."
@@ -31,17 +31,28 @@ def _parser() -> Any:
 
 
 def _work(arguments: Sequence[str]) -> int:
+    from measure.common.errors import InputError
     from measure.common.output_gate import Outputs
 
     given = _parser().parse_args(arguments)
     with Outputs({"--output": given.output, "--json": given.json}, inputs=_files_read(given)).held():
         found = [_looked_at(path, given) for path in given.files]
-        _write(given, found)
-    wrong = [row for row in found if row["wrong"]]
+        wrong = [row for row in found if row["wrong"]]
+        if not wrong:
+            _write(given, found)
     if not given.quiet:
         say(*(line for row in found for line in _said(row)))
         say(f"{len(found) - len(wrong)} of {len(found)} files can be used" + ("" if wrong else f"\nnext     {_next(found)}"))
-    return UNUSABLE if wrong else DONE
+    if wrong:
+        raise InputError(_refusal(given, wrong))
+    return DONE
+
+
+def _refusal(given: Namespace, wrong: Sequence[dict[str, Any]]) -> str:
+    """What is said on standard error, with all that is wrong where it was not said yet; nothing is written then."""
+    shown = [line for row in wrong for line in row["wrong"]] if given.quiet else []
+    files = "1 file" if len(wrong) == 1 else f"{len(wrong)} files"
+    return "\n".join([f"{files} cannot be used; nothing was written. Mend what is reported.", *shown])
 
 
 def _files_read(given: Namespace) -> list[Path]:

@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 from argparse import Namespace
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from measure.common.command_line import DONE, examples, parser, run, say
+
+if TYPE_CHECKING:
+    from measure.common.output_gate import Outputs
 
 NAME = "unspool init"
 DOES = "Write commented templates of the model, the film, the columns of the bench and the list of runs, with a schema of each for editors."
@@ -35,7 +38,9 @@ def _work(arguments: Sequence[str]) -> int:
         raise InputError("no folder; name the one that the files are to be put into, such as: unspool init rig")
     texts = _texts(given.like)
     _require_absent(folder, texts)
-    _write(given, folder, texts)
+    gate = _gate(given, folder, texts)
+    with gate.held(), gate.together():
+        _write(given, folder, texts)
     if not given.quiet:
         say(*_said(folder, texts))
     return DONE
@@ -75,10 +80,19 @@ def _require_absent(folder: Path, texts: dict[str, str]) -> None:
         raise InputError(f"{', '.join(there)}: there already, and nothing is written over. Name another folder, or move them away.")
 
 
+def _gate(given: Namespace, folder: Path, texts: Iterable[str]) -> Outputs:
+    """All that is written."""
+    from measure.common.output_gate import Outputs
+
+    own = [Path(name) for name in texts]
+    inside = {parent: [name.name for name in own if name.parent == parent] for parent in (Path(), Path("schemas"))}
+    folders = {"FOLDER": (folder, inside[Path()]), "FOLDER/schemas": (folder / "schemas", inside[Path("schemas")])}
+    return Outputs({"--json": given.json}, folders)
+
+
 def _write(given: Namespace, folder: Path, texts: dict[str, str]) -> None:
     from measure.common.output import write_json, write_text
 
-    (folder / "schemas").mkdir(parents=True, exist_ok=True)
     for name, text in texts.items():
         write_text(folder / name, text)
     if given.json is not None:
