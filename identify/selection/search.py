@@ -142,7 +142,12 @@ class Search:
                 return
 
     def _leads_on(self, one: Hypothesis) -> bool:
-        """Whether a further name may be looked for: of several names each must have halved the gap that those before it left."""
+        """Whether a further name may be looked for: of several names each must have halved the gap that those before it left.
+
+        Where the budget is spent and the films are still far off, nothing more is.
+        """
+        if self.spent >= self.budget.fits and one.fit.rms >= CLOSE and one.names:
+            return False
         return len(one.names) < 2 or halves(min((less.fit for less in self._with_one_less(one.names)), key=lambda fit: fit.rms), one.fit)
 
     def _with_one_less(self, names: Names) -> list[Hypothesis]:
