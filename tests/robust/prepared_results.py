@@ -71,7 +71,7 @@ def _design_ready() -> None:
     found = module.design_control(task)
     module.known_laws = known_laws
 
-    def ready(task: Task, say: Any = None) -> Design:
+    def ready(task: Task, say: Any = None, foretell: Any = None) -> Design:
         module._require_possible(task)
         module._rise_s(task.model)
         return replace(found, task=task)
