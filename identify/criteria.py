@@ -173,6 +173,9 @@ CLEAR_LEAD = 3.0
 CREDIBLE = 0.95
 """The smallest set of hypotheses that holds so much of the probability is what may be said; the usual level of an interval."""
 
+EQUAL = 0.9
+"""Part of the largest probability from which on two hypotheses count as equally probable: a tenth of a unit of log evidence."""
+
 NOTHING, WITHIN = 0.5, 0.1
 """Prior probability that nothing is missing, and that the model file is wrong by no more than its tolerances."""
 

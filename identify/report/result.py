@@ -11,7 +11,7 @@ from identify.campaign.load_cell_zeros import drifts_of, zeros_of
 from identify.criteria import LIKELY
 from identify.design.next_test import NextTest
 from identify.draft.effect_file import FILE
-from identify.gap.dragged import dragged, in_words, lost
+from identify.gap.dragged import Dragged, dragged, in_words, lost
 from identify.gap.localise import force_in_loops, locate
 from identify.loops.covariates import hint, shares
 from identify.selection.explain import Explanation, Ranked
@@ -59,7 +59,7 @@ def result_of(found: Explanation, missing_force_file: str | None = None) -> dict
             {"name": effect.name, "in_tolerances": size, "parameters": dict(zip(effect.flat_names(), effect.flat().tolist(), strict=True))}
             for effect, size in found.within
         ],
-        "dragged": [{**asdict(one), "sentence": one.sentence} for one in dragged(found.after)],
+        "dragged": [{**asdict(one), "sentence": one.sentence} for one in moved_far(found)],
         "law_not_written": list(lost(found.after)),
         "loop_zeros_N": zeros_of(found.after),
         "loop_drifts_N_per_s": drifts_of(found.after),
@@ -215,7 +215,12 @@ def missing_table(found: Explanation) -> dict[str, Any] | None:
 
 def sentence(found: Explanation) -> str:
     """The finding in a sentence; what a fit had to move far beyond the model file stands first."""
-    return "; ".join([*in_words(dragged(found.after)), _finding_in_words(found)])
+    return "; ".join([*in_words(moved_far(found)), _finding_in_words(found)])
+
+
+def moved_far(found: Explanation) -> tuple[Dragged, ...]:
+    """What the fit behind the answer moved far; where nothing closes the gap, what the releases alone moved under the model as given."""
+    return dragged(found.as_given if found.verdict in ("unknown", "partly") else found.after)
 
 
 def _finding_in_words(found: Explanation) -> str:

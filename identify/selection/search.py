@@ -20,6 +20,7 @@ from identify.estimation.multistart import released_again
 from identify.selection.priors import Prior
 from identify.selection.promises import FORCES, Promise, nearly_as_good, posed, promises
 from identify.selection.unknown_force import Unnamed, is_unnamed, unnamed_forces
+from identify.selection.verdict import foremost_of
 from identify.selection.weighing import Weighed, along_lines, from_rest, weighed, weighed_within
 from simulate.model.effect import Effect
 
@@ -165,12 +166,12 @@ class Search:
     def settled(self) -> Hypothesis:
         """The hypothesis with the largest probability, fitted if it was only weighed; of one with a force without a name the rest."""
         for _ in range(_SETTLING):
-            names = tuple(name for name in next(iter(self.weights())) if not is_unnamed(name))
+            names = tuple(name for name in foremost_of(self.weights()) if not is_unnamed(name))
             ahead = self.ahead.get(names)
             if names in self.fitted or ahead is None or ahead.promise is None:
                 break
             self._fit(ahead)
-        names = tuple(name for name in next(iter(self.weights())) if not is_unnamed(name))
+        names = tuple(name for name in foremost_of(self.weights()) if not is_unnamed(name))
         return self._brought_back(self.fitted.get(names, self.foremost))
 
     def _brought_back(self, one: Hypothesis) -> Hypothesis:

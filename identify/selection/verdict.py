@@ -15,7 +15,7 @@ from __future__ import annotations
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 
-from identify.criteria import CREDIBLE
+from identify.criteria import CREDIBLE, EQUAL
 from identify.selection.unknown_force import is_unnamed
 
 Names = tuple[str, ...]
@@ -47,7 +47,7 @@ def verdict_of(weights: Mapping[Names, float], *, closes_most: bool, leaves_nois
     if weights.get((), 0.0) > 1.0 - CREDIBLE and leaves_noise:
         return Verdict("no-gap", (), {}, listed)
     credible = credible_set(weights)
-    foremost = max(credible, key=lambda names: weights[names])
+    foremost = foremost_of(weights)
     names = tuple(name for name in foremost if not is_unnamed(name))
     if not leaves_noise or _of_the_unnamed(weights) > 1.0 - CREDIBLE:
         return Verdict("partly" if names and closes_most else "unknown", names, _rivals(names, credible), listed)
@@ -70,6 +70,15 @@ def doing_without(verdict: Verdict, slight: Collection[str]) -> Verdict:
 def _of_the_unnamed(weights: Mapping[Names, float]) -> float:
     """Probability that a force without a name is there."""
     return sum(weight for names, weight in weights.items() if any(is_unnamed(name) for name in names))
+
+
+def foremost_of(weights: Mapping[Names, float]) -> Names:
+    """The most probable hypothesis; of those that are hardly less probable the one with the fewest names, the first by the alphabet.
+
+    So that rounding does not decide between two that measurements cannot tell apart.
+    """
+    most = max(weights.values())
+    return min((names for names, weight in weights.items() if weight >= EQUAL * most), key=lambda names: (len(names), names))
 
 
 def credible_set(weights: Mapping[Names, float]) -> list[Names]:

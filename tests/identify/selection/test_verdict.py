@@ -44,6 +44,13 @@ def test_an_error_hardly_beyond_its_tolerance_is_no_name(weights, word, names):
     assert (found.word, found.names) == (word, names)
 
 
+@pytest.mark.parametrize("more", [0.001, -0.001])
+def test_of_two_that_cannot_be_told_apart_rounding_does_not_choose(more):
+    weights = {("leg-mass",): 0.495 + more, HUB: 0.495 - more, (): 0.01}
+    assert verdict_of(weights, closes_most=True).names == HUB
+    assert verdict_of({("leg-mass",): 0.7, HUB: 0.29, (): 0.01}, closes_most=True).names == ("leg-mass",)
+
+
 def test_names_beside_a_force_without_a_name_are_partly_or_nothing():
     weights = {("hub-inertia", *TABLE): 0.97, HUB: 0.03}
     assert verdict_of(weights, closes_most=True).word == "partly"
