@@ -177,7 +177,7 @@ def _explained(problem: Problem, runs: Sequence[Run], catalogue: Mapping[str, ty
     noise = noise if leaves_noise else _as_measured(noise)
     after = foremost.fit
     closes_most = share_closed(before, after, noise) > LARGER_PART
-    verdict = verdict_of(weights, closes_most=closes_most, leaves_noise=leaves_noise)
+    verdict = verdict_of(weights, foremost=foremost.names, closes_most=closes_most, leaves_noise=leaves_noise)
     if verdict.word == "partly":
         foremost = search.shortest(foremost.names)
         after, verdict = foremost.fit, replace(verdict, names=foremost.names)

@@ -20,7 +20,7 @@ from identify.estimation.multistart import released_again
 from identify.selection.priors import Prior
 from identify.selection.promises import FORCES, Promise, nearly_as_good, posed, promises
 from identify.selection.unknown_force import Unnamed, is_unnamed, unnamed_forces
-from identify.selection.verdict import foremost_of
+from identify.selection.verdict import credible_set, foremost_of
 from identify.selection.weighing import Weighed, along_lines, from_rest, weighed, weighed_within
 from simulate.model.effect import Effect
 
@@ -31,7 +31,7 @@ _STEPS = 8
 _NEARLY_ALL = 0.9
 _NO_LARGER = 1.01  # times the gap: fits end within a hundredth
 _DEEPER = 10.0  # sum of squares, or log evidence, by which another local minimum is worth looking from anew
-_SETTLING = 3  # fits of what turns out to hold the largest weight in the end
+_SETTLING = 8  # fits of what turns out to hold a share in the end
 _ALIKE = 0.25  # of what the foremost name was promised, that another may be promised less and be as good where lines lead astray
 _DEAD_END = 2  # fits that one costs besides which leaves the films far off: it takes as long
 _SHORT = 1.0  # of a promise, in log evidence: then the fit may have gone astray
@@ -164,13 +164,16 @@ class Search:
         return min(enough, key=lambda one: (len(one.names), -one.log_weight))
 
     def settled(self) -> Hypothesis:
-        """The hypothesis with the largest probability, fitted if it was only weighed; of one with a force without a name the rest."""
+        """The hypothesis with the largest probability; of one with a force without a name the rest.
+
+        What may stand in its place is fitted, if it was only weighed: a class rests on fits, too.
+        """
         for _ in range(_SETTLING):
-            names = tuple(name for name in foremost_of(self.weights()) if not is_unnamed(name))
-            ahead = self.ahead.get(names)
-            if names in self.fitted or ahead is None or ahead.promise is None:
+            promised = [self.ahead[names] for names in credible_set(self.weights()) if names not in self.fitted]
+            worth = [one for one in promised if one.promise is not None]
+            if not worth:
                 break
-            self._fit(ahead)
+            self._fit(worth[0])
         names = tuple(name for name in foremost_of(self.weights()) if not is_unnamed(name))
         return self._brought_back(self.fitted.get(names, self.foremost))
 

@@ -34,12 +34,13 @@ class Verdict:
     weights: Mapping[str, float]
 
 
-def verdict_of(weights: Mapping[Names, float], *, closes_most: bool, leaves_noise: bool = True) -> Verdict:
+def verdict_of(weights: Mapping[Names, float], *, foremost: Names | None = None, closes_most: bool, leaves_noise: bool = True) -> Verdict:
     """The verdict before the runs held out are asked.
 
     Parameters
     ----------
     weights : probability of each hypothesis; they add up to one.
+    foremost : the names that were fitted as the most probable ones; by default those that are.
     closes_most : whether the names of the foremost hypothesis close the larger part of the gap.
     leaves_noise : whether what it leaves is as fast as noise.
     """
@@ -47,8 +48,7 @@ def verdict_of(weights: Mapping[Names, float], *, closes_most: bool, leaves_nois
     if weights.get((), 0.0) > 1.0 - CREDIBLE and leaves_noise:
         return Verdict("no-gap", (), {}, listed)
     credible = credible_set(weights)
-    foremost = foremost_of(weights)
-    names = tuple(name for name in foremost if not is_unnamed(name))
+    names = tuple(name for name in (foremost_of(weights) if foremost is None else foremost) if not is_unnamed(name))
     if not leaves_noise or _of_the_unnamed(weights) > 1.0 - CREDIBLE:
         return Verdict("partly" if names and closes_most else "unknown", names, _rivals(names, credible), listed)
     rivals = _rivals(names, credible)

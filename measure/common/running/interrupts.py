@@ -18,6 +18,7 @@ COMMANDS = (
 )
 STOPPED, ENDED_FROM_OUTSIDE = 130, 143
 _AGAIN_S = 0.02
+_OURS = ("measure", "simulate", "identify")
 _LONGEST_IMPORT_S = 10.0
 
 
@@ -81,13 +82,12 @@ class Interruptible:
 
 
 def _is_importing(frame: FrameType | None) -> bool:
-    """Whether the machinery of imports is at work, or somebody else's module is being loaded; our own may be left half loaded."""
-    if frame is not None and frame.f_code.co_filename.startswith("<frozen importlib"):
-        return True
+    """Whether the machinery of imports is at work on somebody else's module; our own may be left half loaded."""
+    loaded = ""
     while frame is not None:
-        module = str(frame.f_globals.get("__name__"))
-        if frame.f_code.co_name == "<module>" and module.partition(".")[0] not in ("__main__", "measure", "simulate", "identify"):
+        if frame.f_code.co_filename.startswith("<frozen importlib") and loaded not in _OURS:
             return True
+        loaded = str(frame.f_globals.get("__name__")).partition(".")[0] if frame.f_code.co_name == "<module>" else loaded
         frame = frame.f_back
     return False
 

@@ -27,7 +27,7 @@ def test_every_command_is_known_by_its_name():
 @pytest.mark.parametrize(("number", "status"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
 def test_a_signal_at_work_is_a_sentence_and_a_status(capsys, number, status):
     def work(words):
-        os.kill(os.getpid(), number)
+        signal.raise_signal(number)
         return 0
 
     before = signal.getsignal(signal.SIGINT), signal.getsignal(signal.SIGTERM)
@@ -48,17 +48,17 @@ def test_what_had_been_written_before_the_signal_is_not_denied(capsys, tmp_path)
 
 FOREIGN = {  # a module of a library, in which the signal comes
     "turned into another error": """
-        import os, signal
+        import signal
         try:
-            os.kill(os.getpid(), signal.SIGINT)
+            signal.raise_signal(signal.SIGINT)
         except BaseException:
             raise ImportError("half")
     """,
     "lost in a callback": """
-        import os, signal
+        import signal
         class Gone:
             def __del__(self):
-                os.kill(os.getpid(), signal.SIGINT)
+                signal.raise_signal(signal.SIGINT)
         def lose():
             Gone()
     """,
@@ -86,7 +86,7 @@ def test_a_library_can_neither_lose_nor_turn_the_signal(tmp_path, how):
 
 def test_while_a_command_is_loaded_it_ends_in_a_sentence_too(tmp_path):
     ended = started(
-        "import os, signal, sys\nsys.argv[:] = ['explain-gap']\nimport measure.commands\nos.kill(os.getpid(), signal.SIGINT)", tmp_path
+        "import signal, sys\nsys.argv[:] = ['explain-gap']\nimport measure.commands\nsignal.raise_signal(signal.SIGINT)", tmp_path
     )
     assert (ended.returncode, ended.stderr) == (130, "explain-gap: stopped; nothing was written\n")
 
