@@ -303,6 +303,9 @@ def next_experiment(found: Explanation) -> str | None:
         if best.surest < LIKELY:
             return f"No single further test is likely to tell {name} from its rivals; {words} would split off {split} of cases."
         return f"To tell {name} from its rivals, add {words}; predicted to split off {split} of cases."
+    if found.verdict == "class" and not found.rivals:
+        rivals = ", ".join(found.findings[0].equivalents)
+        return f"What may stand in the place of {found.findings[0].name} ({rivals}) was weighed and not fitted: try a larger --budget first."
     if found.verdict == "unknown":
         return f"Add {_other_condition(found)}: a force that follows time, place or speed moves differently then."
     return None
