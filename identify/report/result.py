@@ -305,7 +305,7 @@ def next_experiment(found: Explanation) -> str | None:
         return f"To tell {name} from its rivals, add {words}; predicted to split off {split} of cases."
     if found.verdict == "class" and not found.rivals:
         rivals = ", ".join(found.findings[0].equivalents)
-        return f"What may stand in the place of {found.findings[0].name} ({rivals}) was weighed and not fitted: try a larger --budget first."
+        return f"What may stand in the place of {found.findings[0].name} ({rivals}) was weighed and not fitted: try a larger --budget."
     if found.verdict == "unknown":
         return f"Add {_other_condition(found)}: a force that follows time, place or speed moves differently then."
     return None
