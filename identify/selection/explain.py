@@ -171,9 +171,11 @@ def _zeros_help(fit: Fit) -> bool:
 def _explained(problem: Problem, runs: Sequence[Run], catalogue: Mapping[str, type[Effect]], budget: Budget, say: Say) -> Explanation:
     say("fitting base and releases")
     search = Search(catalogue, log_prior(catalogue), budget, say)
-    search.run(solve_from_afar(problem))
+    base = solve_from_afar(problem)
+    search.run(base)
     foremost, nothing, weights = search.settled(), search.fitted[()], search.weights()
-    before, noise, leaves_noise = nothing.fit, noise_of_channels(foremost.weighed), foremost.weighed.leaves_noise
+    before = min(nothing.fit, base, key=lambda fit: fit.rms)  # far off, what counts memory as noise may leave more than least squares
+    noise, leaves_noise = noise_of_channels(foremost.weighed), foremost.weighed.leaves_noise
     noise = noise if leaves_noise else _as_measured(noise)
     after = foremost.fit
     closes_most = share_closed(before, after, noise) > LARGER_PART
