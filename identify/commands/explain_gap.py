@@ -76,7 +76,7 @@ def _explained(given: Namespace) -> tuple[int, list[str], list[str | Path]]:
     from identify.draft.effect_file import FILE
     from identify.estimation.problem import problem_of
     from identify.selection.explain import explain
-    from identify.selection.search import BUDGETS
+    from identify.selection.hypotheses import BUDGETS
     from simulate.deployment.deploy import warnings_of_rates
     from simulate.files.model_file import read_model
     from simulate.files.own_effects import catalogue_with
@@ -101,7 +101,7 @@ def _explained(given: Namespace) -> tuple[int, list[str], list[str | Path]]:
 def _foretell(given: Namespace, problem: Problem) -> None:
     """Say about how long it takes: the fits that the budget allows, and every effect of the catalogue weighed beside some of them."""
     from identify.commands.foresight import seconds_of
-    from identify.selection.search import BUDGETS
+    from identify.selection.hypotheses import BUDGETS
 
     budget = BUDGETS[given.budget]
     foretell(NAME, given.quiet, "Give fewer or shorter runs, or --budget quick.")(seconds_of(problem, _FITS * budget.fits))

@@ -65,7 +65,7 @@ def _looks_like(one: Parameter, shift: float, geometry: Geometry | None) -> str:
             "the table counts from another place, or the model lacks something"
         )
     if one.key == "instant_s":
-        return "the run's clock looks as if it began elsewhere: write when it was released, or cut it there"
+        return "the clock looks as if it did not begin at the release: shift time_s so that the release is at 0"
     if one.key == STORED_FORCE or one.key.startswith("stored_force_N"):
         return "the stored force looks like that of another spring or another temperature: look at actuator.b_l_N and initial_force_N"
     return "the law looks like that of another spring: fit it to loops of this one" if one.name in BASE else ""

@@ -30,12 +30,13 @@ from identify.gap.leg_force import LegForce
 from identify.gap.platform_force import ForceAlongTime, ForceTable, MissingForce
 from identify.selection.detection_limits import DetectionLimit, detection_limits
 from identify.selection.findings import Finding, NoiseOfChannel, findings_of, noise_of_channels, rms_over_noise, share_closed
+from identify.selection.hypotheses import BUDGETS, Budget, Hypothesis, Say, halves
 from identify.selection.model_errors import slight_errors
 from identify.selection.priors import MODEL_ERRORS, log_prior
 from identify.selection.promises import FORCES
-from identify.selection.search import BUDGETS, Budget, Hypothesis, Names, Say, Search, halves
+from identify.selection.search import Search
 from identify.selection.unknown_force import Unnamed, is_unnamed, simulated
-from identify.selection.verdict import Verdict, doing_without, verdict_of
+from identify.selection.verdict import Names, Verdict, doing_without, verdict_of
 from measure.notebook.shown import Shown
 from simulate.effects import CATALOGUE
 from simulate.files.model_file import add_effects

@@ -8,26 +8,23 @@ behind the stops a release has several local minima and straight lines lead nowh
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
 
-from identify.criteria import CLOSE, FARTHEST_SPREADS, HALF, ROUGHLY, TWO_SIDED_95
+from identify.criteria import CLOSE, ROUGHLY
 from identify.estimation.fit import Fit
 from identify.estimation.least_squares import before_the_stops, solve, solve_from_afar, to_the_end
 from identify.estimation.multistart import released_again
+from identify.selection.hypotheses import Ahead, Budget, Hypothesis, Say, halves
 from identify.selection.priors import Prior
-from identify.selection.promises import FORCES, Promise, nearly_as_good, posed, promises
+from identify.selection.promises import FORCES, Promise, is_bent, nearly_as_good, posed, promises, with_law_as_given
 from identify.selection.unknown_force import Unnamed, is_unnamed, unnamed_forces
-from identify.selection.verdict import credible_set, foremost_of
+from identify.selection.verdict import Names, credible_set, foremost_of
 from identify.selection.weighing import Weighed, along_lines, from_rest, weighed, weighed_within
 from simulate.model.effect import Effect
 
-Names = tuple[str, ...]
-Say = Callable[[str], None]
-
-_STEPS = 8
 _NEARLY_ALL = 0.9
 _NO_LARGER = 1.01  # times the gap: fits end within a hundredth
 _DEEPER = 10.0  # sum of squares, or log evidence, by which another local minimum is worth looking from anew
@@ -35,62 +32,6 @@ _SETTLING = 8  # fits of what turns out to hold a share in the end
 _ALIKE = 0.25  # of what the foremost name was promised, that another may be promised less and be as good where lines lead astray
 _DEAD_END = 2  # fits that one costs besides which leaves the films far off: it takes as long
 _SHORT = 1.0  # of a promise, in log evidence: then the fit may have gone astray
-
-
-@dataclass(frozen=True)
-class Budget:
-    """How much is tried, in fits and not in seconds, so that every machine comes to the same answer.
-
-    fits : hypotheses that may be fitted whole; one that leaves the films far off counts three times. deepest : the most names of one.
-    least : log weight below the best one at which a hypothesis that was only weighed is not worth a fit.
-    """
-
-    fits: int
-    deepest: int
-    least: float
-
-
-BUDGETS = {"quick": Budget(4, 1, 3.0), "normal": Budget(12, 3, 3.0), "thorough": Budget(40, 3, 4.0)}
-
-
-@dataclass(frozen=True)
-class Hypothesis:
-    """A set of names that was fitted."""
-
-    names: Names
-    weighed: Weighed
-    log_prior: float
-
-    @property
-    def log_weight(self) -> float:
-        """Log evidence and log prior."""
-        return self.weighed.log_z + self.log_prior
-
-    @property
-    def fit(self) -> Fit:
-        """Its fit."""
-        return self.weighed.fit
-
-    @property
-    def is_believable(self) -> bool:
-        """Whether the parameters of its effects are no farther off than their own priors let one expect, where they have one."""
-        first = self.fit.problem.first_effect
-        known = [(q, one.spread) for q, one in zip(self.fit.q[first:], self.fit.problem.parameters[first:], strict=True)]
-        off = np.array([q / spread for q, spread in known if np.isfinite(spread)])
-        return not len(off) or float(np.sqrt(np.mean(off**2))) <= FARTHEST_SPREADS
-
-
-@dataclass(frozen=True)
-class Ahead:
-    """A set of names that was only weighed: beside which hypothesis, by what promise, and the log weight that it would have.
-
-    promise : None for a force without a name, which is not fitted here.
-    """
-
-    names: Names
-    beside: Hypothesis
-    promise: Promise | None
-    log_weight: float
 
 
 @dataclass
@@ -245,7 +186,9 @@ class Search:
             found = list(promises(at, self.catalogue))
             self._weigh(one, found if further else (), reached)
             if further and at is not one.weighed and one.fit.rms < CLOSE:
-                self._weigh(one, self._due_from(one, nearly_as_good(at, found)), reached)
+                near = nearly_as_good(at, found)
+                self.due |= {tuple(sorted({*one.names, promise.name})) for promise in near}
+                self._weigh(one, near, reached)
             if at is one.weighed:
                 self.promised[one.names] = found
             if at.log_z == reached:
@@ -253,10 +196,6 @@ class Search:
         for effect in one.fit.problem.effects:
             if effect.is_linear():  # another one cannot be taken out along straight lines
                 self._weigh(one, promises(one.weighed, self.catalogue, effect.name), one.weighed.log_z)
-
-    def _due_from(self, one: Hypothesis, found: list[Promise]) -> list[Promise]:
-        self.due |= {tuple(sorted({*one.names, promise.name})) for promise in found}
-        return found
 
     def _weigh(self, one: Hypothesis, found: Iterable[Promise], reached: float) -> None:
         for promise in found:
@@ -286,7 +225,7 @@ class Search:
         exact, far = one.weighed.exact.fit, one.fit.rms >= CLOSE and bool(one.fit.problem.films)
         bends = not one.fit.problem.loops
         stands, problem = [(one.weighed, one.weighed.log_z)], before_the_stops(exact.problem)
-        if not (far or (bends and _is_bent(exact))):
+        if not (far or (bends and is_bent(exact))):
             return stands
         near = weighed(solve(problem, exact.q)) if problem is not exact.problem else one.weighed
         if far and near is not one.weighed:
@@ -343,24 +282,3 @@ class Search:
                 self._keep((), weighed(again))
         elif nothing.weighed.both.within is not None and not nothing.weighed.leaves_noise:
             self._keep((), weighed_within(of, q, led.within.errors_by_key))
-
-
-def halves(before: Fit, after: Fit) -> bool:
-    """Whether a fit leaves at most half of what another leaves beyond the noise, in squares."""
-    return max(after.rms**2 - 1.0, 0.0) <= HALF * max(before.rms**2 - 1.0, 0.0)
-
-
-def _is_bent(fit: Fit) -> bool:
-    """Whether some number of the law is farther off than its prior lets one expect."""
-    first = fit.problem.first_nuisance
-    off = [q / one.spread for q, one in zip(fit.q[:first], fit.problem.parameters[:first], strict=True) if np.isfinite(one.spread)]
-    return bool(off) and float(np.max(np.abs(off))) > TWO_SIDED_95
-
-
-def with_law_as_given(fit: Fit) -> Fit:
-    """The law as the model file has it, releases fitted to that."""
-    problem = fit.problem
-    q = fit.q.copy()
-    q[: problem.first_nuisance] = 0.0
-    own = solve(problem, q, free=range(problem.first_nuisance, problem.first_effect), most_steps=_STEPS, enough=ROUGHLY).q
-    return Fit(problem, own, *problem.jacobian(own), True)

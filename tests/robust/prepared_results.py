@@ -40,7 +40,7 @@ def prepare() -> None:
 def _explanation_ready() -> None:
     from identify.campaign.runs import read_campaign
     from identify.selection import explain as module
-    from identify.selection.search import BUDGETS
+    from identify.selection.hypotheses import BUDGETS
     from simulate.files.model_file import read_model
 
     found = module.explain(read_model(Path("model.toml")), read_campaign([Path("test.csv")]), budget=BUDGETS["quick"])

@@ -14,7 +14,7 @@ from identify.estimation.least_squares import solve_from_afar
 from identify.estimation.problem import problem_of
 from identify.gap.gap_test import gap_test
 from identify.selection.explain import explain
-from identify.selection.search import BUDGETS
+from identify.selection.hypotheses import BUDGETS
 from measure.tables.loop import Loop
 from simulate.effects import CATALOGUE, HubInertia, ViscousFriction
 from simulate.files.model_file import read_model

@@ -5,8 +5,7 @@ from __future__ import annotations
 import pytest
 
 from identify.estimation.least_squares import before_the_stops, solve
-from identify.selection.promises import nearly_as_good, promises
-from identify.selection.search import with_law_as_given
+from identify.selection.promises import nearly_as_good, promises, with_law_as_given
 from identify.selection.weighing import along_lines
 from simulate.effects import CATALOGUE, HubInertia
 

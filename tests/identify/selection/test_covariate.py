@@ -9,7 +9,7 @@ import pytest
 
 from identify.campaign.runs import read_campaign
 from identify.selection.explain import explain
-from identify.selection.search import BUDGETS
+from identify.selection.hypotheses import BUDGETS
 from measure.tables.loop import Loop
 from simulate.effects import CATALOGUE
 from simulate.files.model_file import read_model
