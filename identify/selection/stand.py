@@ -6,14 +6,15 @@ straight line, so they are simulated where they are likeliest.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.stats import chi2
 
-from identify.criteria import CLOSE, EFFECT_SPREAD
+from identify.criteria import CLOSE, EFFECT_SPREAD, GAP_P
 from identify.estimation.fit import Fit
 from identify.estimation.least_squares import horizons, updated_slopes
 from identify.estimation.noise_model import ChannelNoise, log_likelihood, spacing
@@ -215,11 +216,32 @@ def settled(stand: Stand, noise: tuple[ChannelNoise, ...] = ()) -> tuple[Stand, 
 
 
 def _from_afar(stand: Stand) -> Stand:
-    """A stand led by ever longer films, from where it is; where that leaves a gap also from the model file as it is."""
+    """A stand led by ever longer films, from where it is; where that leaves a gap also from the model file as it is.
+
+    Where the films are met, but by improbable errors of the model file, also from each release turned to the other side, as far as its film
+    does not show it.
+    """
+    none = np.zeros(len(stand.sizes))
     led = _led(stand, stand.fit.q, stand.sizes)
-    if led.fit.rms < CLOSE:
-        return led
-    return max(led, _led(stand, stand.origin, np.zeros(len(stand.sizes))), key=lambda one: one.weighed().log_z)
+    if led.fit.rms >= CLOSE:
+        led = _likelier(led, _led(stand, stand.origin, none))
+    elif chi2.sf(float(led.sizes @ led.sizes), len(led.sizes)) < GAP_P:
+        for q in _mirrored(led.fit):
+            led = _likelier(led, _led(stand, q, none))
+    return led
+
+
+def _likelier(one: Stand, other: Stand) -> Stand:
+    return max(one, other, key=lambda each: each.weighed().log_z)
+
+
+def _mirrored(fit: Fit) -> Iterator[Array]:
+    """Parameters (k,) of a fit with what a film does not show of its release turned round, film by film."""
+    for index in range(len(fit.problem.films)):
+        unseen, q = fit.problem.unseen_of_release(index), fit.q.copy()
+        if unseen:
+            q[unseen] *= -1.0
+            yield q
 
 
 def _led(stand: Stand, q: Array, sizes: Array) -> Stand:

@@ -10,13 +10,14 @@ import numpy as np
 
 from identify.criteria import CLOSE, CREDIBLE, NOTHING, ROUGHLY, SURE_MISFIT, WITHIN
 from identify.estimation.fit import Fit
-from identify.estimation.least_squares import laid_out, solve
+from identify.estimation.least_squares import laid_out, solve, to_the_end
 from identify.estimation.noise_model import ChannelNoise, spacing
 from identify.estimation.problem import Problem
 from identify.gap.gap_test import is_noise
 from identify.gap.misfit import misfit_of
 from identify.selection.evidence import ROUNDS, Columns, Evidence, evidence
 from identify.selection.first_look import FirstLook
+from identify.selection.model_errors import sizes_in_tolerances
 from identify.selection.signatures import Signature, columns_of_shapes
 from identify.selection.stand import Stand, settled
 from measure.common.arrays import Array
@@ -232,6 +233,18 @@ def from_rest(problem: Problem, before: Weighed) -> Weighed:
     if before.both.is_exact:
         return weighed(solve(problem, start, loosely=True))
     return weighed_within(problem, start, before.within.errors_by_key)
+
+
+def without(one: Weighed, name: str) -> Weighed:
+    """Weigh a hypothesis with one name less from where it stands; an error of the model file becomes one within its tolerances."""
+    given, there = one.exact.given, one.fit
+    kept = np.setdiff1d(np.arange(len(there.q)), there.problem.rows_of(name))
+    problem = given.with_effects([effect for effect in given.effects if effect.name != name])
+    errors = {} if one.both.is_exact else one.within.errors_by_key
+    errors |= sizes_in_tolerances(there, name)
+    if not errors:
+        return weighed(to_the_end(solve(problem, there.q[kept], loosely=True)))
+    return weighed_within(problem, there.q[kept], errors)
 
 
 def along_lines(fit: Fit) -> Weighed:
