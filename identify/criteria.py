@@ -158,6 +158,10 @@ STRAIGHT_FROM = 0.5
 GAP_P = 1e-3
 """Less likely than this as noise is called a gap: a model is compared more often than it is wrong."""
 
+UNUSUAL_P = 0.05
+"""The usual level of a test. A fit that is less likely as noise is looked for in other local minima before it is believed: so the share of
+right models below it stays what it says."""
+
 DRAGGED = 10.0
 """Standard deviations of what is known beforehand beyond which a fit that moved a release or a law has met another rig, table or clock: by
 chance never, and by an effect that is missing seldom."""

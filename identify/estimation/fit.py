@@ -47,6 +47,11 @@ class Fit:
         norms = np.linalg.norm(self.jacobian, axis=0)
         return np.linalg.qr(self.jacobian[:, norms > 0] / norms[norms > 0])[0]
 
+    @property
+    def determined(self) -> float:
+        """Effective number of parameters: those that the measurements determine and not their priors, the trace of the hat matrix."""
+        return float(np.sum(self.basis[: self.problem.measured] ** 2))
+
     def free_of_parameters(self, columns: Array) -> Array:
         """Columns (m, n) freed of what the parameters can do themselves: projected on what is perpendicular to that."""
         return columns - self.basis @ (self.basis.T @ columns)

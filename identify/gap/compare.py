@@ -14,6 +14,7 @@ from identify.campaign.run import Run
 from identify.criteria import GAP_P
 from identify.estimation.fit import Fit
 from identify.estimation.least_squares import solve
+from identify.estimation.multistart import released_again
 from identify.estimation.parameters import Change
 from identify.estimation.problem import Block, problem_of
 from identify.gap.gap_test import GapTest, gap_test
@@ -90,7 +91,10 @@ def compare(model: Model, runs: Sequence[Run], *, fit_release: bool = True, chan
 
 def _fitted(model: Model, runs: Sequence[Run], fit_release: bool, changes: Sequence[Change]) -> Fit:
     problem = problem_of(model, runs, changes=changes)
-    return solve(problem, free=range(problem.first_nuisance, problem.first_effect) if fit_release else ())
+    if not fit_release:
+        return solve(problem, free=())
+    releases = range(problem.first_nuisance, problem.first_effect)
+    return released_again(solve(problem, free=releases), releases)
 
 
 def curves_of(fit: Fit) -> tuple[Curve, ...]:

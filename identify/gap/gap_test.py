@@ -52,16 +52,21 @@ def gap_test(fit: Fit) -> GapTest:
     How far the two differ by chance is seen in noise of the same memory and length that goes the same way (parametric bootstrap). A noise
     level is hardly assumed, so a sigma that is off cannot fake a gap; only what lies below a tenth of the noise is none.
     """
-    return GapTest(slow_p(_by_channel(fit), len(fit.q)), _release_p(fit), fit.rms)
+    return GapTest(slow_p(_by_channel(fit), fit.determined), _release_p(fit), fit.rms)
 
 
-def slow_p(channels: Sequence[Sequence[Series]], taken: int = 0) -> float:
-    """How likely noise is as slow as what is left of these channels, of which a fit has taken so many degrees of freedom."""
+def slow_p(channels: Sequence[Sequence[Series]], taken: float = 0.0) -> float:
+    """How likely noise is as slow as what is left of these channels, of which a fit has taken so many degrees of freedom.
+
+    Series that are too short to tell are left out.
+    """
+    long = [[one for one in series if len(one.gaps) >= _LEAST_SAMPLES] for series in channels]
+    channels = [series for series in long if series]
     found = [_powers(series) for series in channels]
     slow_n, count = sum(power.slow_n for power in found), sum(len(one.gaps) for series in channels for one in series)
     if not count:
         return 1.0
-    freedom = max(slow_n - taken, 1)
+    freedom = max(slow_n - taken, 1.0)
     ratio = sum(power.slow / power.noise for power in found) / freedom
     chance, share = np.random.default_rng(_SEED), min(1.0, _MOST_DRAWN / count)
     drawn = [np.log(_drawn_ratio(channels, share, chance)) for _ in range(_DRAWS)]
@@ -70,11 +75,10 @@ def slow_p(channels: Sequence[Sequence[Series]], taken: int = 0) -> float:
 
 
 def _by_channel(fit: Fit) -> list[list[Series]]:
-    """What is left, channel by channel, of every run that is long enough to tell."""
+    """What is left, channel by channel, of every run."""
     found: dict[str, list[Series]] = {}
     for block in fit.problem.blocks:
-        if len(block.samples) >= _LEAST_SAMPLES:
-            found.setdefault(block.channel, []).append(Series(fit.part(block), spacing(block.samples)))
+        found.setdefault(block.channel, []).append(Series(fit.part(block), spacing(block.samples)))
     return list(found.values())
 
 
