@@ -16,13 +16,13 @@ if TYPE_CHECKING:
     from identify.campaign.runs import read_campaign as read_campaign
     from identify.gap.compare import Comparison as Comparison
     from identify.gap.compare import compare as compare
-    from identify.loops.loop_data import prepare as prepare
+    from identify.loops.prepare import prepare as prepare
     from identify.selection.explain import Explanation as Explanation
     from identify.selection.explain import explain as explain
     from identify.selection.explain import extended as extended
 
 _HOMES = {
-    "prepare": "loops.loop_data",
+    "prepare": "loops.prepare",
     "fit_actuator": "actuator.fit_actuator",
     "ActuatorFit": "actuator.fit_actuator",
     "Run": "campaign.run",

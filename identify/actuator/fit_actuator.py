@@ -21,7 +21,7 @@ from identify.actuator.verdict import Evidence, Verdict, verdict_of
 from identify.campaign.prepared import beta_bounds
 from identify.criteria import STRUCTURED_SHARE, ZEROS_DIFFER
 from identify.estimation.estimate import Estimate
-from identify.estimation.estimates import centre_of, estimates_of, reported
+from identify.estimation.estimates import estimates_of, reported
 from identify.estimation.fit import Fit
 from identify.estimation.parameters import BETA_NAME, Change
 from identify.estimation.problem import Problem
@@ -29,8 +29,7 @@ from identify.estimation.profile_likelihood import ProfileCurve, profile_curve
 from identify.estimation.rate import Abscissa
 from identify.gap.misfit import Misfit, misfit_of
 from identify.loops.covariates import shares
-from identify.loops.faults import Fault
-from identify.loops.loop_data import LoopData, effective_number
+from identify.loops.loop_data import Fault, LoopData, centre_of, effective_number
 from identify.loops.paper_recipe import Recipe, paper_recipe
 from identify.loops.residual_dependence import Dependence, depends_on
 from identify.loops.sign import swapped_channels, units_apart

@@ -25,8 +25,7 @@ from identify.criteria import (
 )
 from identify.estimation.estimate import Estimate, Word
 from identify.gap.misfit import Misfit
-from identify.loops.faults import Fault
-from identify.loops.loop_data import LoopData, area
+from identify.loops.loop_data import Fault, LoopData, area
 from identify.loops.residual_dependence import Dependence
 from measure.common.arrays import Array
 

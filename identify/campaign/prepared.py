@@ -13,7 +13,8 @@ from identify.campaign.plausible import require_plausible, seen_channels
 from identify.campaign.run import Run
 from identify.criteria import ANYWHERE, CAMERA_DISTANCE_M, FARTHEST_OFF_ZERO, FORCES_DIFFER
 from identify.estimation.parameters import POSE, STORED_FORCE, Parameter
-from identify.loops.loop_data import LoopData, prepare
+from identify.loops.loop_data import LoopData
+from identify.loops.prepare import prepare
 from measure.common.arrays import Array
 from measure.tables.loop import Loop
 from measure.tables.trajectory import Trajectory

@@ -12,7 +12,7 @@ from identify.campaign.prepared import Film, LoopRun
 from identify.campaign.run import Run
 from identify.estimation.problem import Problem
 from identify.loops.harmonics import harmonic_motion
-from identify.loops.loop_data import prepare
+from identify.loops.prepare import prepare
 from measure.common.arrays import Array
 from measure.tables.loop import Loop
 from measure.tables.trajectory import Trajectory

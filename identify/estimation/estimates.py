@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from functools import cached_property
 
 import numpy as np
@@ -15,7 +14,7 @@ from identify.estimation.fit import Fit
 from identify.estimation.parameters import BASE, BETA_NAME, LINE_NAMES
 from identify.estimation.profile_likelihood import Profile
 from identify.loops.corners import SIDE
-from identify.loops.loop_data import LoopData, effective_number
+from identify.loops.loop_data import LoopData, acceleration_apart, centre_of, effective_number
 from measure.common.arrays import Array
 
 
@@ -157,23 +156,6 @@ def is_open(fit: Fit, error: float) -> bool:
     one = beta.start / beta.scale  # of log beta, in scales
     near, far = ([profile.rise(float(fit.q[index]) + sign * way * one) for sign in (-1.0, 1.0)] for way in (error, OPEN_BETA))
     return min(far) < 9.0 * float(np.mean(near))
-
-
-def centre_of(loops: Sequence[LoopData]) -> float:
-    """The middle of the elongations of all loops, m."""
-    everywhere = np.concatenate([data.elongation_m[data.used] for data in loops])
-    return float((everywhere.min() + everywhere.max()) / 2.0)
-
-
-def acceleration_apart(loops: Sequence[LoopData]) -> float:
-    """Share of the acceleration of all loops that is no multiple of the elongation, 0 to 1, each loop centred.
-
-    Zero for sinusoids of one frequency; the larger, the more frequencies differ.
-    """
-    seen = [np.stack([d.elongation_m, d.acceleration_m_per_s2])[:, d.used] for d in loops]
-    u, a = np.concatenate([pair - pair.mean(axis=1, keepdims=True) for pair in seen], axis=1)
-    power = float(u @ u) * float(a @ a)
-    return float(np.sqrt(max(1.0 - float(u @ a) ** 2 / power, 0.0))) if power > 0.0 else 0.0
 
 
 def away_from_turns(fit: Fit) -> NDArray[np.bool_]:

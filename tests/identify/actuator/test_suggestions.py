@@ -9,7 +9,7 @@ from scipy.optimize import brentq
 
 from identify.actuator.fit_actuator import ActuatorFit, fit_actuator
 from identify.actuator.trials import as_good, tried
-from identify.loops.loop_data import prepare
+from identify.loops.prepare import prepare
 from measure import Loop
 from simulate.effects import CATALOGUE, HubInertia, ViscousFriction
 from simulate.loop import loop_force

@@ -5,7 +5,7 @@ import pytest
 
 from identify.actuator.fit_actuator import fit_actuator
 from identify.actuator.transition_zone import level_against_length
-from identify.loops.loop_data import prepare
+from identify.loops.prepare import prepare
 from identify.report.loop_result import result_of, transition_of
 from measure import Loop
 from simulate.effects import HubInertia, TransitionZone, ViscousFriction

@@ -17,7 +17,7 @@ from identify.estimation.least_squares import solve
 from identify.estimation.lmfit_result import identifiers
 from identify.estimation.parameters import Change
 from identify.estimation.problem import problem_of
-from identify.loops.loop_data import prepare
+from identify.loops.prepare import prepare
 from measure import Loop
 from simulate.effects import HubInertia
 from simulate.loop import loop_force
