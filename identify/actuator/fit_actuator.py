@@ -12,7 +12,6 @@ import numpy as np
 from identify.actuator.homogeneity import Disagreement, disagreements
 from identify.actuator.levels import Levels, drift_significance, levels_of, zeros_apart
 from identify.actuator.loops_alone import problem_of_loops, solve_loops
-from identify.actuator.rate_order import polynomials_of
 from identify.actuator.rates_and_strokes import covered
 from identify.actuator.rounding import covariance_of_rounding
 from identify.actuator.suggestions import CHANNEL_EFFECTS, faults_of_drifts, faults_of_trials, moved_beyond, sentence_of
@@ -20,11 +19,9 @@ from identify.actuator.trials import OutOfStep, Trial, tried
 from identify.actuator.verdict import Evidence, Verdict, verdict_of
 from identify.campaign.prepared import beta_bounds
 from identify.criteria import STRUCTURED_SHARE, ZEROS_DIFFER
-from identify.estimation.estimate import Estimate
-from identify.estimation.estimates import estimates_of, reported
-from identify.estimation.fit import Fit
-from identify.estimation.parameters import BETA_NAME, Change
-from identify.estimation.problem import Problem
+from identify.estimation.estimates import estimates_of
+from identify.estimation.parameters import BETA_NAME, Change, Estimate
+from identify.estimation.problem import Fit, Problem
 from identify.estimation.profile_likelihood import ProfileCurve, profile_curve
 from identify.estimation.rate import Abscissa
 from identify.gap.misfit import Misfit, misfit_of
@@ -78,7 +75,7 @@ class ActuatorFit(Shown, by="identify.report.showing.ShowingFit"):
     @property
     def names(self) -> list[str]:
         """Names of the parameters in `estimates` and `covariance`."""
-        return reported(self.fit)
+        return self.fit.problem.reported
 
     @property
     def covariance(self) -> Array:
@@ -126,7 +123,7 @@ class ActuatorFit(Shown, by="identify.report.showing.ShowingFit"):
 
     def polynomials(self) -> dict[str, tuple[float, ...]]:
         """Coefficients of a_l, b_l, a_u, b_u in the rate itself, lowest power first; with frequency, stroke and speed of each loop."""
-        return {**polynomials_of(self.fit), **covered(self.loops)}
+        return {**self.fit.problem.polynomials_at(self.fit.q), **covered(self.loops)}
 
     def profile(self) -> ProfileCurve:
         """The sum of squares along beta, everything else fitted anew."""

@@ -12,7 +12,7 @@ from scipy.stats import chi2
 from identify.actuator.rounding import rounded_only
 from identify.criteria import DISAGREE, SAME_RATE, SAME_STROKE
 from identify.estimation.covariance import inverse_of, scaled, scatter
-from identify.estimation.fit import Fit
+from identify.estimation.problem import Fit
 from identify.loops.loop_data import LoopData
 from measure.common.arrays import Array
 

@@ -11,8 +11,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from identify.criteria import ZEROS_DIFFER
-from identify.estimation.fit import Fit
 from identify.estimation.parameters import Change
+from identify.estimation.problem import Fit
 from identify.loops.loop_data import LoopData, predict
 from measure.common.arrays import Array
 from simulate.model.effect import Effect

@@ -11,8 +11,8 @@ import numpy as np
 from identify.actuator.trials import Trial, as_good
 from identify.actuator.verdict import pooled_error
 from identify.criteria import MOVES
-from identify.estimation.fit import Fit
 from identify.estimation.parameters import BASE
+from identify.estimation.problem import Fit
 from identify.loops.loop_data import Fault, FaultWord, LoopData
 from simulate.effects import CATALOGUE
 

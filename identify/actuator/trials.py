@@ -15,9 +15,8 @@ from identify.actuator.loops_alone import HELD_IN_LOOPS, searched, variants
 from identify.actuator.rounding import rounded_only
 from identify.criteria import SURE_EFFECT
 from identify.estimation.estimates import away_from_turns
-from identify.estimation.fit import Fit
 from identify.estimation.least_squares import solve
-from identify.estimation.problem import Problem
+from identify.estimation.problem import Fit, Problem
 from identify.loops.loop_data import effective_number, first_cycles
 from measure.common.arrays import Array
 from simulate.effects import CATALOGUE, ForceOffset, RateDependentAsymptotes

@@ -23,7 +23,7 @@ from identify.criteria import (
     STRUCTURED_SHARE,
     SURE_MISFIT,
 )
-from identify.estimation.estimate import Estimate, Word
+from identify.estimation.parameters import Estimate, Word
 from identify.gap.misfit import Misfit
 from identify.loops.loop_data import Fault, LoopData, area
 from identify.loops.residual_dependence import Dependence

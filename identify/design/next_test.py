@@ -29,9 +29,8 @@ from scipy import stats
 
 from identify.criteria import LIKELY, RIVAL_P, ROUGHLY, STRONG_BIC
 from identify.design.conditions import Condition, blank_film, blank_loop, deployments, loops
-from identify.estimation.fit import Fit
 from identify.estimation.least_squares import laid_out, solve
-from identify.estimation.problem import Problem
+from identify.estimation.problem import Fit, Problem
 from measure.common.arrays import Array
 from simulate.dispatch.threads import side_by_side
 

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 from identify.criteria import ROUGHLY
 from identify.draft.choice import Chosen, chosen_forms
 from identify.draft.effect_file import Origin, Variable, effect_from, formula_text, source_of
-from identify.estimation.fit import Fit
 from identify.estimation.least_squares import laid_out, solve, to_the_end
+from identify.estimation.problem import Fit
 from identify.gap.leg_force import LegTable
 from identify.gap.platform_force import ForceTable
 from identify.selection.unknown_force import Unnamed

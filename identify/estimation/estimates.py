@@ -9,9 +9,8 @@ from numpy.typing import NDArray
 
 from identify.criteria import BETA_PARABOLA, INERTIA_APART, ON_ASYMPTOTE, OPEN_BETA, OWN_SHARE, TWO_SIDED_95
 from identify.estimation.covariance import own_shares
-from identify.estimation.estimate import Estimate, Word
-from identify.estimation.fit import Fit
-from identify.estimation.parameters import BASE, BETA_NAME, LINE_NAMES
+from identify.estimation.parameters import BETA_NAME, LINE_NAMES, Estimate, Word
+from identify.estimation.problem import Fit
 from identify.estimation.profile_likelihood import Profile
 from identify.loops.corners import SIDE
 from identify.loops.loop_data import LoopData, acceleration_apart, centre_of, effective_number
@@ -30,18 +29,11 @@ def estimates_of(fit: Fit) -> dict[str, Estimate]:
     knowledge = _Knowledge(fit)
     reach = float(student.ppf(0.975, max(degrees_of_freedom(fit), 2.0)))
     made = {}
-    for name in reported(fit):
+    for name in fit.problem.reported:
         value, error = fit.value(name), fit.stderr(name)
         ends = knowledge.beta_interval(reach) if name == BETA_NAME else (value - reach * error, value + reach * error)
         made[name] = Estimate(value, error, ends, knowledge.word(name))
     return made
-
-
-def reported(fit: Fit) -> list[str]:
-    """Names of the parameters that a user asks for: lines, beta, effects, covariate."""
-    problem = fit.problem
-    effects = [parameter.name for parameter in problem.parameters[problem.first_effect :]]
-    return [*BASE[:5], *effects, *([f"covariate.{problem.covariate}"] if problem.covariate else [])]
 
 
 def degrees_of_freedom(fit: Fit) -> float:

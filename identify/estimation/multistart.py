@@ -13,10 +13,10 @@ import numpy as np
 
 from identify.campaign.prepared import Film
 from identify.criteria import GAP_P, NEAR, ROUGHLY
-from identify.estimation.fit import Fit
-from identify.estimation.least_squares import before_the_stops, first_stop_s, laid_out, solve, to_the_end
+from identify.estimation.horizons import before_the_stops, first_stop_s
+from identify.estimation.least_squares import laid_out, solve, to_the_end
 from identify.estimation.parameters import POSE
-from identify.estimation.problem import Problem
+from identify.estimation.problem import Fit, Problem
 from identify.gap.gap_test import gap_test
 from measure.common.arrays import Array
 from simulate.dispatch.threads import side_by_side

@@ -9,13 +9,14 @@ from itertools import combinations
 import numpy as np
 
 from identify.campaign.noiseless import with_noise_where_none
+from identify.campaign.posing import problem_of
 from identify.campaign.prepared import Film
 from identify.campaign.run import Run
 from identify.criteria import GAP_P
-from identify.estimation.fit import Fit
+from identify.estimation.fit import Block
 from identify.estimation.least_squares import solve
 from identify.estimation.parameters import Change
-from identify.estimation.problem import Block, problem_of
+from identify.estimation.problem import Fit
 from identify.gap.gap_test import GapTest, gap_test
 from measure.common.arrays import Array
 from measure.notebook.shown import Shown

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from identify.estimation.fit import Fit
+from identify.estimation.problem import Fit
 from identify.gap.compare import Curve, curves_of
 from identify.gap.platform_force import MissingForce
 from identify.selection.explain import Explanation

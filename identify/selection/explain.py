@@ -15,16 +15,17 @@ import numpy as np
 
 from identify.campaign.load_cell_zeros import Tare, zeros_differ
 from identify.campaign.noiseless import AddedNoise, with_noise_where_none
+from identify.campaign.posing import problem_of
 from identify.campaign.run import Run
 from identify.criteria import CLEAR_LEAD, FEW_PARAMETERS, LARGER_PART, ROUGHLY
 from identify.design.next_test import NextTest, next_tests
 from identify.draft.draft import Drafted, draft
 from identify.draft.effect_file import Origin, free_name
-from identify.estimation.fit import Fit
-from identify.estimation.least_squares import laid_out, solve, solve_from_afar
+from identify.estimation.horizons import solve_from_afar
+from identify.estimation.least_squares import laid_out, solve
 from identify.estimation.multistart import released_again
 from identify.estimation.parameters import Change
-from identify.estimation.problem import Problem, problem_of
+from identify.estimation.problem import Fit, Problem
 from identify.gap.dragged import lost
 from identify.gap.leg_force import LegForce
 from identify.gap.platform_force import ForceAlongTime, ForceTable, MissingForce

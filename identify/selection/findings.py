@@ -9,8 +9,8 @@ import numpy as np
 from scipy import stats
 
 from identify.criteria import EFFECT_SPREAD, TWO_SIDED_95
-from identify.estimation.fit import Fit
 from identify.estimation.parameters import STORED_FORCE
+from identify.estimation.problem import Fit
 from identify.selection.hypotheses import Hypothesis
 from identify.selection.verdict import Verdict
 from identify.selection.weighing import Weighed

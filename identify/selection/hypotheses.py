@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from identify.criteria import FARTHEST_SPREADS, HALF
-from identify.estimation.fit import Fit
+from identify.estimation.problem import Fit
 from identify.selection.promises import Promise
 from identify.selection.verdict import Names
 from identify.selection.weighing import Weighed

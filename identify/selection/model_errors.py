@@ -9,8 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from identify.criteria import SLIGHT
-from identify.estimation.fit import Fit
-from identify.estimation.problem import Problem
+from identify.estimation.fit import Fitted, Posed
 from measure.common.arrays import Array
 from simulate.effects import (
     CentreOfMassOffset,
@@ -53,7 +52,7 @@ class ModelErrors:
         """No errors at all."""
         return cls(np.empty((rows, 0)), (), ())
 
-    def at(self, fit: Fit) -> ModelErrors:
+    def at(self, fit: Fitted[Posed]) -> ModelErrors:
         """The same errors at another fit."""
         parts = [np.empty((fit.problem.measured, 0))]
         for kind, tolerance in TOLERANCES:
@@ -67,7 +66,7 @@ class ModelErrors:
         which = np.flatnonzero(kept)
         return ModelErrors(self.columns[:, which], tuple(self.names[i] for i in which), tuple(self.places[i] for i in which)), kept
 
-    def effects(self, problem: Problem, sizes: Array) -> tuple[Effect, ...]:
+    def effects(self, problem: Posed, sizes: Array) -> tuple[Effect, ...]:
         """The errors as effects of a problem's model, from their sizes (q,) in tolerances, on top of what it has of each; within bounds."""
         made, model = [], problem.model
         for kind, tolerance in TOLERANCES:
@@ -79,7 +78,7 @@ class ModelErrors:
         return tuple(made)
 
 
-def model_errors(fit: Fit) -> ModelErrors:
+def model_errors(fit: Fitted[Posed]) -> ModelErrors:
     """The columns at a fit; without deployments there are none."""
     rows, parts, names, places = fit.problem.measured, [], [], []
     known = {effect.name for effect in fit.problem.effects}
@@ -99,7 +98,7 @@ def tolerance_of(effect: Effect, model: Model) -> Array:
     return next(tolerance for kind, tolerance in TOLERANCES if kind.name == effect.name)(model)
 
 
-def slight_errors(fit: Fit) -> tuple[tuple[Effect, float], ...]:
+def slight_errors(fit: Fitted[Posed]) -> tuple[tuple[Effect, float], ...]:
     """Errors of the model file that were fitted like effects and came out hardly beyond their tolerances, with their size in these."""
     kinds, found = {kind.name for kind, _ in TOLERANCES}, []
     for effect in fit.problem.effects_at(fit.q):
@@ -110,7 +109,7 @@ def slight_errors(fit: Fit) -> tuple[tuple[Effect, float], ...]:
     return tuple(found)
 
 
-def _of_effect(fit: Fit, effect: Effect, tolerance: Array, places: Sequence[int]) -> Array:
+def _of_effect(fit: Fitted[Posed], effect: Effect, tolerance: Array, places: Sequence[int]) -> Array:
     """Columns (m, n) of one tolerance each for some of the parameters of an error."""
     problem = fit.problem.with_another(effect)
     start = np.concatenate([fit.q, np.zeros(len(tolerance))])

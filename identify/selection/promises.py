@@ -9,10 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from identify.criteria import EFFECT_SPREAD, FORCES_DIFFER, LOSES, ROUGHLY, TWO_SIDED_95
-from identify.estimation.fit import Fit
 from identify.estimation.least_squares import solve
 from identify.estimation.parameters import STORED_FORCE
-from identify.estimation.problem import Problem
+from identify.estimation.problem import Fit, Problem
 from identify.selection.evidence import Columns
 from identify.selection.first_look import Gain
 from identify.selection.signatures import chords

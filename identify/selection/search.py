@@ -14,9 +14,10 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from identify.criteria import CLOSE, ROUGHLY
-from identify.estimation.fit import Fit
-from identify.estimation.least_squares import before_the_stops, solve, solve_from_afar, to_the_end
+from identify.estimation.horizons import before_the_stops, solve_from_afar
+from identify.estimation.least_squares import solve, to_the_end
 from identify.estimation.multistart import released_again
+from identify.estimation.problem import Fit
 from identify.selection.hypotheses import Ahead, Budget, Hypothesis, Say, halves
 from identify.selection.priors import Prior
 from identify.selection.promises import FORCES, Promise, is_bent, nearly_as_good, posed, promises, with_law_as_given

@@ -14,10 +14,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from identify.criteria import CLOSE, EFFECT_SPREAD
-from identify.estimation.fit import Fit
-from identify.estimation.least_squares import horizons, updated_slopes
+from identify.estimation.horizons import horizons
+from identify.estimation.least_squares import updated_slopes
 from identify.estimation.noise_model import ChannelNoise, log_likelihood, spacing
-from identify.estimation.problem import Problem
+from identify.estimation.problem import Fit, Problem
 from identify.selection.evidence import Channel, Columns, Evidence, Lines, evidence
 from identify.selection.model_errors import ModelErrors, model_errors, tolerance_of
 from identify.selection.signatures import Signature

@@ -12,8 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from identify.criteria import LOSES, ROUGHLY
-from identify.estimation.fit import Fit
 from identify.estimation.least_squares import laid_out, solve
+from identify.estimation.problem import Fit
 from identify.gap.leg_force import LEG_TABLES, PLACES, LegForce, LegTable, leg_table_over
 from identify.gap.platform_force import ALONGS, AXES, KNOTS, ForceTable, MissingForce, seen_places, table_over
 from identify.selection.evidence import Columns

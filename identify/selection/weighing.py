@@ -9,10 +9,9 @@ from functools import cached_property
 import numpy as np
 
 from identify.criteria import CLOSE, CREDIBLE, NOTHING, ROUGHLY, SURE_MISFIT, WITHIN
-from identify.estimation.fit import Fit
 from identify.estimation.least_squares import laid_out, solve
 from identify.estimation.noise_model import ChannelNoise, spacing
-from identify.estimation.problem import Problem
+from identify.estimation.problem import Fit, Problem
 from identify.gap.gap_test import is_noise
 from identify.gap.misfit import misfit_of
 from identify.selection.evidence import ROUNDS, Columns, Evidence, evidence

@@ -10,7 +10,7 @@ import numpy as np
 from scipy.optimize import lsq_linear
 
 from identify.criteria import CREDIBLE
-from identify.estimation.fit import Fit
+from identify.estimation.problem import Fit
 from identify.selection.explain import Explanation, Ranked
 from identify.selection.promises import FORCES
 from identify.selection.signatures import chords, columns_of_shapes

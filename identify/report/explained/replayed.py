@@ -6,8 +6,8 @@ from dataclasses import replace
 from typing import Any
 
 from identify.campaign.prepared import Film
-from identify.estimation.fit import Fit
 from identify.estimation.observation import duration_for, released
+from identify.estimation.problem import Fit
 from identify.selection.explain import Explanation
 from measure.tables.trajectory import Trajectory
 from simulate.deployment.deploy import deploy
