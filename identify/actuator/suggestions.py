@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from identify.actuator.trials import Trial, as_good
+from identify.actuator.actuator_fit import Trial, as_good
 from identify.actuator.verdict import pooled_error
 from identify.criteria import MOVES
 from identify.estimation.parameters import BASE

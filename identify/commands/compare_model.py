@@ -17,7 +17,7 @@ from measure.readers.options import add_reading_options, mapping_from
 from simulate.files.options import add_effects_option
 
 if TYPE_CHECKING:
-    from identify.gap.compare import Comparison
+    from identify.gap.comparison import Comparison
 
 NAME = "compare-model"
 DOES = "Compare a model with loops and deployments: error, fit and noise of each channel, and whether the gap is noise."

@@ -16,7 +16,7 @@ from simulate.files.options import add_effects_option
 
 if TYPE_CHECKING:
     from identify.estimation.problem import Problem
-    from identify.selection.explain import Explanation
+    from identify.selection.explanation import Explanation
 
 NAME = "explain-gap"
 _FITS = 10.0  # that a fitted hypothesis costs in all: the weighing of others beside it, and its own

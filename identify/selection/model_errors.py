@@ -19,11 +19,13 @@ from simulate.effects import (
     PlatformMass,
     ScaleError,
     StopStiffness,
+    StoredForcePerRun,
 )
 from simulate.model.effect import Effect
 from simulate.model.model import Model
 
 _SHOWN = 1e-6
+FORCES = StoredForcePerRun.name  # an error too, with a parameter for every run
 
 TOLERANCES: Sequence[tuple[type[Effect], Callable[[Model], Array]]] = (
     (PlatformMass, lambda model: np.array([0.01 * model.nuisance.platform_mass_percent * model.platform.mass_kg])),

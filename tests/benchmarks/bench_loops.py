@@ -27,7 +27,8 @@ from scipy.integrate import solve_ivp
 from scipy.io import savemat
 from scipy.optimize import least_squares
 
-from identify.actuator.fit_actuator import ActuatorFit, fit_actuator
+from identify.actuator.actuator_fit import ActuatorFit
+from identify.actuator.fit_actuator import fit_actuator
 from identify.commands.fit_actuator import main as fit_command
 from identify.loops.loop_data import LoopData
 from identify.loops.prepare import prepare

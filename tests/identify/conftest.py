@@ -19,7 +19,8 @@ from identify.campaign.runs import read_campaign
 from identify.estimation.horizons import solve_from_afar
 from identify.estimation.observation import RunRelease, View, observe
 from identify.estimation.problem import Fit
-from identify.selection.explain import Explanation, explain
+from identify.selection.explain import explain
+from identify.selection.explanation import Explanation
 from measure.tables.loop import Loop, write_loop
 from measure.tables.trajectory import Trajectory, write_trajectory
 from simulate.files.model_file import read_model, write_model

@@ -16,8 +16,8 @@ from identify.commands.subcommands.shipped import shipped
 from measure.common.command_line import DONE, VERDICT_BAD, complain, examples, parser, progress, run, say
 
 if TYPE_CHECKING:
-    from identify.gap.compare import Comparison
-    from identify.selection.explain import Explanation
+    from identify.gap.comparison import Comparison
+    from identify.selection.explanation import Explanation
     from simulate.model.model import Model
 
 NAME = "unspool demo"

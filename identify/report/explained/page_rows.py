@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from identify.estimation.parameters import BASE, lines_of
-from identify.selection.explain import Explanation
+from identify.selection.explanation import Explanation
 from measure.pages.csv_address import csv_address
 from measure.pages.in_use import in_use, shown_as
 from simulate.model.model import per_leg

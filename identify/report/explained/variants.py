@@ -6,7 +6,7 @@ from dataclasses import replace
 from itertools import product
 
 from identify.estimation.problem import Fit
-from identify.selection.explain import Explanation
+from identify.selection.explanation import Explanation
 
 MOST_SWITCHED = 3  # effects; each one more doubles the curves
 

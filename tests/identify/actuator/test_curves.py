@@ -6,7 +6,8 @@ import json
 import numpy as np
 import pytest
 
-from identify.actuator.curves import corrected_force, curve_columns, statistics_of, statistics_sentence
+from identify.actuator.actuator_fit import corrected_force
+from identify.actuator.curves import curve_columns, statistics_of, statistics_sentence
 from identify.actuator.fit_actuator import fit_actuator
 from identify.commands.fit_actuator import main
 from identify.loops.prepare import prepare

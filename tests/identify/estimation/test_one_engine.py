@@ -10,7 +10,8 @@ import numpy as np
 import pytest
 from lmfit.minimizer import MinimizerResult
 
-from identify.actuator.fit_actuator import ActuatorFit, fit_actuator
+from identify.actuator.actuator_fit import ActuatorFit
+from identify.actuator.fit_actuator import fit_actuator
 from identify.campaign.posing import problem_of
 from identify.campaign.run import Run
 from identify.estimation.estimates import estimates_of
