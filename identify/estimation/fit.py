@@ -1,4 +1,4 @@
-"""A problem at its least squares: parameters, gaps, and what they are worth."""
+"""What a least-squares problem offers, and the problem at its least squares: parameters, gaps, and what they are worth."""
 
 from __future__ import annotations
 

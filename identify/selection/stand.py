@@ -1,4 +1,4 @@
-"""Where a hypothesis stands: a fit, and what the model file is taken to be wrong by there, as linear pieces and with a way to better ones.
+"""Where a hypothesis stands: a fit, and what the model file is taken to be wrong by there, as linear pieces; and how it is weighed there.
 
 The errors of the model file within their tolerances are parameters with a prior, as base and releases are; behind the stops they act by no
 straight line, so they are simulated where they are likeliest.

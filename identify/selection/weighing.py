@@ -1,4 +1,4 @@
-"""A hypothesis weighed: with the model file as it is, and as far off as its tolerances allow."""
+"""A hypothesis taken to where it is likeliest and weighed: with the model file as it is, and as far off as its tolerances allow."""
 
 from __future__ import annotations
 
