@@ -80,6 +80,15 @@ def release_parameters(film: Film, forces_differ: bool = False) -> list[Paramete
     return [Parameter(f"{film.run.label}.{n}", sd, wide.get(n, 1.0), -np.inf, np.inf, film.run.name) for n, sd in rows if sd > 0]
 
 
+def across_of(film: Film) -> set[str]:
+    """What of a release is across all that a film shows: its mirror image would have looked the same."""
+    seen = {"position_z_m"}
+    for moved, turned in (("x", "y"), ("y", "x")):
+        if f"{moved}_m" in film.channels or f"theta_{turned}_rad" in film.channels:
+            seen |= {f"position_{moved}_m", f"theta_{turned}_rad"}
+    return set(POSE) - seen
+
+
 def zero_parameters(loops: Sequence[LoopRun], *, at_will: bool = False) -> list[Parameter]:
     """What a load cell that was set to zero anew may be off by in each loop; behind that, by how much it may drift over the record.
 

@@ -11,11 +11,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from identify.campaign.prepared import Film
 from identify.criteria import GAP_P, NEAR, ROUGHLY
 from identify.estimation.horizons import before_the_stops, first_stop_s
 from identify.estimation.least_squares import laid_out, solve, to_the_end
-from identify.estimation.parameters import POSE
 from identify.estimation.problem import Fit, Problem
 from identify.gap.gap_test import gap_test
 from measure.common.arrays import Array
@@ -71,12 +69,11 @@ def from_elsewhere(fit: Fit, index: int, early: Array, spread: Array, free: Sequ
     free : indices of the parameters that may move; by default all.
     """
     problem = fit.problem
-    first = problem.first_nuisance + sum(len(own) for own in problem.own_parameters[:index])
-    own = list(range(first, first + len(problem.own_parameters[index])))
+    own = problem.of_release(index)
+    first = own[0]
     alone = replace(problem, films=(problem.films[index],), loops=(), covariate="")  # nothing else depends on where the film was released
     own_alone = list(range(alone.first_nuisance, alone.first_nuisance + len(own)))
-    across = _across(problem.films[index])
-    unseen = [k for k, i in enumerate(own) if problem.parameters[i].key in across]
+    unseen = [i - first for i in problem.unseen_of_release(index)]
     places = _places(fit.q[own], early[own], spread[np.ix_(own, own)], unseen)
     here, *starts = (laid_out(replace(fit, q=_with(fit.q, own, place)), alone) for place in (fit.q[own], *places))
     minima = _followed(alone, starts, own_alone)
@@ -96,15 +93,6 @@ def _followed(alone: Problem, starts: Sequence[Array], own: Sequence[int]) -> li
     tried = led(starts, _FIRST_STEPS)
     unfinished = [fit.q for fit in tried[: len(tried) // _FOR_ONE_KEPT] if not fit.converged]
     return [fit for fit in tried if fit.converged] + led(unfinished, _STEPS)
-
-
-def _across(film: Film) -> set[str]:
-    """What of a release is across all that a film shows: its mirror image would have looked the same."""
-    seen = {"position_z_m"}
-    for moved, turned in (("x", "y"), ("y", "x")):
-        if f"{moved}_m" in film.channels or f"theta_{turned}_rad" in film.channels:
-            seen |= {f"position_{moved}_m", f"theta_{turned}_rad"}
-    return set(POSE) - seen
 
 
 def _places(here: Array, early: Array, spread: Array, unseen: Sequence[int]) -> list[Array]:

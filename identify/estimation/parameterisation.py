@@ -12,7 +12,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from identify.campaign.prepared import Film, LoopRun, beta_bounds, release_parameters, zero_parameters
+from identify.campaign.prepared import Film, LoopRun, across_of, beta_bounds, release_parameters, zero_parameters
 from identify.criteria import WEAK_PRIOR
 from identify.estimation.observation import RunRelease
 from identify.estimation.parameters import (
@@ -103,6 +103,16 @@ class Unknowns:
     def first_nuisance(self) -> int:
         """Index of the first parameter of a release."""
         return self.first_rate + 4 * self.rate.order
+
+    def of_release(self, index: int) -> list[int]:
+        """Indices of the parameters of a film's own release."""
+        first = self.first_nuisance + sum(len(own) for own in self.own_parameters[:index])
+        return list(range(first, first + len(self.own_parameters[index])))
+
+    def unseen_of_release(self, index: int) -> list[int]:
+        """Indices of what of a film's release is across all that it shows."""
+        across = across_of(self.films[index])
+        return [i for i in self.of_release(index) if self.parameters[i].key in across]
 
     @property
     def first_zero(self) -> int:

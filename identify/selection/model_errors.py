@@ -102,13 +102,26 @@ def tolerance_of(effect: Effect, model: Model) -> Array:
 
 def slight_errors(fit: Fitted[Posed]) -> tuple[tuple[Effect, float], ...]:
     """Errors of the model file that were fitted like effects and came out hardly beyond their tolerances, with their size in these."""
-    kinds, found = {kind.name for kind, _ in TOLERANCES}, []
+    found = []
     for effect in fit.problem.effects_at(fit.q):
-        if effect.name in kinds:
-            known, tolerance = fit.problem.model.effect(type(effect)).flat(), tolerance_of(effect, fit.problem.model)
-            size = float(np.sqrt(np.mean(((effect.flat() - known) / tolerance) ** 2))) if np.all(tolerance > 0.0) else np.inf
-            found += [(effect, size)] if size < SLIGHT else []
+        sizes = np.array(list(sizes_in_tolerances(fit, effect.name).values()))
+        size = float(np.sqrt(np.mean(sizes**2))) if len(sizes) and np.all(np.isfinite(sizes)) else np.inf
+        found += [(effect, size)] if size < SLIGHT else []
     return tuple(found)
+
+
+def sizes_in_tolerances(fit: Fitted[Posed], name: str) -> dict[tuple[str, int], float]:
+    """By name and place how far off a fitted error of the model file is, in its tolerances; nothing of any other effect.
+
+    A tolerance of nought makes it infinite.
+    """
+    found = [effect for effect in fit.problem.effects_at(fit.q) if effect.name == name]
+    if not found or name not in {kind.name for kind, _ in TOLERANCES}:
+        return {}
+    effect, model = found[0], fit.problem.model
+    with np.errstate(divide="ignore", invalid="ignore"):
+        sizes = (effect.flat() - model.effect(type(effect)).flat()) / tolerance_of(effect, model)
+    return {(name, place): float(size) for place, size in enumerate(sizes)}
 
 
 def _of_effect(fit: Fitted[Posed], effect: Effect, tolerance: Array, places: Sequence[int]) -> Array:

@@ -8,10 +8,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from identify.criteria import EFFECT_SPREAD, FORCES_DIFFER, LOSES, ROUGHLY, TWO_SIDED_95
+from identify.criteria import EFFECT_SPREAD, FORCES_DIFFER, GAP_P, LOSES, ROUGHLY, TWO_SIDED_95
 from identify.estimation.least_squares import solve
 from identify.estimation.parameters import STORED_FORCE
 from identify.estimation.problem import Fit, Problem
+from identify.gap.gap_test import gap_test
 from identify.selection.evidence import Columns
 from identify.selection.first_look import Gain, Promise
 from identify.selection.model_errors import FORCES
@@ -79,18 +80,27 @@ def with_law_as_given(fit: Fit) -> Fit:
 def nearly_as_good(at: Weighed, found: Sequence[Promise]) -> list[Promise]:
     """Every name fitted in a few steps from where the law is as the model file has it: the few that come near the best one.
 
-    Where a law has bent to what is missing, straight lines say little of any name.
+    Where a law has bent to what is missing, straight lines say little of any name. One that brings no more than the law does by itself in
+    as many steps is none of them; where that leaves noise already, nothing tells names apart there.
     """
-    tried = []
-    for promise in found:
-        if promise.shape is not None and promise.looks:
-            problem, start = posed(at, promise)
-            fit = solve(problem, start, most_steps=_STEPS, enough=ROUGHLY, loosely=True)
-            first, own = problem.first_effect, problem.rows_of(promise.name)
-            log_z = Stand.exact(fit).weighed(at.evidence.noise).log_z
-            tried.append(replace(promise, log_z=log_z, base=fit.q[:first], sizes=fit.q[own], errors=None))
+    law = _few_steps(at.exact.given, at.fit.q)
+    if gap_test(law).p_value > GAP_P:
+        return []
+    tried = [_in_few_steps(at, promise) for promise in found if promise.shape is not None and promise.looks]
     tried.sort(key=lambda one: -one.log_z)
-    return [one for one in tried[:_DUE] if one.log_z > tried[0].log_z - _NEARLY]
+    least = max(Stand.exact(law).weighed(at.evidence.noise).log_z, tried[0].log_z - _NEARLY)
+    return [one for one in tried[:_DUE] if one.log_z > least]
+
+
+def _in_few_steps(at: Weighed, promise: Promise) -> Promise:
+    problem, start = posed(at, promise)
+    fit, first, own = _few_steps(problem, start), problem.first_effect, problem.rows_of(promise.name)
+    log_z = Stand.exact(fit).weighed(at.evidence.noise).log_z
+    return replace(promise, log_z=log_z, base=fit.q[:first], sizes=fit.q[own], errors=None)
+
+
+def _few_steps(problem: Problem, start: Array) -> Fit:
+    return solve(problem, start, most_steps=_STEPS, enough=ROUGHLY, loosely=True)
 
 
 def _of_forces(at: Weighed, instead: str) -> Promise:

@@ -26,7 +26,7 @@ from identify.selection.promises import is_bent, nearly_as_good, posed, promises
 from identify.selection.stand import Weighed
 from identify.selection.unknown_force import unnamed_forces
 from identify.selection.verdict import Names, credible_set, foremost_of, is_unnamed
-from identify.selection.weighing import along_lines, from_rest, weighed, weighed_again, weighed_within
+from identify.selection.weighing import along_lines, from_rest, weighed, weighed_again, weighed_within, without
 from simulate.model.effect import Effect
 
 _NEARLY_ALL = 0.9
@@ -115,7 +115,7 @@ class Search:
         """
         for _ in range(_SETTLING):
             promised = [self.ahead[names] for names in credible_set(self.weights()) if names not in self.fitted]
-            worth = [one for one in promised if one.promise is not None]
+            worth = [one for one in promised if one.promise is not None and not self._adds_to_enough(one)]
             if not worth:
                 break
             self._fit(worth[0])
@@ -132,13 +132,19 @@ class Search:
     def _is_worth_a_fit(self, one: Ahead) -> bool:
         if one.promise is None or one.names in self.fitted:
             return False
+        if self._adds_to_enough(one):
+            return one.log_weight > self.foremost.log_weight
         return one.names in self.due or one.log_weight > self._bar or self._is_alike(one)
+
+    def _adds_to_enough(self, one: Ahead) -> bool:
+        """Whether it adds a name to the foremost ones, which leave noise: promised less, it changes no verdict."""
+        best = self.foremost
+        return set(best.names) <= set(one.names) and best.weighed.leaves_noise
 
     @property
     def _bar(self) -> float:
-        """Log weight from which on a promise is worth a fit: where nothing may well be missing, only more than that changes a verdict."""
-        best = self.foremost
-        return best.log_weight - (self.budget.least if best.names or not best.weighed.leaves_noise else 0.0)
+        """Log weight from which on a promise is worth a fit."""
+        return self.foremost.log_weight - self.budget.least
 
     def _is_alike(self, one: Ahead) -> bool:
         """Whether it was promised nearly as much as the foremost one, from the same place, where straight lines led that one astray."""
@@ -224,12 +230,14 @@ class Search:
         """Where straight lines are taken, and what the hypothesis itself reaches with the same measurements.
 
         Close to the measurements they lead where they say. Farther off they are taken with the films up to their first stop as well. And as
-        the law may have bent to what is missing, where no loops hold it, they are taken from the law of the model file, too.
+        the law may have bent to what is missing, where no loops hold it, they are taken from the law of the model file, too. Beside names
+        that leave noise a further one is small.
         """
         exact, far = one.weighed.exact.fit, one.fit.rms >= CLOSE and bool(one.fit.problem.films)
         bends = not one.fit.problem.loops
         stands, problem = [(one.weighed, one.weighed.log_z)], before_the_stops(exact.problem)
-        if not (far or (bends and is_bent(exact))):
+        is_small = bool(one.names) and one.weighed.leaves_noise
+        if is_small or not (far or (bends and is_bent(one.fit))):
             return stands
         near = weighed(solve(problem, exact.q)) if problem is not exact.problem else one.weighed
         if far and near is not one.weighed:
@@ -266,15 +274,18 @@ class Search:
             self._with_less(likeliest)
 
     def _with_less(self, one: Hypothesis) -> None:
-        """Fit what is left of several names without each of them: the first one may have stood for the second."""
+        """Fit what is left of several names without each of them: the first one may have stood for the second.
+
+        Where that leads astray it is fitted from what it was promised, too.
+        """
         for name in one.names if len(one.names) > 1 else ():
             names = tuple(other for other in one.names if other != name)
             if names not in self.fitted and name != FORCES:
                 self.say("fitting " + ", ".join(names))
-                given, there = one.weighed.exact.given, one.fit
-                kept = np.setdiff1d(np.arange(len(there.q)), there.problem.rows_of(name))
-                problem = given.with_effects([effect for effect in given.effects if effect.name != name])
-                self._keep(names, weighed(to_the_end(solve(problem, there.q[kept], loosely=True))))
+                self._keep(names, without(one.weighed, name))
+                promised = self.ahead.get(names)
+                if promised is not None and promised.promise is not None and self.fitted[names].log_weight < promised.log_weight - _SHORT:
+                    self._fit(promised)
 
     def _base_again(self, led: Weighed) -> None:
         """The base from where an effect has led: it may lie in a wrong local minimum of the releases."""

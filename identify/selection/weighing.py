@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
 
 import numpy as np
+from scipy.stats import chi2
 
-from identify.criteria import CLOSE, CREDIBLE, ROUGHLY
+from identify.criteria import CLOSE, CREDIBLE, GAP_P, ROUGHLY
 from identify.estimation.horizons import horizons
-from identify.estimation.least_squares import laid_out, solve
+from identify.estimation.least_squares import laid_out, solve, to_the_end
 from identify.estimation.noise_model import ChannelNoise
 from identify.estimation.problem import Fit, Problem
 from identify.selection.evidence import Evidence
+from identify.selection.model_errors import sizes_in_tolerances
 from identify.selection.stand import Both, Stand, Weighed
 from measure.common.arrays import Array
 
@@ -77,6 +79,18 @@ def from_rest(problem: Problem, before: Weighed) -> Weighed:
     return weighed_within(problem, start, before.within.errors_by_key)
 
 
+def without(one: Weighed, name: str) -> Weighed:
+    """Weigh a hypothesis with one name less from where it stands; an error of the model file becomes one within its tolerances."""
+    given, there = one.exact.given, one.fit
+    kept = np.setdiff1d(np.arange(len(there.q)), there.problem.rows_of(name))
+    problem = given.with_effects([effect for effect in given.effects if effect.name != name])
+    errors = {} if one.both.is_exact else one.within.errors_by_key
+    errors |= sizes_in_tolerances(there, name)
+    if not errors:
+        return weighed(to_the_end(solve(problem, there.q[kept], loosely=True)))
+    return weighed_within(problem, there.q[kept], errors)
+
+
 def along_lines(fit: Fit) -> Weighed:
     """Weigh a fit where it is, without any step from there."""
     exact, loose = Stand.exact(fit), Stand.loose(fit)
@@ -100,11 +114,32 @@ def settled(stand: Stand, noise: tuple[ChannelNoise, ...] = ()) -> tuple[Stand, 
 
 
 def _from_afar(stand: Stand) -> Stand:
-    """A stand led by ever longer films, from where it is; where that leaves a gap also from the model file as it is."""
+    """A stand led by ever longer films, from where it is; where that leaves a gap also from the model file as it is.
+
+    Where the films are met, but by improbable errors of the model file, also from each release turned to the other side, as far as its film
+    does not show it.
+    """
+    none = np.zeros(len(stand.sizes))
     led = _led(stand, stand.fit.q, stand.sizes)
-    if led.fit.rms < CLOSE:
-        return led
-    return max(led, _led(stand, stand.origin, np.zeros(len(stand.sizes))), key=lambda one: one.weighed().log_z)
+    if led.fit.rms >= CLOSE:
+        led = _likelier(led, _led(stand, stand.origin, none))
+    elif chi2.sf(float(led.sizes @ led.sizes), len(led.sizes)) < GAP_P:
+        for q in _mirrored(led.fit):
+            led = _likelier(led, _led(stand, q, none))
+    return led
+
+
+def _likelier(one: Stand, other: Stand) -> Stand:
+    return max(one, other, key=lambda each: each.weighed().log_z)
+
+
+def _mirrored(fit: Fit) -> Iterator[Array]:
+    """Parameters (k,) of a fit with what a film does not show of its release turned round, film by film."""
+    for index in range(len(fit.problem.films)):
+        unseen, q = fit.problem.unseen_of_release(index), fit.q.copy()
+        if unseen:
+            q[unseen] *= -1.0
+            yield q
 
 
 def _led(stand: Stand, q: Array, sizes: Array) -> Stand:
