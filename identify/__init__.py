@@ -10,27 +10,27 @@ from typing import TYPE_CHECKING
 from measure.common.front_door import loaded_late
 
 if TYPE_CHECKING:
-    from identify.actuator.fit_actuator import ActuatorFit as ActuatorFit
+    from identify.actuator.actuator_fit import ActuatorFit as ActuatorFit
     from identify.actuator.fit_actuator import fit_actuator as fit_actuator
     from identify.campaign.run import Run as Run
     from identify.campaign.runs import read_campaign as read_campaign
-    from identify.gap.compare import Comparison as Comparison
     from identify.gap.compare import compare as compare
-    from identify.loops.loop_data import prepare as prepare
-    from identify.selection.explain import Explanation as Explanation
+    from identify.gap.comparison import Comparison as Comparison
+    from identify.loops.prepare import prepare as prepare
     from identify.selection.explain import explain as explain
     from identify.selection.explain import extended as extended
+    from identify.selection.explanation import Explanation as Explanation
 
 _HOMES = {
-    "prepare": "loops.loop_data",
+    "prepare": "loops.prepare",
     "fit_actuator": "actuator.fit_actuator",
-    "ActuatorFit": "actuator.fit_actuator",
+    "ActuatorFit": "actuator.actuator_fit",
     "Run": "campaign.run",
     "read_campaign": "campaign.runs",
     "compare": "gap.compare",
-    "Comparison": "gap.compare",
+    "Comparison": "gap.comparison",
     "explain": "selection.explain",
-    "Explanation": "selection.explain",
+    "Explanation": "selection.explanation",
     "extended": "selection.explain",
 }
 

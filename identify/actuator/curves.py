@@ -7,20 +7,9 @@ from typing import Any
 
 import numpy as np
 
-from identify.actuator.fit_actuator import ActuatorFit
-from measure.common.arrays import Array
+from identify.actuator.actuator_fit import ActuatorFit, corrected_force
 
 _STRONG = 0.95  # correlation of two estimates from which on it is said
-
-
-def corrected_force(fit: ActuatorFit, loop: int) -> Array:
-    """Force of a loop as the law sees it, N, (n,): without the tare that it was given and without the covariate's part.
-
-    The covariate's part is that of its difference from the mean over all loops, so that the corrected loops are those at the mean.
-    """
-    force = fit.loops[loop].force_N - fit.tares_N[loop]
-    problem = fit.fit.problem
-    return force - problem.covariate_force(fit.fit.q, loop) if problem.covariate else force
 
 
 def curve_columns(fit: ActuatorFit) -> dict[str, Any]:

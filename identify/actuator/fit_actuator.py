@@ -4,159 +4,35 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
-from typing import TYPE_CHECKING, Literal
+from typing import Literal
 
 import numpy as np
 
-from identify.actuator.homogeneity import Disagreement, disagreements
-from identify.actuator.levels import Levels, drift_significance, levels_of, zeros_apart
+from identify.actuator.actuator_fit import ActuatorFit, Disagreement, Trial
+from identify.actuator.homogeneity import disagreements
+from identify.actuator.levels import Levels, drift_significance, levels_of
 from identify.actuator.loops_alone import problem_of_loops, solve_loops
-from identify.actuator.rate_order import polynomials_of
-from identify.actuator.rates_and_strokes import covered
 from identify.actuator.rounding import covariance_of_rounding
 from identify.actuator.suggestions import CHANNEL_EFFECTS, faults_of_drifts, faults_of_trials, moved_beyond, sentence_of
-from identify.actuator.trials import OutOfStep, Trial, tried
-from identify.actuator.verdict import Evidence, Verdict, verdict_of
+from identify.actuator.trials import OutOfStep, tried
+from identify.actuator.verdict import Evidence, verdict_of
 from identify.campaign.prepared import beta_bounds
 from identify.criteria import STRUCTURED_SHARE, ZEROS_DIFFER
-from identify.estimation.estimate import Estimate
-from identify.estimation.estimates import centre_of, estimates_of, reported
-from identify.estimation.fit import Fit
-from identify.estimation.parameters import BETA_NAME, Change
-from identify.estimation.problem import Problem
-from identify.estimation.profile_likelihood import ProfileCurve, profile_curve
+from identify.estimation.estimates import estimates_of
+from identify.estimation.parameters import Change
+from identify.estimation.problem import Fit, Problem
 from identify.estimation.rate import Abscissa
-from identify.gap.misfit import Misfit, misfit_of
+from identify.gap.misfit import misfit_of
 from identify.loops.covariates import shares
-from identify.loops.faults import Fault
 from identify.loops.loop_data import LoopData, effective_number
 from identify.loops.paper_recipe import Recipe, paper_recipe
-from identify.loops.residual_dependence import Dependence, depends_on
+from identify.loops.residual_dependence import depends_on
 from identify.loops.sign import swapped_channels, units_apart
 from measure.common.arrays import Array
-from measure.notebook.shown import Shown
 from simulate.effects import SensorLag
 from simulate.model.effect import Effect
 
-if TYPE_CHECKING:
-    from lmfit.minimizer import Minimizer, MinimizerResult
-    from pandas import DataFrame
-
 Tare = Literal["common", "each", "auto"]
-
-
-@dataclass(frozen=True, repr=False)
-class ActuatorFit(Shown, by="identify.report.showing.ShowingFit"):
-    """What loops say about an actuator.
-
-    fit : the least squares. loops : as they were given.
-    estimates : by name, the lines in the middle of the rates where they follow one.
-    residuals : measured minus modelled of each loop's samples that count, N.
-    effective_samples : independent samples that each loop's residual is worth. covariate_shares : of the residual, that each further
-    column would explain. left : what the residual still follows. misfit : what comes again in every cycle. faults : of the channels.
-    trials : effects that are surely there and not in the fit. disagree : quantities in which the loops differ.
-    """
-
-    fit: Fit
-    loops: tuple[LoopData, ...]
-    estimates: dict[str, Estimate]
-    residuals: tuple[Array, ...]
-    effective_samples: tuple[float, ...]
-    covariate_shares: dict[str, float]
-    left: Dependence
-    recipe: Recipe | None
-    verdict: Verdict
-    misfit: Misfit
-    faults: tuple[Fault, ...] = ()
-    trials: tuple[Trial, ...] = ()
-    disagree: tuple[Disagreement, ...] = ()
-
-    def __repr__(self) -> str:
-        known = ", ".join(f"{name} {self.estimates[name].value:.4g} +- {self.estimates[name].stderr:.2g}" for name in ("b_l_N", BETA_NAME))
-        return f"ActuatorFit({self.verdict.word}: {len(self.loops)} loops, {known})"
-
-    @property
-    def names(self) -> list[str]:
-        """Names of the parameters in `estimates` and `covariance`."""
-        return reported(self.fit)
-
-    @property
-    def covariance(self) -> Array:
-        """Covariance of the parameters `names`, in their units."""
-        return self.fit.covariance_of(self.names)
-
-    @property
-    def lines(self) -> Array:
-        """a_l, b_l, a_u, b_u, beta; in the middle of the rates where they depend on one."""
-        return self.fit.problem.lines_at(self.fit.q)
-
-    def lines_of(self, loop: int) -> Array:
-        """a_l, b_l, a_u, b_u, beta of one of the fitted loops."""
-        return self.fit.problem.lines_at(self.fit.q, self.fit.problem.rate.z_of(self.loops[loop]))
-
-    @cached_property
-    def centre_m(self) -> float:
-        """The middle of the elongations of all loops."""
-        return centre_of(self.loops)
-
-    @property
-    def half_height_N(self) -> float:
-        """Half of upper minus lower asymptote, in the middle of the elongations and of the rates."""
-        a_l, b_l, a_u, b_u, _ = self.lines
-        return float(((a_u - a_l) * self.centre_m + b_u - b_l) / 2.0)
-
-    @property
-    def effects(self) -> tuple[Effect, ...]:
-        """The effects with their fitted parameters."""
-        return self.fit.problem.effects_at(self.fit.q)
-
-    @property
-    def tares_N(self) -> tuple[float, ...]:
-        """What was taken off the force of each loop because its level differed; zeros where nothing was."""
-        measured = [data.force_N.mean() - run.data.force_N.mean() for data, run in zip(self.loops, self.fit.problem.loops, strict=True)]
-        if not self.fit.problem.own_zeros or not self._zeros_differ:
-            return (0.0,) * len(self.loops)
-        zeros = self.fit.problem.zeros_at(self.fit.q)[0] + np.array(measured)
-        return tuple(float(x) for x in zeros - zeros.mean())
-
-    @cached_property
-    def _zeros_differ(self) -> bool:
-        taken = [data.force_N.mean() - run.data.force_N.mean() for data, run in zip(self.loops, self.fit.problem.loops, strict=True)]
-        return zeros_apart(self.fit, np.array(taken))
-
-    def polynomials(self) -> dict[str, tuple[float, ...]]:
-        """Coefficients of a_l, b_l, a_u, b_u in the rate itself, lowest power first; with frequency, stroke and speed of each loop."""
-        return {**polynomials_of(self.fit), **covered(self.loops)}
-
-    def profile(self) -> ProfileCurve:
-        """The sum of squares along beta, everything else fitted anew."""
-        return profile_curve(self.fit, BETA_NAME)
-
-    @cached_property
-    def result(self) -> MinimizerResult:
-        """The fit as lmfit's result, for `lmfit.report_fit` and the like."""
-        from identify.estimation.lmfit_result import lmfit_result
-
-        return lmfit_result(self.fit)
-
-    @cached_property
-    def minimizer(self) -> Minimizer:
-        """The problem as lmfit's minimizer, for `lmfit.conf_interval(fit.minimizer, fit.result)`."""
-        from identify.estimation.lmfit_result import lmfit_minimizer
-
-        return lmfit_minimizer(self.fit)
-
-    def to_frame(self) -> DataFrame:
-        """The estimates as a pandas table, one row a parameter; the units stand in `frame.attrs["units"]`."""
-        from pandas import DataFrame
-
-        from measure.tables.frames import unit_in_name
-
-        rows = [(e.value, e.stderr, *e.ci95, e.verdict) for e in self.estimates.values()]
-        frame = DataFrame(rows, index=list(self.estimates), columns=["value", "stderr", "ci95_low", "ci95_high", "verdict"])
-        frame.attrs["units"] = {name: unit_in_name(name.partition("[")[0]) for name in self.estimates}
-        return frame
 
 
 def fit_actuator(
@@ -177,7 +53,7 @@ def fit_actuator(
 
     Parameters
     ----------
-    loops : at least one, see `loops.prepare`.
+    loops : at least one, see `prepare`.
     kinds : effects of the catalogue, or like them, that act on a leg or on the load cell.
     abscissa, order : what the asymptotes follow, and by polynomials of which order.
     tare : "common", one zero of the load cell for all loops; "each", one of its own for each loop, from where it may drift;

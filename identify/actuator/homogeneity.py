@@ -3,45 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 from scipy.stats import chi2
 
+from identify.actuator.actuator_fit import Disagreement
 from identify.actuator.rounding import rounded_only
-from identify.criteria import DISAGREE, SAME_RATE, SAME_STROKE
+from identify.criteria import DISAGREE
 from identify.estimation.covariance import inverse_of, scaled, scatter
-from identify.estimation.fit import Fit
+from identify.estimation.problem import Fit
 from identify.loops.loop_data import LoopData
 from measure.common.arrays import Array
 
 _KINDS = ("beta", "height", "slope")
 _KNOWN = 0.05  # share of a loop's own signature that the common parameters cannot imitate
-
-
-@dataclass(frozen=True)
-class Disagreement:
-    """One quantity in which loops differ.
-
-    what : "beta", 1/m; "height", N, in the middle of the elongations; "slope", the mean of both, N/m. values, stderr : (loops,), as each
-    loop wants it, NaN where it does not tell. p_value : how often loops that agree differ so much by noise. fall : of the sum of squares,
-    if each loop had its own.
-    """
-
-    what: str
-    values: Array
-    stderr: Array
-    p_value: float
-    fall: float
-
-    def sentence(self, names: Sequence[str]) -> str:
-        """The values with the files that have them, smallest and largest first where there are many."""
-        unit = {"beta": "1/m", "height": "N", "slope": "N/m"}[self.what]
-        known = [k for k in np.argsort(self.values) if np.isfinite(self.values[k])]
-        shown = known if len(known) <= 4 else [known[0], known[-1]]
-        listed = ", ".join(f"{self.values[k]:.4g} +- {self.stderr[k]:.2g} in {Path(names[int(k)]).name}" for k in shown)
-        return f"{self.what} {listed} ({unit})"
 
 
 def disagreements(fit: Fit) -> tuple[Disagreement, ...]:
@@ -110,30 +85,3 @@ def _slope(fit: Fit, what: str) -> float:
 def _centre(loops: Sequence[LoopData]) -> float:
     everywhere = np.concatenate([data.elongation_m[data.used] for data in loops])
     return float((everywhere.min() + everywhere.max()) / 2.0)
-
-
-def what_differs(loops: Sequence[LoopData]) -> list[str]:
-    """What else differs between the files: frequency, stroke, stated conditions, further columns."""
-    found = []
-    frequencies, strokes = (np.array([getattr(d, key) for d in loops]) for key in ("frequency_Hz", "amplitude_m"))
-    for name, values, same, unit, scale in (
-        ("frequency", frequencies, SAME_RATE, "Hz", 1.0),
-        ("stroke", 2e3 * strokes, SAME_STROKE, "mm", 1.0),
-    ):
-        if np.all(np.isfinite(values)) and np.ptp(values) > same * np.max(values) * scale:
-            found.append(f"{name} ({values.min():.4g} to {values.max():.4g} {unit})")
-    for name in sorted(set.intersection(*(set(d.other) for d in loops))):
-        means = np.array([float(np.nanmean(d.other[name])) for d in loops])
-        within = max(float(np.nanstd(d.other[name])) for d in loops)
-        if np.ptp(means) > 3.0 * within:
-            found.append(f'column "{name}" ({means.min():.4g} to {means.max():.4g})')
-    return found
-
-
-def follows_frequency(loops: Sequence[LoopData], values: Array) -> bool:
-    """Whether a quantity follows the frequency from loop to loop: a line through its logarithm explains nine tenths of its variance."""
-    x = np.log([d.frequency_Hz for d in loops])
-    known = np.isfinite(x) & np.isfinite(values)
-    if np.count_nonzero(known) < 3 or np.ptp(x[known]) < SAME_RATE:
-        return False
-    return bool(np.corrcoef(x[known], values[known])[0, 1] ** 2 > 0.9)

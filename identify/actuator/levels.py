@@ -10,9 +10,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from identify.criteria import ZEROS_DIFFER
-from identify.estimation.fit import Fit
 from identify.estimation.parameters import Change
+from identify.estimation.problem import Fit
 from identify.loops.loop_data import LoopData, predict
 from measure.common.arrays import Array
 from simulate.model.effect import Effect
@@ -84,18 +83,3 @@ def drift_significance(fit: Fit) -> float:
     """Root mean square of the drifts of the loops, in their standard errors."""
     names = [f"{run.run.label}.drift_N_per_s" for run in fit.problem.loops]
     return float(np.sqrt(np.mean([(fit.value(name) / max(fit.stderr(name), 1e-300)) ** 2 for name in names])))
-
-
-def zeros_apart(fit: Fit, taken_N: Array) -> bool:
-    """Whether the zeros of the loops differ by more than their noise: root mean square above three standard errors.
-
-    Parameters
-    ----------
-    taken_N : (loops,) what was taken off each loop's force before the fit.
-    """
-    zeros = [f"{run.run.label}.zero_N" for run in fit.problem.loops]
-    places = [fit.problem.index_of(name) for name in zeros]
-    centring = (np.eye(len(places)) - 1.0 / len(places)) * fit.problem.scales[places]
-    variances = np.diag(centring @ fit.covariance[np.ix_(places, places)] @ centring.T)
-    apart = centring @ fit.q[places] + taken_N - taken_N.mean()
-    return bool(np.sqrt(np.mean(apart**2 / np.maximum(variances, 1e-300))) > ZEROS_DIFFER)

@@ -11,10 +11,9 @@ from identify.actuator.loops_alone import problem_of_loops, solve_loops
 from identify.actuator.rates_and_strokes import groups_of_rate, rates_of
 from identify.criteria import OWN_SHARE, WORTH_AN_ORDER
 from identify.estimation.covariance import own_shares
-from identify.estimation.fit import Fit
 from identify.estimation.least_squares import laid_out
 from identify.estimation.parameters import Change
-from identify.estimation.problem import Problem
+from identify.estimation.problem import Fit, Problem
 from identify.estimation.rate import Abscissa
 from identify.loops.loop_data import LoopData
 from measure.common.arrays import Array
@@ -98,7 +97,7 @@ def choose_order(
         fit = _whole(problem_of_loops(loops, kinds, abscissa, order, changes=changes), fit)
         flat = flat or fit
         if order == PAPERS_ORDER:
-            papers, imitated = polynomials_of(fit), _imitated(fit)
+            papers, imitated = fit.problem.polynomials_at(fit.q), _imitated(fit)
         if order <= len(groups) - 2:
             parts = [r for group in groups for r in _predicted(fit, group)]
             left_out[order] = float(np.sqrt(np.mean(np.concatenate(parts) ** 2)))
@@ -119,14 +118,6 @@ def _with_inertia(
     fit = _whole(problem_of_loops(loops, (*kinds, HubInertia), changes=changes), flat)
     parts = [r for group in groups for r in _predicted(fit, group)]
     return float(np.sqrt(np.mean(np.concatenate(parts) ** 2))), fit.value(f"{HubInertia.name}.mass_kg")
-
-
-def polynomials_of(fit: Fit) -> dict[str, tuple[float, ...]]:
-    """Coefficients of a_l, b_l, a_u, b_u in the rate itself, lowest power first."""
-    problem = fit.problem
-    rows = np.column_stack([problem.lines_at(fit.q)[:4], problem.rate_coefficients(fit.q)])
-    named = zip(("a_l", "b_l", "a_u", "b_u"), rows, strict=True)
-    return {key: tuple(float(c) for c in problem.rate.unscaled(row)) for key, row in named}
 
 
 def _whole(problem: Problem, lower: Fit | None) -> Fit:

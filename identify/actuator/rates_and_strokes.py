@@ -124,3 +124,50 @@ def _largest(loops: Sequence[LoopData], alike: str, then: str, within: float) ->
     group = max(groups, key=len, default=[])
     chosen = group if len(group) > 1 else list(range(len(loops)))
     return sorted(chosen, key=lambda k: float(np.nan_to_num(getattr(loops[k], then))))
+
+
+def what_differs(loops: Sequence[LoopData]) -> list[str]:
+    """What else differs between the files: frequency, stroke, stated conditions, further columns."""
+    found = []
+    frequencies, strokes = (np.array([getattr(d, key) for d in loops]) for key in ("frequency_Hz", "amplitude_m"))
+    for name, values, same, unit, scale in (
+        ("frequency", frequencies, SAME_RATE, "Hz", 1.0),
+        ("stroke", 2e3 * strokes, SAME_STROKE, "mm", 1.0),
+    ):
+        if np.all(np.isfinite(values)) and np.ptp(values) > same * np.max(values) * scale:
+            found.append(f"{name} ({values.min():.4g} to {values.max():.4g} {unit})")
+    for name in sorted(set.intersection(*(set(d.other) for d in loops))):
+        means = np.array([float(np.nanmean(d.other[name])) for d in loops])
+        within = max(float(np.nanstd(d.other[name])) for d in loops)
+        if np.ptp(means) > 3.0 * within:
+            found.append(f'column "{name}" ({means.min():.4g} to {means.max():.4g})')
+    return found
+
+
+def follows_frequency(loops: Sequence[LoopData], values: Array) -> bool:
+    """Whether a quantity follows the frequency from loop to loop: a line through its logarithm explains nine tenths of its variance."""
+    x = np.log([d.frequency_Hz for d in loops])
+    known = np.isfinite(x) & np.isfinite(values)
+    if np.count_nonzero(known) < 3 or np.ptp(x[known]) < SAME_RATE:
+        return False
+    return bool(np.corrcoef(x[known], values[known])[0, 1] ** 2 > 0.9)
+
+
+_CORRELATED = 0.9
+
+
+def frequency_amplitude_correlation(loops: Sequence[LoopData]) -> float:
+    """Correlation of frequency and amplitude over the loops; NaN where one of them does not vary."""
+    f = np.array([d.frequency_Hz for d in loops])
+    a = np.array([d.amplitude_m for d in loops])
+    known = np.isfinite(f) & np.isfinite(a)
+    if known.sum() < 3 or np.ptp(f[known]) < 0.02 * np.max(f[known]) or np.ptp(a[known]) < 0.02 * np.max(a[known]):
+        return float("nan")
+    return float(np.corrcoef(f[known], a[known])[0, 1])
+
+
+def correlation_sentence(correlation: float) -> str:
+    """What the correlation of frequency and amplitude forbids to conclude; nothing where it does not."""
+    if not abs(correlation) > _CORRELATED:
+        return ""
+    return f"frequency and amplitude are correlated at {correlation:.2f}: what follows one cannot be told from what follows the other"

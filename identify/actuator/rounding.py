@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from identify.estimation.covariance import shift_of
-from identify.estimation.fit import Fit
-from identify.estimation.problem import Block
+from identify.estimation.fit import Block
+from identify.estimation.problem import Fit
 from identify.loops.loop_data import LoopData
 from measure.common.arrays import Array
 

@@ -10,11 +10,8 @@ import numpy as np
 
 from identify.actuator.rates_and_strokes import strokes
 from identify.criteria import INERTIA_APART, OTHER_RATE, STIFFNESS_CHANGE
-from identify.estimation.estimates import acceleration_apart
-from identify.loops.loop_data import LoopData
+from identify.loops.loop_data import LoopData, acceleration_apart, inertia
 from measure.common.arrays import Array
-from simulate.dispatch.formula_table import flat_parameters, formula_table
-from simulate.loop import axial_mass
 from simulate.model.effect import Effect
 
 Word = Literal["dry", "viscous", "cannot tell"]
@@ -43,15 +40,6 @@ def effective_stiffness(data: LoopData, effects: tuple[Effect, ...] = ()) -> flo
     """Median over the full cycles, N/m; NaN where there is none."""
     ratios = stiffness_of_cycles(data, effects)
     return float(np.median(ratios)) if len(ratios) else float("nan")
-
-
-def inertia(data: LoopData, effects: tuple[Effect, ...]) -> Array:
-    """Mass times acceleration of the effects with inertia along the leg, N, at every sample."""
-    values, table = flat_parameters(effects), formula_table(effects, 0)
-    if not len(table.leg_mass):
-        return np.zeros(len(data.time_s))
-    mass = np.array([axial_mass(values, table, float(u)) for u in data.elongation_m])
-    return mass * data.acceleration_m_per_s2
 
 
 def friction_of(loops: Sequence[LoopData], effects: tuple[Effect, ...] = ()) -> Friction:

@@ -8,13 +8,12 @@ from pathlib import Path
 
 import numpy as np
 
-from identify.actuator.trials import Trial, as_good
+from identify.actuator.actuator_fit import Trial, as_good
 from identify.actuator.verdict import pooled_error
 from identify.criteria import MOVES
-from identify.estimation.fit import Fit
 from identify.estimation.parameters import BASE
-from identify.loops.faults import Fault, FaultWord
-from identify.loops.loop_data import LoopData
+from identify.estimation.problem import Fit
+from identify.loops.loop_data import Fault, FaultWord, LoopData
 from simulate.effects import CATALOGUE
 
 _OF_CHANNELS: dict[str, tuple[FaultWord, str]] = {

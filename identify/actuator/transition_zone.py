@@ -12,8 +12,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from identify.actuator.stiffness import inertia
-from identify.loops.loop_data import LoopData
+from identify.loops.loop_data import LoopData, inertia
 from measure.common.arrays import Array
 from simulate.model.effect import Effect
 

@@ -10,14 +10,14 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import chi2
 
+from identify.actuator.actuator_fit import Trial
 from identify.actuator.effect_starts import amplitudes_of, starts_with_effects
 from identify.actuator.loops_alone import HELD_IN_LOOPS, searched, variants
 from identify.actuator.rounding import rounded_only
 from identify.criteria import SURE_EFFECT
 from identify.estimation.estimates import away_from_turns
-from identify.estimation.fit import Fit
 from identify.estimation.least_squares import solve
-from identify.estimation.problem import Problem
+from identify.estimation.problem import Fit, Problem
 from identify.loops.loop_data import effective_number, first_cycles
 from measure.common.arrays import Array
 from simulate.effects import CATALOGUE, ForceOffset, RateDependentAsymptotes
@@ -28,38 +28,6 @@ _STEPS = 12
 _SAMPLES = 12_000  # of all loops, that effects are tried on
 _POOR = 2.0  # times the noise: the law may have gone astray
 _SAME_SIGNATURE = 4.0  # independent samples, two standard deviations of one number
-_AS_GOOD = 10.0  # of BIC: strong evidence (Kass and Raftery 1995)
-
-
-@dataclass(frozen=True)
-class Trial:
-    """An effect fitted jointly with the law. before : the fit without it to the same samples.
-
-    p_value : how often noise gains so much, all that were tried counted. delta_bic : fall of BIC by the effect. alike : effects whose
-    signatures cannot be told from its own.
-    """
-
-    name: str
-    fit: Fit
-    before: Fit
-    p_value: float
-    delta_bic: float
-    alike: tuple[str, ...] = ()
-
-    @property
-    def effect(self) -> Effect:
-        """The effect with its fitted parameters."""
-        return self.fit.problem.effects_at(self.fit.q)[-1]
-
-    @property
-    def moved(self) -> Array:
-        """By how much the parameters of the fit before, (k,), are others with the effect, in scales."""
-        return self.fit.q[: len(self.before.q)] - self.before.q
-
-    @property
-    def fall(self) -> float:
-        """Fall of the sum of squares, in parts of that before."""
-        return 1.0 - self.fit.cost / self.before.cost
 
 
 @dataclass(frozen=True)
@@ -110,11 +78,6 @@ def tried(fit: Fit, kinds: Sequence[type[Effect]] | None = None) -> tuple[Trial,
         worth += [(one, ()) for one in screened if one.kind is ForceOffset]
     made = [replace(trial, alike=alike) for one, alike in worth if (trial := _fitted(fit, one, looked)) is not None]
     return tuple(sorted(made, key=lambda trial: -trial.delta_bic))
-
-
-def as_good(trials: Sequence[Trial]) -> tuple[Trial, ...]:
-    """Those that cannot be told from the first."""
-    return tuple(trial for trial in trials if trials[0].delta_bic - trial.delta_bic < _AS_GOOD)
 
 
 def _with(problem: Problem, kind: type[Effect]) -> Problem:

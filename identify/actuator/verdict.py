@@ -13,7 +13,8 @@ from pathlib import Path
 
 import numpy as np
 
-from identify.actuator.homogeneity import Disagreement, follows_frequency, what_differs
+from identify.actuator.actuator_fit import Disagreement, Verdict
+from identify.actuator.rates_and_strokes import follows_frequency, what_differs
 from identify.criteria import (
     LARGEST_MISFIT,
     LEAST_STEPS,
@@ -23,20 +24,11 @@ from identify.criteria import (
     STRUCTURED_SHARE,
     SURE_MISFIT,
 )
-from identify.estimation.estimate import Estimate, Word
+from identify.estimation.parameters import Estimate
 from identify.gap.misfit import Misfit
-from identify.loops.faults import Fault
-from identify.loops.loop_data import LoopData, area
+from identify.loops.loop_data import Fault, LoopData, area
 from identify.loops.residual_dependence import Dependence
 from measure.common.arrays import Array
-
-
-@dataclass(frozen=True)
-class Verdict:
-    """The word on a fit and the sentence that gives the reason."""
-
-    word: Word
-    reason: str
 
 
 @dataclass(frozen=True)

@@ -8,8 +8,8 @@ from typing import Literal
 import numpy as np
 
 from identify.criteria import ZEROS_DIFFER
-from identify.estimation.fit import Fit
 from identify.estimation.least_squares import solve
+from identify.estimation.problem import Fit
 from measure.common.arrays import Array
 
 Tare = Literal["auto", "common", "each"]

@@ -2,11 +2,17 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
+from identify.campaign.prepared import LoopRun
+from identify.campaign.run import Run
 from identify.loops.differentiation import noise_of, quantum_of
+from identify.loops.loop_data import LoopData
 from measure.common.arrays import Array
 from measure.tables.trajectory import Trajectory
+from simulate.model.model import Model
 
 _ORDER = 4
 _GAIN = float(np.sqrt(70.0))  # of the fourth difference for white noise: sqrt(sum of squared binomials)
@@ -73,3 +79,8 @@ def whitened(gaps: Array, ways: Array) -> Array:
     long = power > _SHORT
     along = turn[:, long] * np.sqrt((1.0 - 1.0 / np.sqrt(1.0 + power[long])) / power[long])
     return gaps - ways @ (along @ (along.T @ (ways.T @ gaps)))
+
+
+def loop_run(run: Run, model: Model, data: LoopData) -> LoopRun:
+    """A loop that is ready, its force as noisy as a fine load cell's at least."""
+    return LoopRun(run, model, replace(data, force_sigma_N=max(data.force_sigma_N, lacking_in_force(data.time_s, data.force_N))))

@@ -1,26 +1,19 @@
-"""Measurements made ready for a problem: what counts, how noisy it is, and from where it is counted."""
+"""Measurements that are ready for a problem, as plain data, and the parameters that are their own."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from identify.campaign.noise import channel_noise, lacking_in_force
-from identify.campaign.plausible import require_plausible, seen_channels
 from identify.campaign.run import Run
 from identify.criteria import ANYWHERE, CAMERA_DISTANCE_M, FARTHEST_OFF_ZERO, FORCES_DIFFER
 from identify.estimation.parameters import POSE, STORED_FORCE, Parameter
-from identify.loops.loop_data import LoopData, prepare
+from identify.loops.loop_data import LoopData
 from measure.common.arrays import Array
-from measure.tables.loop import Loop
-from measure.tables.trajectory import Trajectory
 from simulate.model.model import LEGS, Model
-
-_ZEROED = 3.0  # standard deviations
-_UNSET, _LEAST_SPREAD_S = 10.0, 1e-3
 
 
 @dataclass(frozen=True)
@@ -63,65 +56,10 @@ class LoopRun:
     data: LoopData
 
 
-def loop_of(run: Run, model: Model) -> LoopRun:
-    """A loop's table made ready; its time counts from its first sample, whatever the recorder's clock showed."""
-    assert isinstance(run.table, Loop)
-    return loop_run(run, model, prepare(replace(run.table, time_s=run.table.time_s - run.table.time_s[0])))
-
-
-def loop_run(run: Run, model: Model, data: LoopData) -> LoopRun:
-    """A loop that is ready, its force as noisy as a fine load cell's at least."""
-    return LoopRun(run, model, replace(data, force_sigma_N=max(data.force_sigma_N, lacking_in_force(data.time_s, data.force_N))))
-
-
-def film_of(run: Run, model: Model) -> Film:
-    """A deployment's table made ready; `model` is the model as it was in this run."""
-    table = run.table
-    assert isinstance(table, Trajectory)
-    require_plausible(run.name, table, model)
-    channels = seen_channels(table)
-    values = np.stack([table.channels[name] for name in channels])
-    sigma = np.stack([channel_noise(table, name) for name in channels])
-    stowed = 0.0 if model.geometry is None else model.geometry.stowed_height_m
-    nominal = np.array([stowed if channel == "z_m" else 0.0 for channel in channels])
-    values = values + _not_counted(values, sigma, nominal)[:, None]
-    from_first_frame = bool(np.all(np.abs(values[:, 0] - nominal) < _ZEROED * sigma[:, 0]))
-    zeroed = np.full(len(channels), from_first_frame)
-    clock = _clock_s(table.time_s, values[channels.index("z_m")], model) if "z_m" in channels else 0.0
-    time = table.time_s - clock
-    expected = _onset_s(time, values[channels.index("z_m")]) if zeroed.any() and "z_m" in channels else 0.0
-    by_onset = "z_m" in channels and (from_first_frame or clock != 0.0)
-    return Film(run, model, time, channels, values, sigma, np.isfinite(values), nominal, zeroed, expected, clock, by_onset)
-
-
-def _not_counted(values: Array, sigma: Array, nominal: Array) -> Array:
-    """What a tracker that knows nothing of the rig left out of the elevation: its zero is then the first frame, not the ground."""
-    from_zero = np.abs(values[:, 0]) < _ZEROED * sigma[:, 0]
-    return np.where(from_zero & (np.abs(nominal) > _UNSET * _ZEROED * sigma[:, 0]), nominal, 0.0)
-
-
-def _clock_s(time_s: Array, elevation_m: Array, model: Model) -> float:
-    """What a clock showed at the release if it was never set by it; zero where it was, to within ten of its spreads."""
-    onset = _onset_s(time_s, elevation_m)
-    return onset if abs(onset) > _UNSET * max(model.nuisance.release_instant_s, _LEAST_SPREAD_S) else 0.0
-
-
 def lengths_of(film: Film) -> list[int]:
     """Rows of the zeroed channels that are lengths."""
     names = [channel for channel, zeroed in zip(film.channels, film.zeroed, strict=True) if zeroed]
     return [row for row, channel in enumerate(names) if channel.endswith("_m")]
-
-
-def _onset_s(time_s: Array, elevation_m: Array) -> float:
-    """When a rise from rest began: at a steady acceleration it has gone h at t_1 and 4 h at t_2, so it began at 2 t_1 - t_2."""
-    good = np.isfinite(elevation_m)
-    rise = elevation_m - elevation_m[good][0]
-    gone = 0.01 * float(np.nanmax(rise))
-    if gone <= 0.0:
-        return 0.0
-    time, rise = time_s[good], np.maximum.accumulate(rise[good])
-    first, fourth = (float(np.interp(part * gone, rise, time)) for part in (1.0, 4.0))
-    return max(2.0 * first - fourth, float(time[0]))
 
 
 def release_parameters(film: Film, forces_differ: bool = False) -> list[Parameter]:

@@ -17,7 +17,7 @@ from measure.readers.options import add_reading_options, mapping_from
 from simulate.files.options import add_effects_option
 
 if TYPE_CHECKING:
-    from identify.gap.compare import Comparison
+    from identify.gap.comparison import Comparison
 
 NAME = "compare-model"
 DOES = "Compare a model with loops and deployments: error, fit and noise of each channel, and whether the gap is noise."
@@ -60,8 +60,8 @@ def _gate(given: Namespace) -> Outputs:
 
 def _compared(given: Namespace) -> list[str]:
     """Compare, and write all that was asked for; the lines for people."""
+    from identify.campaign.posing import problem_of
     from identify.campaign.runs import read_campaign, remarks
-    from identify.estimation.problem import problem_of
     from identify.gap.compare import compare
     from simulate.deployment.deploy import warnings_of_rates
     from simulate.files.model_file import read_model

@@ -16,7 +16,7 @@ from simulate.files.options import add_effects_option
 
 if TYPE_CHECKING:
     from identify.estimation.problem import Problem
-    from identify.selection.explain import Explanation
+    from identify.selection.explanation import Explanation
 
 NAME = "explain-gap"
 _FITS = 10.0  # that a fitted hypothesis costs in all: the weighing of others beside it, and its own
@@ -72,9 +72,9 @@ def _gate(given: Namespace) -> Outputs:
 
 def _explained(given: Namespace) -> tuple[int, list[str], list[str | Path]]:
     """Explain, and write all that was asked for; status, the lines for people, and the options that the extended model wants."""
+    from identify.campaign.posing import problem_of
     from identify.campaign.runs import read_campaign, remarks
     from identify.draft.effect_file import FILE
-    from identify.estimation.problem import problem_of
     from identify.selection.explain import explain
     from identify.selection.hypotheses import BUDGETS
     from simulate.deployment.deploy import warnings_of_rates

@@ -170,7 +170,7 @@ def _shown(understood: Sequence[Understood], whole: bool) -> list[str]:
 
 
 def _oriented(given: Namespace, loops: Sequence[Loop]) -> tuple[list[LoopData], Turned]:
-    from identify.loops.loop_data import prepare
+    from identify.loops.prepare import prepare
     from identify.loops.sign import Turned, prepared
 
     return ([prepare(loop) for loop in loops], Turned("", "")) if given.as_given else prepared(loops)

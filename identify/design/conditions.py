@@ -2,17 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from collections.abc import Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
 from identify.campaign.prepared import Film, LoopRun
 from identify.campaign.run import Run
+from identify.design.further_test import Condition
 from identify.estimation.problem import Problem
 from identify.loops.harmonics import harmonic_motion
-from identify.loops.loop_data import prepare
+from identify.loops.prepare import prepare
 from measure.common.arrays import Array
 from measure.tables.loop import Loop
 from measure.tables.trajectory import Trajectory
@@ -26,18 +27,6 @@ _FASTER, _WIDER = 2.0, 2.0
 _FREE_LOOP = (1.0, 0.1, 1e-3, 1e-5)  # frequency in Hz, amplitude over the stroke, noise over the force and in m, where no loop was measured
 _SAMPLES, _CYCLES = 400, 4
 _FREE_FILM = (500.0, 1e-4, 5e-4)  # frames/s, noise in m and rad, where no film was taken
-
-
-@dataclass(frozen=True)
-class Condition:
-    """What is done differently. changes : as in [run.model]; a loop has its frequency and amplitude instead."""
-
-    words: str
-    changes: Mapping[str, Any] = field(default_factory=dict)
-    channels: tuple[str, ...] = ()
-    longer: float = 1.0
-    frequency_Hz: float = 0.0
-    amplitude_m: float = 0.0
 
 
 def deployments(problem: Problem) -> list[Condition]:

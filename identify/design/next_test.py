@@ -28,10 +28,10 @@ from numpy.typing import NDArray
 from scipy import stats
 
 from identify.criteria import LIKELY, RIVAL_P, ROUGHLY, STRONG_BIC
-from identify.design.conditions import Condition, blank_film, blank_loop, deployments, loops
-from identify.estimation.fit import Fit
+from identify.design.conditions import blank_film, blank_loop, deployments, loops
+from identify.design.further_test import Condition, NextTest
 from identify.estimation.least_squares import laid_out, solve
-from identify.estimation.problem import Problem
+from identify.estimation.problem import Fit, Problem
 from measure.common.arrays import Array
 from simulate.dispatch.threads import side_by_side
 
@@ -40,20 +40,6 @@ _RELEASES, _AT_FIRST = 10, 2  # ways in which a further run may be let go; fewer
 _CHECKED, _MOST_CHECKED = 3, 6  # tests, the most telling ones, that are predicted by full simulation; more while none is likely
 _STEPS = 8
 _SURE, _MOST_RUNS = 0.9, 6  # a test is as many runs as split off a rival this often, but no more
-
-
-@dataclass(frozen=True)
-class NextTest:
-    """A test, of how many runs, and how likely it would split the foremost effect from each of its rivals, by name."""
-
-    condition: Condition
-    chances: Mapping[str, float]
-    runs: int = 1
-
-    @property
-    def surest(self) -> float:
-        """The best of its chances."""
-        return max(self.chances.values())
 
 
 def next_tests(best: Fit, rivals: Mapping[str, Fit]) -> tuple[NextTest, ...]:

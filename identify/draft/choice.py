@@ -19,7 +19,7 @@ from scipy.optimize import minimize
 from identify.draft.forms import FORMS, Form
 from identify.gap.leg_force import ForceAlongLegSpeed, LegTable
 from identify.gap.platform_force import KNOTS, ForceAlongSpeed, ForceTable
-from identify.selection.unknown_force import Unnamed
+from identify.gap.unnamed import Unnamed
 from measure.common.arrays import Array
 
 _SEARCHED = 3  # starts from which shapes are searched on

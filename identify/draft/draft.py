@@ -3,59 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 
 from identify.criteria import ROUGHLY
 from identify.draft.choice import Chosen, chosen_forms
 from identify.draft.effect_file import Origin, Variable, effect_from, formula_text, source_of
-from identify.estimation.fit import Fit
 from identify.estimation.least_squares import laid_out, solve, to_the_end
+from identify.estimation.problem import Fit
 from identify.gap.leg_force import LegTable
 from identify.gap.platform_force import ForceTable
-from identify.selection.unknown_force import Unnamed
-from simulate.model.effect import Effect
+from identify.gap.unnamed import Unnamed
+from identify.selection.explanation import Drafted
 
 MOST_TRIED = 2  # variables whose form is fitted by full simulation
 _LEAST_SCORE = 0.0
 _MOST_STEPS = 12
 _LESS_WELL = 10.0  # of the sum of squares: a variable so much worse is not tried beside the best
-
-
-@dataclass(frozen=True)
-class Drafted:
-    """A drafted effect. source : the text of its file. fit : base, releases, what is named, and it. before, after : gaps of the runs held
-    out without and with it, root mean square over the noise, none where no run was held out."""
-
-    variable: Variable
-    formula: str
-    source: str
-    fit: Fit
-    before: float | None
-    after: float | None
-
-    @property
-    def effect(self) -> Effect:
-        """The effect as fitted."""
-        return self.fit.problem.effects_at(self.fit.q)[-1]
-
-    @property
-    def carries_over(self) -> bool:
-        """Whether the runs held out are met no worse with it; true where there are none."""
-        return self.before is None or self.after is None or self.after <= self.before
-
-    @property
-    def at_bound(self) -> list[str]:
-        """Which of its parameters ended at a bound."""
-        own = f"{self.effect.name}."
-        return [f"{name.removeprefix(own)} at its {end}" for name, end in self.fit.at_bounds().items() if name.startswith(own)]
-
-    @property
-    def sentence(self) -> str:
-        """What is drafted, and what it is worth."""
-        gap = "" if self.before is None else f"; held-out gap {self.before:.3g} -> {self.after:.3g} times the noise"
-        worth = "" if self.carries_over else "; it does not carry over and is not added to the model"
-        ends = f" ({', '.join(self.at_bound)})" if self.at_bound else ""
-        return f"{self.variable.where}: {self.formula}{ends}{gap}{worth}"
 
 
 def draft(beside: Fit, tables: Sequence[Unnamed], held_out: Callable[[Fit], float | None], origin: Origin) -> Drafted | None:

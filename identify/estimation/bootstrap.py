@@ -7,8 +7,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from identify.estimation.fit import Fit
 from identify.estimation.least_squares import solve
+from identify.estimation.problem import Fit
 from identify.loops.loop_data import LoopData
 from measure.common.arrays import Array
 

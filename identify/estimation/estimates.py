@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from functools import cached_property
 
 import numpy as np
@@ -10,12 +9,11 @@ from numpy.typing import NDArray
 
 from identify.criteria import BETA_PARABOLA, INERTIA_APART, ON_ASYMPTOTE, OPEN_BETA, OWN_SHARE, TWO_SIDED_95
 from identify.estimation.covariance import own_shares
-from identify.estimation.estimate import Estimate, Word
-from identify.estimation.fit import Fit
-from identify.estimation.parameters import BASE, BETA_NAME, LINE_NAMES
+from identify.estimation.parameters import BETA_NAME, LINE_NAMES, Estimate, Word
+from identify.estimation.problem import Fit
 from identify.estimation.profile_likelihood import Profile
 from identify.loops.corners import SIDE
-from identify.loops.loop_data import LoopData, effective_number
+from identify.loops.loop_data import LoopData, acceleration_apart, centre_of, effective_number
 from measure.common.arrays import Array
 
 
@@ -31,18 +29,11 @@ def estimates_of(fit: Fit) -> dict[str, Estimate]:
     knowledge = _Knowledge(fit)
     reach = float(student.ppf(0.975, max(degrees_of_freedom(fit), 2.0)))
     made = {}
-    for name in reported(fit):
+    for name in fit.problem.reported:
         value, error = fit.value(name), fit.stderr(name)
         ends = knowledge.beta_interval(reach) if name == BETA_NAME else (value - reach * error, value + reach * error)
         made[name] = Estimate(value, error, ends, knowledge.word(name))
     return made
-
-
-def reported(fit: Fit) -> list[str]:
-    """Names of the parameters that a user asks for: lines, beta, effects, covariate."""
-    problem = fit.problem
-    effects = [parameter.name for parameter in problem.parameters[problem.first_effect :]]
-    return [*BASE[:5], *effects, *([f"covariate.{problem.covariate}"] if problem.covariate else [])]
 
 
 def degrees_of_freedom(fit: Fit) -> float:
@@ -157,23 +148,6 @@ def is_open(fit: Fit, error: float) -> bool:
     one = beta.start / beta.scale  # of log beta, in scales
     near, far = ([profile.rise(float(fit.q[index]) + sign * way * one) for sign in (-1.0, 1.0)] for way in (error, OPEN_BETA))
     return min(far) < 9.0 * float(np.mean(near))
-
-
-def centre_of(loops: Sequence[LoopData]) -> float:
-    """The middle of the elongations of all loops, m."""
-    everywhere = np.concatenate([data.elongation_m[data.used] for data in loops])
-    return float((everywhere.min() + everywhere.max()) / 2.0)
-
-
-def acceleration_apart(loops: Sequence[LoopData]) -> float:
-    """Share of the acceleration of all loops that is no multiple of the elongation, 0 to 1, each loop centred.
-
-    Zero for sinusoids of one frequency; the larger, the more frequencies differ.
-    """
-    seen = [np.stack([d.elongation_m, d.acceleration_m_per_s2])[:, d.used] for d in loops]
-    u, a = np.concatenate([pair - pair.mean(axis=1, keepdims=True) for pair in seen], axis=1)
-    power = float(u @ u) * float(a @ a)
-    return float(np.sqrt(max(1.0 - float(u @ a) ** 2 / power, 0.0))) if power > 0.0 else 0.0
 
 
 def away_from_turns(fit: Fit) -> NDArray[np.bool_]:

@@ -1,32 +1,183 @@
-"""A problem at its least squares: parameters, gaps, and what they are worth."""
+"""What a least-squares problem offers, and the problem at its least squares: parameters, gaps, and what they are worth."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import Generic, Protocol, Self, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from identify.estimation.covariance import clipped, sandwich, shift_of
-from identify.estimation.problem import Block, Problem
-from identify.loops.loop_data import effective_number
+from identify.estimation.parameters import Change, Parameter
+from identify.loops.loop_data import LoopData, effective_number
 from measure.common.arrays import Array
+from simulate.model.effect import Effect
+from simulate.model.measures import Measures
+from simulate.model.model import Model
 
 AT_BOUND = 1e-4  # in scales, or of the width between bounds where that is less than one
 _NOTHING, _UNDONE = 1e-3, 1e-6  # of the noise, by a typical size of a parameter; of what the parameter does
 
 
 @dataclass(frozen=True)
-class Fit:
+class Block:
+    """Where one run and channel stands in the vector of gaps; `samples` are its indices in the run's own samples."""
+
+    run: str
+    channel: str
+    rows: slice
+    samples: NDArray[np.intp]
+
+
+class OneLoop(Protocol):
+    """A loop that takes part in a problem."""
+
+    @property
+    def data(self) -> LoopData:
+        """Its samples, made ready."""
+        ...
+
+
+class Posed(Protocol):
+    """What a least-squares problem offers: parameters q, in scales, and the gaps that a fit makes small, priors behind them."""
+
+    @property
+    def model(self) -> Model:
+        """The model of the measurements."""
+        ...
+
+    @property
+    def measures(self) -> Measures:
+        """How large what was measured is."""
+        ...
+
+    @property
+    def films(self) -> Sequence[object]:
+        """The deployments that take part."""
+        ...
+
+    @property
+    def loops(self) -> Sequence[OneLoop]:
+        """The loops that take part."""
+        ...
+
+    @property
+    def effects(self) -> tuple[Effect, ...]:
+        """The unknown effects."""
+        ...
+
+    @property
+    def changes(self) -> tuple[Change, ...]:
+        """What a user wants of the parameters."""
+        ...
+
+    @cached_property
+    def parameters(self) -> tuple[Parameter, ...]:
+        """All unknowns, k of them."""
+        ...
+
+    @cached_property
+    def start(self) -> Array:
+        """Where a fit begins, (k,)."""
+        ...
+
+    @cached_property
+    def scales(self) -> Array:
+        """One of each parameter in its own unit, (k,)."""
+        ...
+
+    @cached_property
+    def held(self) -> NDArray[np.bool_]:
+        """Which parameters no fit may move, (k,)."""
+        ...
+
+    @cached_property
+    def bounds(self) -> tuple[Array, Array]:
+        """Lower and upper bounds, (k,) each, in scales."""
+        ...
+
+    @cached_property
+    def blocks(self) -> tuple[Block, ...]:
+        """Run by run and channel by channel, the rows of the gaps."""
+        ...
+
+    @property
+    def measured(self) -> int:
+        """Rows of the gaps before the priors."""
+        ...
+
+    @property
+    def first_nuisance(self) -> int:
+        """Index of the first parameter of a release."""
+        ...
+
+    @property
+    def first_zero(self) -> int:
+        """Index of the first parameter of a loop's zero."""
+        ...
+
+    @property
+    def first_effect(self) -> int:
+        """Index of the first parameter of an effect."""
+        ...
+
+    def index_of(self, name: str) -> int:
+        """Place of a parameter by its name."""
+        ...
+
+    def slopes_at(self, q: Array) -> Array:
+        """Change of each value with its own q, (k,)."""
+        ...
+
+    def effects_at(self, q: Array) -> tuple[Effect, ...]:
+        """The unknown effects as the parameters have them."""
+        ...
+
+    def gaps(self, q: Array) -> Array:
+        """Measured minus modelled over the noise, priors behind, (m,)."""
+        ...
+
+    def gaps_beside(self, points: Sequence[Array], *, known: Array | None = None) -> list[Array]:
+        """The gaps at points that hardly differ from the first one, (m,) each; `known` at the first."""
+        ...
+
+    def jacobian(self, q: Array, columns: Sequence[int] | None = None, known: Array | None = None) -> tuple[Array, Array]:
+        """Gaps (m,) and their rate of change with the parameters, or some of them, (m, k)."""
+        ...
+
+    def turned(self, q: Array, here: Array) -> Array:
+        """Change (m,) of the gaps `here` with all turning points one standard deviation further out."""
+        ...
+
+    def with_another(self, effect: Effect) -> Self:
+        """The same with one unknown effect more."""
+        ...
+
+    def with_exact_motion(self) -> Self:
+        """The same with the motion of each loop taken as exact."""
+        ...
+
+    def with_changes(self, changes: Sequence[Change]) -> Self:
+        """The same with other parameters held, bounded, or begun elsewhere."""
+        ...
+
+
+P = TypeVar("P", bound=Posed)
+P_co = TypeVar("P_co", bound=Posed, covariant=True)
+
+
+@dataclass(frozen=True)
+class Fitted(Generic[P_co]):
     """A problem with its parameters at the least squares: gaps (m,) in units of the noise, their Jacobian (m, k).
 
     converged : whether the solver stopped because nothing improved any more. moved : the parameters of the Jacobian's columns where
     these are not all. robust : whether gaps far off counted less. widened : further covariance (k, k), of errors that no gap shows.
     """
 
-    problem: Problem
+    problem: P_co
     q: Array
     gaps: Array
     jacobian: Array

@@ -10,22 +10,20 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
-from identify.criteria import CLOSE, ENOUGH, ROUGHLY
+from identify.criteria import CLOSE, ENOUGH
 from identify.estimation.covariance import shift_of
-from identify.estimation.fit import Fit
-from identify.estimation.problem import Problem
+from identify.estimation.fit import Fitted, P, Posed
 from measure.common.arrays import Array
 
 _FORESEEN = 0.3  # part of a change of the gaps that a Jacobian may miss and still be updated instead of being worked out again
 _AT_BOUND, _OFF_BOUND = 1e-6, 1e-3  # in scales: nearer than this a parameter is at its bound, and starts so far off it
-_EARLY_SPREAD = 30.0  # typical sizes
-_FIRST_LEG, _NEXT_LEG, _LAST_LEG = 12, 6, 60
+_LAST_LEG = 60
 _OF_LOOPS, _POLISHING, _POLISHED = 200, 12, 1e-11  # evaluations; further steps, and how long the last is, in units of the noise
 _OUTLIER = 2.0  # robust standard deviations from which on a gap counts less, where asked for
 
 
 def solve(
-    problem: Problem,
+    problem: P,
     start: Array | None = None,
     *,
     free: Sequence[int] | None = None,
@@ -33,7 +31,7 @@ def solve(
     enough: float = ENOUGH,
     robust: bool = False,
     loosely: bool = False,
-) -> Fit:
+) -> Fitted[P]:
     """Find the parameters with the least sum of squares, within their bounds (trust region reflective, scipy).
 
     A parameter that a user holds stays where the problem has it. Loops alone cost little and are fitted to the last digits.
@@ -53,7 +51,7 @@ def solve(
     low, high = (bound[moving] for bound in problem.bounds)
     if not len(moving):
         gaps = problem.gaps(q)
-        return Fit(problem, q, gaps, np.zeros((len(gaps), len(q) if chosen is None else len(chosen))), True, chosen, robust)
+        return Fitted(problem, q, gaps, np.zeros((len(gaps), len(q) if chosen is None else len(chosen))), True, chosen, robust)
     course = _Course(problem, q, moving)
     found = least_squares(
         course.gaps,
@@ -62,14 +60,14 @@ def solve(
         bounds=(low, high),
         **_options(problem, course, most_steps, enough, robust, loosely),
     )
-    fit = Fit(problem, course.whole(found.x), found.fun, np.empty(0), found.status > 0, chosen, robust, int(found.nfev))
+    fit = Fitted(problem, course.whole(found.x), found.fun, np.empty(0), found.status > 0, chosen, robust, int(found.nfev))
     jacobian = np.zeros((len(found.fun), len(fit.columns)))
     jacobian[:, np.isin(fit.columns, moving)] = found.jac if loosely and problem.films else course.fresh(found.x)
     fit = replace(fit, jacobian=jacobian)
     return fit if loosely else polished(fit)
 
 
-def _options(problem: Problem, course: _Course, most_steps: int, enough: float, robust: bool, loosely: bool) -> dict[str, Any]:
+def _options(problem: Posed, course: _Course, most_steps: int, enough: float, robust: bool, loosely: bool) -> dict[str, Any]:
     """Settings of the solver: as rough as asked for with films, to the last digits without."""
     if problem.films:
         made: dict[str, Any] = {
@@ -95,7 +93,7 @@ def _off_bounds(begun: Array, low: Array, high: Array) -> Array:
     return np.where(begun < low + _AT_BOUND, low + inside, np.where(begun > high - _AT_BOUND, high - inside, begun))
 
 
-def polished(fit: Fit) -> Fit:
+def polished(fit: Fitted[P]) -> Fitted[P]:
     """The same fit of loops, at the root of J'g = 0 to the last digits: steps of Gauss and Newton, as long as they shorten."""
     if fit.problem.films or fit.robust or not fit.converged:
         return fit
@@ -122,7 +120,7 @@ class _Course:
     Elsewhere it is updated by what a step has shown (Broyden 1965), which costs no simulation.
     """
 
-    def __init__(self, problem: Problem, q: Array, moving: NDArray[np.intp]) -> None:
+    def __init__(self, problem: Posed, q: Array, moving: NDArray[np.intp]) -> None:
         self.problem, self.q, self.moving, self.start = problem, q, moving, q[moving]
         self.seen: tuple[Array, Array] | None = None
         self.slopes: tuple[Array, Array, Array] | None = None
@@ -161,58 +159,14 @@ def updated_slopes(slopes: Array, step: Array, change: Array) -> Array | None:
     return slopes + np.outer(missed, step / length)
 
 
-def solve_from_afar(problem: Problem, start: Array | None = None, *, free: Sequence[int] | None = None, most_steps: int = 20) -> Fit:
-    """Fit the films up to the stops first, then ever further, and whole at last.
-
-    Behind the stops errors grow, so a start that is far off can lead into a wrong local minimum. What does not show yet is held
-    near its start meanwhile.
-    """
-    q = start
-    for i, horizon in enumerate(horizons(problem)):
-        shorter = replace(problem.until(horizon), effect_spread=_EARLY_SPREAD)
-        q = solve(shorter, q, free=free, most_steps=_FIRST_LEG if i == 0 else _NEXT_LEG, enough=ROUGHLY).q
-    return to_the_end(solve(problem, q, free=free, most_steps=most_steps), free)
-
-
-def to_the_end(fit: Fit, free: Sequence[int] | None = None) -> Fit:
+def to_the_end(fit: Fitted[P], free: Sequence[int] | None = None) -> Fitted[P]:
     """A fit that is close but was cut off, carried on until nothing improves any more."""
     if fit.converged or fit.rms >= CLOSE:
         return fit
     return solve(fit.problem, fit.q, free=free, most_steps=_LAST_LEG)
 
 
-def laid_out(fit: Fit, other: Problem) -> Array:
+def laid_out(fit: Fitted[Posed], other: Posed) -> Array:
     """The parameters of a fit, by their names, for another problem of the same model; unknown ones (releases of other runs) are zero."""
     known = {parameter.name: parameter.shift(float(q)) for parameter, q in zip(fit.problem.parameters, fit.q, strict=True)}
     return np.array([parameter.place_of_shift(known.get(parameter.name, 0.0)) for parameter in other.parameters])
-
-
-def horizons(problem: Problem) -> list[float]:
-    """Times up to which the films are fitted one after the other: the first stop, and on in thirds of what is behind it, s."""
-    stop = first_stop_s(problem)
-    if not problem.films or stop >= min(problem.until_s, _last_frame_s(problem)):
-        return []
-    return [stop + part * (_last_frame_s(problem) - stop) for part in (0.0, 1 / 3, 2 / 3)]
-
-
-def before_the_stops(problem: Problem) -> Problem:
-    """The films cut where the first of them reaches the stops; the same problem where none does."""
-    found = horizons(problem)
-    return problem.until(found[0]) if found else problem
-
-
-def _last_frame_s(problem: Problem) -> float:
-    return max(float(film.time_s[-1]) for film in problem.films)
-
-
-def first_stop_s(problem: Problem) -> float:
-    """When the first film reaches 98 % of the deployed height, s; infinite where no elevation was seen or it never did."""
-    times = [np.inf]
-    for film in problem.films:
-        if "z_m" not in film.channels or film.model.geometry is None:
-            continue
-        geometry = film.model.geometry
-        height = geometry.stowed_height_m + 0.98 * (geometry.deployed_height_m - geometry.stowed_height_m)
-        up = np.flatnonzero(film.values[film.channels.index("z_m")] >= height)
-        times += [float(film.time_s[up[0]])] if len(up) else []
-    return min(times)

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from identify.estimation.fit import Fit
+from identify.estimation.fit import Fitted, Posed
 from measure.common.arrays import Array
 
 if TYPE_CHECKING:
@@ -38,7 +38,7 @@ def identifiers(names: Sequence[str]) -> dict[str, str]:
     return made
 
 
-def lmfit_result(fit: Fit) -> MinimizerResult:
+def lmfit_result(fit: Fitted[Posed]) -> MinimizerResult:
     """The fit as lmfit's own result; values, bounds and errors in the parameters' units, and the engine's own covariance.
 
     `result.user_names` gives the name behind each identifier.
@@ -70,7 +70,7 @@ def lmfit_result(fit: Fit) -> MinimizerResult:
     )
 
 
-def lmfit_minimizer(fit: Fit) -> Minimizer:
+def lmfit_minimizer(fit: Fitted[Posed]) -> Minimizer:
     """The problem as a function of lmfit's parameters, begun from the fit."""
     from lmfit import Minimizer
 
@@ -83,13 +83,13 @@ def lmfit_minimizer(fit: Fit) -> Minimizer:
     return Minimizer(gaps, _parameters(fit, names), scale_covar=False)
 
 
-def _moved(fit: Fit) -> list[int]:
+def _moved(fit: Fitted[Posed]) -> list[int]:
     """Places of the parameters that the fit could move and that do something to what was measured."""
     clear = dict(zip(fit.columns.tolist(), np.any(fit.jacobian[: fit.problem.measured] != 0.0, axis=0).tolist(), strict=True))
     return [i for i in range(len(fit.q)) if clear.get(i, False) and not fit.problem.held[i]]
 
 
-def _parameters(fit: Fit, names: dict[str, str]) -> Parameters:
+def _parameters(fit: Fitted[Posed], names: dict[str, str]) -> Parameters:
     from lmfit import Parameters
 
     made, moved = Parameters(), set(_moved(fit))

@@ -12,10 +12,10 @@ from dataclasses import replace
 import numpy as np
 
 from identify.criteria import GAP_P, NEAR, ROUGHLY, UNUSUAL_P
-from identify.estimation.fit import Fit
-from identify.estimation.least_squares import before_the_stops, first_stop_s, laid_out, solve, to_the_end
+from identify.estimation.horizons import before_the_stops, first_stop_s
+from identify.estimation.least_squares import laid_out, solve, to_the_end
 from identify.estimation.noise_model import spacing
-from identify.estimation.problem import Problem
+from identify.estimation.problem import Fit, Problem
 from identify.gap.gap_test import Series, gap_test, slow_p
 from measure.common.arrays import Array
 from simulate.dispatch.threads import side_by_side

@@ -13,14 +13,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from identify.campaign.prepared import Film, LoopRun, across_of, beta_bounds, release_parameters, zero_parameters
+from identify.criteria import WEAK_PRIOR
 from identify.estimation.observation import RunRelease
 from identify.estimation.parameters import (
     BASE,
+    BETA_NAME,
     POSE,
     STORED_FORCE,
     Change,
     Parameter,
-    base_parameters,
     changed,
     effect_parameters,
     lines_of,
@@ -31,7 +32,7 @@ from measure.common.arrays import Array
 from simulate.files.model_file import add_effects
 from simulate.model.effect import Effect
 from simulate.model.measures import PROTOTYPE, Measures
-from simulate.model.model import LEGS, Model
+from simulate.model.model import LEGS, Model, per_leg
 
 LOOPS = -1  # in place of a film's number: what is common to no film
 
@@ -157,6 +158,12 @@ class Unknowns:
         """Place of a parameter by its name."""
         return [parameter.name for parameter in self.parameters].index(name)
 
+    @property
+    def reported(self) -> list[str]:
+        """Names of the parameters that a user asks for: lines, beta, effects, covariate."""
+        effects = [parameter.name for parameter in self.parameters[self.first_effect :]]
+        return [*BASE[:5], *effects, *([f"covariate.{self.covariate}"] if self.covariate else [])]
+
     def model_at(self, q: Array, base: Model | None = None) -> Model:
         """The model (of a run, or the campaign's own) with base and effects as the parameters say."""
         return add_effects(shifted(base or self.model, self.base_shifts(q)), self.effects_at(q))
@@ -224,6 +231,12 @@ class Unknowns:
         lines[:4] += self.rate_coefficients(q) @ z ** np.arange(1, self.rate.order + 1)
         return lines
 
+    def polynomials_at(self, q: Array) -> dict[str, tuple[float, ...]]:
+        """Coefficients of a_l, b_l, a_u, b_u in the rate itself, lowest power first."""
+        rows = np.column_stack([self.lines_at(q)[:4], self.rate_coefficients(q)])
+        named = zip(("a_l", "b_l", "a_u", "b_u"), rows, strict=True)
+        return {key: tuple(float(c) for c in self.rate.unscaled(row)) for key, row in named}
+
     @cached_property
     def covariate_mean(self) -> float:
         """Mean of the covariate over the samples of all loops."""
@@ -284,3 +297,30 @@ def shifted(model: Model, shifts: Array) -> Model:
 
 def _plus(value: float | tuple[float, ...], shift: float) -> float | tuple[float, ...]:
     return tuple(v + float(shift) for v in value) if isinstance(value, tuple) else value + float(shift)
+
+
+def base_parameters(model: Model, beta_bounds: tuple[float, float] | None) -> list[Parameter]:
+    """The force law. Loops tell it; from films alone its prior is weak but not absent: it says what kind of spring it is.
+
+    beta_bounds : between which betas loops can tell anything; None where there are no loops.
+    """
+    law = lines_of(model)
+    force = float(np.mean(np.abs(per_leg(model.actuator.initial_force_N)))) or 1.0
+    lines = [*np.array([0.1 * force / _stroke(model), 0.05 * force])[[0, 1, 0, 1]], 0.2 * law[4], 0.05 * force]
+    spread = np.inf if beta_bounds else WEAK_PRIOR
+    starts = [*law, float(np.mean(per_leg(model.actuator.initial_force_N)))]
+    made = [
+        Parameter(name, float(scale), spread, -np.inf, np.inf, start=float(start), log=name == BETA_NAME)
+        for name, scale, start in zip(BASE, lines, starts, strict=True)
+    ]
+    made[5] = replace(made[5], spread=WEAK_PRIOR)
+    if beta_bounds:
+        made[4] = replace(made[4], low=made[4].place(beta_bounds[0]), high=made[4].place(beta_bounds[1]))
+    return made
+
+
+def _stroke(model: Model) -> float:
+    """The way that a leg goes in a deployment, m; of an actuator alone a hundred lengths 1 / beta stand in for it."""
+    if model.geometry is None:
+        return 100.0 / float(lines_of(model)[4])
+    return model.geometry.deployed_height_m - model.geometry.stowed_height_m

@@ -1,13 +1,13 @@
-"""The unknowns of a problem: force law, releases and effects, each a number in units of its own scale."""
+"""The unknowns of a problem: force law, releases and effects, each a number in units of its own scale; and what a fit says of one."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import Literal
 
 import numpy as np
 
-from identify.criteria import WEAK_PRIOR
 from measure.common.arrays import Array
 from simulate.model.effect import Effect
 from simulate.model.measures import Measures
@@ -105,33 +105,6 @@ def lines_of(model: Model) -> Array:
     return np.array([float(np.mean(per_leg(getattr(model.actuator, name)))) for name in BASE[:5]])
 
 
-def base_parameters(model: Model, beta_bounds: tuple[float, float] | None) -> list[Parameter]:
-    """The force law. Loops tell it; from films alone its prior is weak but not absent: it says what kind of spring it is.
-
-    beta_bounds : between which betas loops can tell anything; None where there are no loops.
-    """
-    law = lines_of(model)
-    force = float(np.mean(np.abs(per_leg(model.actuator.initial_force_N)))) or 1.0
-    lines = [*np.array([0.1 * force / _stroke(model), 0.05 * force])[[0, 1, 0, 1]], 0.2 * law[4], 0.05 * force]
-    spread = np.inf if beta_bounds else WEAK_PRIOR
-    starts = [*law, float(np.mean(per_leg(model.actuator.initial_force_N)))]
-    made = [
-        Parameter(name, float(scale), spread, -np.inf, np.inf, start=float(start), log=name == BETA_NAME)
-        for name, scale, start in zip(BASE, lines, starts, strict=True)
-    ]
-    made[5] = replace(made[5], spread=WEAK_PRIOR)
-    if beta_bounds:
-        made[4] = replace(made[4], low=made[4].place(beta_bounds[0]), high=made[4].place(beta_bounds[1]))
-    return made
-
-
-def _stroke(model: Model) -> float:
-    """The way that a leg goes in a deployment, m; of an actuator alone a hundred lengths 1 / beta stand in for it."""
-    if model.geometry is None:
-        return 100.0 / float(lines_of(model)[4])
-    return model.geometry.deployed_height_m - model.geometry.stowed_height_m
-
-
 def rate_parameters(lines: Sequence[Parameter], order: int) -> list[Parameter]:
     """How the four lines follow the rate: the coefficients of z, z^2 ... behind the constant one, z from -1 to 1 over the rates seen."""
     return [Parameter(f"rate.{line.name}[{j}]", line.scale, np.inf, -np.inf, np.inf) for line in lines for j in range(1, order + 1)]
@@ -146,3 +119,18 @@ def effect_parameters(effect: Effect, model: Model, measures: Measures, spread: 
         Parameter(f"{effect.name}.{name}", float(t), narrowest, float((low - value) / t), float((high - value) / t), start=float(value))
         for name, value, t, (low, high) in rows
     ]
+
+
+Word = Literal[
+    "ok", "approximate", "at-bound", "not-identifiable", "loops-disagree", "did-not-converge", "data-bad", "model-does-not-apply"
+]
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """A fitted number: value, one standard deviation, 95 % interval, and whether the data determine it."""
+
+    value: float
+    stderr: float
+    ci95: tuple[float, float]
+    verdict: Word

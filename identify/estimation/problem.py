@@ -8,37 +8,25 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
-from identify.campaign.measures import measures_of
 from identify.campaign.noise import whitened
-from identify.campaign.prepared import Film, film_of, lengths_of, loop_of
-from identify.campaign.run import Run
+from identify.campaign.prepared import Film, lengths_of
+from identify.estimation.fit import Block, Fitted
 from identify.estimation.observation import View, observe, observe_beside
 from identify.estimation.parameterisation import Unknowns
 from identify.estimation.parameters import BASE, Change
 from identify.loops.loop_data import LoopData, gap_and_motion_errors, with_turns_moved
 from measure.common.arrays import Array
-from measure.common.errors import InputError, nearest
 from simulate.dispatch.threads import side_by_side
-from simulate.kernel.speed_polynomials import with_rate_worked_in
 from simulate.model.effect import Effect
 from simulate.model.model import Model
 
 _STEP, _STEP_OF_LOOPS = 1e-5, 1e-6  # in scales; the law of a loop is exact to the last digits, a deployment is not
 _DIVERGED = 1e3
-
-
-@dataclass(frozen=True)
-class Block:
-    """Where one run and channel stands in the vector of gaps; `samples` are its indices in the run's own samples."""
-
-    run: str
-    channel: str
-    rows: slice
-    samples: NDArray[np.intp]
 
 
 @dataclass(frozen=True)
@@ -85,6 +73,10 @@ class Problem(Unknowns):
         """The same with the motion of each loop taken as exact: its gaps are then plain differences."""
         loops = (replace(loop, data=replace(loop.data, motion_errors=loop.data.motion_errors[:0])) for loop in self.loops)
         return replace(self, loops=tuple(loops))
+
+    def with_changes(self, changes: Sequence[Change]) -> Problem:
+        """The same measurements with other parameters held, bounded, or begun elsewhere."""
+        return replace(self, changes=tuple(changes))
 
     def until(self, horizon_s: float) -> Problem:
         """The same with the films cut at a time; loops are whole."""
@@ -279,26 +271,5 @@ def _stepped(q: Array, index: int, step: float) -> Array:
     return moved
 
 
-def problem_of(
-    model: Model, runs: Sequence[Run], covariate: str = "", *, own_zeros: bool = False, changes: Sequence[Change] = ()
-) -> Problem:
-    """The problem of a campaign; what is held out is left out by the caller.
-
-    own_zeros : whether the load cell was set to zero for each loop anew, from where it may drift.
-    changes : which parameters are held, bounded, or begin elsewhere.
-
-    Raises
-    ------
-    InputError
-        A run cannot be used with this model, or a loop has no column of the covariate's name.
-    """
-    model = with_rate_worked_in(model)
-    films = tuple(film_of(run, run.model(model)) for run in runs if not run.is_loop)
-    loops = tuple(loop_of(run, run.model(model)) for run in runs if run.is_loop)
-    for loop in loops:
-        if covariate and covariate not in loop.data.other:
-            raise InputError(f'{loop.run.name}: no column "{covariate}" for the covariate; {nearest(covariate, loop.data.other)}')
-    measures = measures_of(model, [loop.data for loop in loops], with_films=bool(films))
-    return Problem(
-        model, films, loops, covariate=covariate if loops else "", own_zeros=own_zeros, changes=tuple(changes), measures=measures
-    )
+Fit: TypeAlias = Fitted[Problem]
+"""A problem of measurements at its least squares."""

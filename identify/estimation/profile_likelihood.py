@@ -7,12 +7,12 @@ it should, the end is moved until it has.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
 from identify.criteria import TWO_SIDED_95
-from identify.estimation.fit import Fit
+from identify.estimation.fit import Fitted, Posed
 from identify.estimation.least_squares import solve
 from identify.estimation.parameters import Change
 from measure.common.arrays import Array
@@ -37,7 +37,7 @@ class ProfileCurve:
     interval: tuple[float, float]
 
 
-def profile_curve(fit: Fit, name: str, points: int = 13, reach: float = 4.0) -> ProfileCurve:
+def profile_curve(fit: Fitted[Posed], name: str, points: int = 13, reach: float = 4.0) -> ProfileCurve:
     """The profile of a parameter, at points up to `reach` standard deviations to either side of it.
 
     A unit of the sum of squares is what the fit's covariance makes one variance, so that the profile knows of coloured noise too, and
@@ -58,7 +58,7 @@ def profile_curve(fit: Fit, name: str, points: int = 13, reach: float = 4.0) -> 
 class Profile:
     """The sum of squares of loops along one parameter, everything else fitted anew at each place."""
 
-    def __init__(self, fit: Fit, index: int) -> None:
+    def __init__(self, fit: Fitted[Posed], index: int) -> None:
         self.fit, self.index = fit, index
         others = np.delete(fit.jacobian, index, axis=1)
         along = np.linalg.pinv(others.T @ others, rcond=1e-14, hermitian=True) @ (others.T @ fit.jacobian[:, index])
@@ -89,7 +89,7 @@ class Profile:
         held = Change(parameter.name, value=parameter.value(place), held=True, low=-np.inf, high=np.inf)
         start = self.fit.q.copy()
         start[self.index] = place
-        return solve(replace(problem, changes=(*problem.changes, held)), start, robust=self.fit.robust).cost - self.fit.cost
+        return solve(problem.with_changes((*problem.changes, held)), start, robust=self.fit.robust).cost - self.fit.cost
 
 
 def _between(short: tuple[float, float], far: tuple[float, float]) -> float:

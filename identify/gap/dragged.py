@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from identify.criteria import DRAGGED, LAW_LOST
-from identify.estimation.fit import Fit
 from identify.estimation.parameters import BASE, STORED_FORCE, Parameter
+from identify.estimation.problem import Fit
 from simulate.model.rig import Geometry
 
 _HEIGHT = "position_z_m"

@@ -9,7 +9,7 @@ import numpy as np
 from scipy import fft, signal, stats
 
 from identify.criteria import FAST_NOISE, GAP_P
-from identify.estimation.fit import Fit
+from identify.estimation.fit import Fitted, Posed
 from identify.estimation.noise_model import ChannelNoise, spacing
 from measure.common.arrays import Array
 
@@ -43,7 +43,7 @@ def p_words(value: float) -> str:
     return f"p = {value:.2g}" if value >= _LEAST_FLOAT else f"p < {_LEAST_FLOAT:.0e}"
 
 
-def gap_test(fit: Fit) -> GapTest:
+def gap_test(fit: Fitted[Posed]) -> GapTest:
     """Test a fit for a gap beyond noise.
 
     Noise has a short memory, a missing effect moves what is slow. The memory of each channel's noise, over all runs, comes from the
@@ -74,7 +74,7 @@ def slow_p(channels: Sequence[Sequence[Series]], taken: float = 0.0) -> float:
     return float(stats.norm.sf((np.log(max(ratio, 1e-300)) - share * float(np.mean(drawn))) / spread))
 
 
-def _by_channel(fit: Fit) -> list[list[Series]]:
+def _by_channel(fit: Fitted[Posed]) -> list[list[Series]]:
     """What is left, channel by channel, of every run."""
     found: dict[str, list[Series]] = {}
     for block in fit.problem.blocks:
@@ -171,7 +171,7 @@ def is_noise(innovations: Sequence[Array]) -> bool:
     return not any(power.p_value < GAP_P / len(powers) and power.ratio > FAST_NOISE**2 for power in powers)
 
 
-def _release_p(fit: Fit) -> float:
+def _release_p(fit: Fitted[Posed]) -> float:
     """How likely releases as far from the planned one are, if they follow their priors."""
     problem = fit.problem
     q = fit.q[problem.first_nuisance : problem.first_zero]

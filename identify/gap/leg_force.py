@@ -11,10 +11,9 @@ from typing import Any, ClassVar, Self
 
 import numpy as np
 
-from identify.estimation.problem import Problem
 from measure.common.arrays import Array
 from simulate.model.effect import LegEffect, parameter
-from simulate.model.rig import Rig, stroke_of
+from simulate.model.rig import Rig
 
 PLACES = 24
 _AS_WELL = 3.0  # times the median standard deviation
@@ -74,28 +73,6 @@ class ForceAlongLegSpeed(LegTable):
 
 
 LEG_TABLES: tuple[type[LegTable], ...] = (ForceAlongElongation, ForceAlongLegSpeed)
-
-
-def leg_table_over(problem: Problem, kind: type[LegTable]) -> LegTable:
-    """A table of nothing over what the legs pass through in any run."""
-    if kind is ForceAlongElongation:
-        ends = [float(end) for loop in problem.loops for end in (loop.data.elongation_m.min(), loop.data.elongation_m.max())]
-        for film in problem.films:
-            ends += [0.0, float(np.max(stroke_of(film.model)))]
-        return kind.over(min(ends), max(ends))
-    fastest = [float(np.max(np.abs(loop.data.speed_m_per_s))) for loop in problem.loops]
-    fastest += [_fastest_m_per_s(film) for film in problem.films if "z_m" in film.channels]
-    top = max(fastest, default=1.0)
-    return kind.over(-top, top)
-
-
-def _fastest_m_per_s(film: Any) -> float:
-    """Largest speed of the elevation over a twentieth of a film; a leg is not faster than the platform."""
-    z = film.values[film.channels.index("z_m")]
-    good = np.isfinite(z)
-    time, z = film.time_s[good], z[good]
-    apart = max(len(z) // 20, 1)
-    return float(np.max(np.abs(z[apart:] - z[:-apart]) / (time[apart:] - time[:-apart]), initial=1e-3))
 
 
 @dataclass(frozen=True)

@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 from scipy.signal import savgol_filter
 
 from identify.campaign.prepared import Film, LoopRun
-from identify.estimation.fit import Fit
-from identify.estimation.problem import Block
+from identify.estimation.fit import Block
+from identify.estimation.problem import Fit
 from measure.common.arrays import Array
 
 _CLEAR = 0.6

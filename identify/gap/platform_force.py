@@ -12,18 +12,15 @@ from dataclasses import dataclass
 from typing import Any, ClassVar, Self
 
 import numpy as np
-from numpy.typing import NDArray
 
-from identify.campaign.prepared import Film
 from identify.criteria import CLEAR_LEAD
-from identify.estimation.problem import Problem
 from measure.common.arrays import Array
 from simulate.model.effect import PlatformEffect, parameter
 from simulate.model.rig import Rig
 
 KNOTS = 24
-_MOVES = ("z_m", "x_m", "theta_y_rad")  # what vertical force, lateral force and moment move
-AXES = len(_MOVES)
+MOVES = ("z_m", "x_m", "theta_y_rad")  # what vertical force, lateral force and moment move
+AXES = len(MOVES)
 _BAND = 3.0
 
 
@@ -116,26 +113,6 @@ _DOES = (
 )
 
 
-def table_over(problem: Problem, along: Along) -> ForceTable:
-    """A table of nothing over what the films of a problem pass through."""
-    if along is ForceAlongTime:
-        return along.over(0.0, max(float(film.time_s[-1]) - film.expected_s for film in problem.films))
-    heights = [film.model.geometry for film in problem.films if film.model.geometry is not None]
-    low, high = min(g.stowed_height_m for g in heights), max(g.deployed_height_m for g in heights)
-    if along is ForceAlongHeight:
-        return along.over(low, high)
-    return along.over(0.0, max([_fastest(film) for film in problem.films if "z_m" in film.channels], default=4.0 * (high - low)))
-
-
-def _fastest(film: Film) -> float:
-    """Largest upward speed over a twentieth of the film, m/s."""
-    z = film.values[film.channels.index("z_m")]
-    good = np.isfinite(z)
-    time, z = film.time_s[good], z[good]
-    apart = max(len(z) // 20, 1)
-    return float(np.max((z[apart:] - z[:-apart]) / (time[apart:] - time[:-apart]), initial=1e-3))
-
-
 @dataclass(frozen=True)
 class MissingForce:
     """The estimated force: places (n,) of its abscissa, force and one standard deviation (n, 3): vertical and lateral, N; moment, N m.
@@ -207,13 +184,3 @@ class MissingForce:
         return (
             f"{side} between {self.places[first]:.2f} and {self.places[last]:.2f} {unit}, {size} at its largest ({self.places[peak]:.2f})"
         )
-
-
-def seen_places(problem: Problem) -> NDArray[np.intp]:
-    """Of a table's parameters those of the axes along which films tell the motion.
-
-    A moment moves the platform sideways as a lateral force does; without its rotation the two would only stand against each other.
-    """
-    seen = {channel for film in problem.films for channel in film.channels}
-    axes = np.array([channel in seen for channel in _MOVES])
-    return np.flatnonzero(np.repeat(axes, KNOTS))

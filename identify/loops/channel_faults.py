@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 
 from identify.criteria import COARSE_STEP, LONGEST_STROKE_M, MOST_SPIKES
 from identify.loops.differentiation import noise_of
-from identify.loops.faults import Fault
 from identify.loops.interference import Hum, hum_of, spikes_of
+from identify.loops.loop_data import Fault
 from identify.loops.piled_samples import at_limits, steps_of
 from measure.common.arrays import Array
 from measure.tables.loop import Loop

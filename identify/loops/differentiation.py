@@ -21,6 +21,7 @@ from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import NDArray
 
 from identify.loops.harmonics import harmonic_motion
+from identify.loops.loop_data import Cycles
 from measure.common.arrays import Array
 
 _HALVES = (3, 5, 8, 13, 21, 34, 55, 89)  # neighbours on each side that are tried
@@ -46,20 +47,6 @@ class Motion:
     noise_m: float
     turns_m: float
     errors: Array
-
-
-@dataclass(frozen=True)
-class Cycles:
-    """The strokes of a record: where the motion turns, and the full cycles between.
-
-    reversals : indices of the extreme samples. spans : (first, last + 1) of each full cycle, from a reversal to the
-    next but one. frequency_Hz, amplitude_m : medians over the full cycles, NaN where there is none.
-    """
-
-    reversals: tuple[int, ...]
-    spans: tuple[tuple[int, int], ...]
-    frequency_Hz: float
-    amplitude_m: float
 
 
 def motion(time_s: Array, elongation_m: Array) -> Motion:

@@ -3,35 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from identify.loops.corners import Corner
 from identify.loops.differentiation import Motion, one_way
+from identify.loops.loop_data import Path
 from measure.common.arrays import Array
-
-
-@dataclass(frozen=True)
-class Path:
-    """The motion along which the force law is integrated: the samples and, between them, the exact turning points, each (m,) in SI."""
-
-    time_s: Array
-    elongation_m: Array
-    speed_m_per_s: Array
-    acceleration_m_per_s2: Array
-
-
-def with_motion_error(path: Path, time_s: Array, error: Array) -> Path:
-    """The path with its motion off by an error; no turning point is added.
-
-    Parameters
-    ----------
-    time_s : (n,) of the samples. error : (3, n) of elongation, speed and acceleration there, in SI.
-    """
-    off = [np.interp(path.time_s, time_s, row) for row in error]
-    return Path(path.time_s, path.elongation_m + off[0], path.speed_m_per_s + off[1], path.acceleration_m_per_s2 + off[2])
 
 
 def path_of(time_s: Array, smooth: Motion, turns: tuple[int, ...], corners: Sequence[Corner]) -> tuple[Path, NDArray[np.intp]]:
@@ -78,10 +57,3 @@ def _vertex(columns: Array, k: int) -> tuple[float, float, float, float] | None:
     if not 1e-6 < late / (neighbour - t) < 1.0:
         return None
     return t + late, u + v * late / 2.0, 0.0, a
-
-
-def turns_of(u: Array) -> NDArray[np.intp]:
-    """Indices at which a path turns; of a dwell, where the motion leaves it."""
-    moves = np.flatnonzero(np.diff(u))
-    direction = np.sign(np.diff(u)[moves])
-    return moves[1:][direction[:-1] * direction[1:] < 0.0]

@@ -1,38 +1,96 @@
-"""A loop made ready for comparison with the force law, and what the law says for its motion."""
+"""A loop ready for comparison with the force law, as plain data, and what the law says for its motion."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
-from identify.loops.channel_faults import checked, dwell_fault
-from identify.loops.corners import Corner, sharpened
-from identify.loops.differentiation import (
-    Cycles,
-    Motion,
-    cycles,
-    dead_band,
-    motion,
-    quantum_of,
-)
-from identify.loops.dwells import dwells_of, with_dwells
-from identify.loops.faults import Fault
-from identify.loops.integration_path import Path, path_of, turns_of, with_motion_error
-from identify.loops.segments import Part, parts, usage
 from measure.common.arrays import Array
-from measure.common.errors import InputError
-from measure.tables.checks import require_physical
-from measure.tables.loop import LOOP_COLUMNS, Loop
-from simulate.loop import loop_force
+from simulate.dispatch.formula_table import flat_parameters, formula_table
+from simulate.loop import axial_mass, loop_force
 from simulate.model.effect import Effect
 
-_NOTHING = 1e-12  # m or N: no such motion or force is measured
-_FINEST_S = 1e-12  # no load cell is read so often
-_ANOTHER = 10.0  # records long, a gap between two recordings
+FaultWord = Literal["saturated", "quantised", "hum", "spikes", "dwells", "drift", "lag", "filter", "sign", "unit", "swapped"]
+Consequence = Literal["left out", "widened", "modelled", "refused", "named"]
+
+
+@dataclass(frozen=True)
+class Fault:
+    """One fault of one channel.
+
+    channel : "force", "elongation" or "time". loop : name of the file. size : in the unit of the channel, N, m or s.
+    consequence : "left out", the samples do not count; "widened", the intervals are wider; "modelled", it was taken out or is part of
+    the fit; "refused", nothing that is fitted to it can be trusted; "named", nothing was done.
+    """
+
+    word: FaultWord
+    channel: str
+    loop: str
+    consequence: Consequence
+    size: float
+    sentence: str
+
+
+@dataclass(frozen=True)
+class Cycles:
+    """The strokes of a record: where the motion turns, and the full cycles between.
+
+    reversals : indices of the extreme samples. spans : (first, last + 1) of each full cycle, from a reversal to the
+    next but one. frequency_Hz, amplitude_m : medians over the full cycles, NaN where there is none.
+    """
+
+    reversals: tuple[int, ...]
+    spans: tuple[tuple[int, int], ...]
+    frequency_Hz: float
+    amplitude_m: float
+
+
+Kind = Literal["idle", "ramp", "cycle", "transient", "rest"]
+
+
+@dataclass(frozen=True)
+class Part:
+    """A stretch of a record: what it is, from when to when, how many of its samples count, and why the others do not."""
+
+    kind: Kind
+    from_s: float
+    to_s: float
+    samples: int
+    used: int
+    why: str
+
+
+@dataclass(frozen=True)
+class Path:
+    """The motion along which the force law is integrated: the samples and, between them, the exact turning points, each (m,) in SI."""
+
+    time_s: Array
+    elongation_m: Array
+    speed_m_per_s: Array
+    acceleration_m_per_s2: Array
+
+
+def with_motion_error(path: Path, time_s: Array, error: Array) -> Path:
+    """The path with its motion off by an error; no turning point is added.
+
+    Parameters
+    ----------
+    time_s : (n,) of the samples. error : (3, n) of elongation, speed and acceleration there, in SI.
+    """
+    off = [np.interp(path.time_s, time_s, row) for row in error]
+    return Path(path.time_s, path.elongation_m + off[0], path.speed_m_per_s + off[1], path.acceleration_m_per_s2 + off[2])
+
+
+def turns_of(u: Array) -> NDArray[np.intp]:
+    """Indices at which a path turns; of a dwell, where the motion leaves it."""
+    moves = np.flatnonzero(np.diff(u))
+    direction = np.sign(np.diff(u)[moves])
+    return moves[1:][direction[:-1] * direction[1:] < 0.0]
 
 
 @dataclass(frozen=True)
@@ -102,89 +160,6 @@ class LoopData:
     def force_range_N(self) -> float:
         """Largest minus smallest force of the samples that count; errors are given in parts of it."""
         return float(np.ptp(self.force_N[self.used]))
-
-
-def prepare(loop: Loop) -> LoopData:
-    """Smooth a loop's motion, find its noise, its reversals and what of it counts.
-
-    Returns
-    -------
-    LoopData
-        Each array at the n samples of the loop, in SI.
-
-    Raises
-    ------
-    InputError
-        The elongation or the force does not change, or there are too few samples.
-    """
-    _require_motion(loop)
-    channel = checked(loop)
-    smooth = motion(loop.time_s, loop.elongation_m)
-    dwells = dwells_of(loop.elongation_m, smooth.noise_m) if not len(smooth.errors) else []
-    smooth, corners = with_dwells(loop.time_s, loop.elongation_m, smooth, dwells)
-    band = dead_band(smooth, quantum_of(loop.elongation_m))
-    found = cycles(loop.time_s, smooth.elongation_m, band)
-    smooth, sharp = _sharpened(loop, smooth, found, dwells)
-    corners += sharp
-    use = usage(loop.time_s, smooth, band, found)
-    path, at = path_of(loop.time_s, smooth, found.reversals, sorted(corners, key=lambda corner: corner.time_s))
-    return LoopData(
-        name=loop.name,
-        time_s=loop.time_s,
-        elongation_m=smooth.elongation_m,
-        speed_m_per_s=smooth.speed_m_per_s,
-        acceleration_m_per_s2=smooth.acceleration_m_per_s2,
-        force_N=channel.force_N,
-        used=use.used & channel.sound,
-        force_sigma_N=channel.noise_N,
-        elongation_sigma_m=smooth.noise_m,
-        turns_sigma_m=smooth.turns_m,
-        cycles=replace(found, spans=use.whole(found.spans)),
-        path=path,
-        at=at,
-        motion_errors=smooth.errors,
-        other=loop.other,
-        parts=tuple(parts(loop.time_s, smooth.elongation_m, use, found.spans)),
-        remarks=tuple(loop.remarks),
-        faults=(*channel.faults, *_dwell_faults(loop, dwells)),
-        force_step_N=channel.step_N,
-    )
-
-
-def _sharpened(loop: Loop, smooth: Motion, found: Cycles, dwells: list[tuple[int, int]]) -> tuple[Motion, list[Corner]]:
-    """Sharp reversals made so, but for those in a dwell, whose corners are known."""
-    still = [turn for turn in found.reversals if any(a <= turn < b for a, b in dwells)]
-    return sharpened(loop.time_s, loop.elongation_m, smooth, tuple(turn for turn in found.reversals if turn not in still))
-
-
-def _dwell_faults(loop: Loop, dwells: list[tuple[int, int]]) -> list[Fault]:
-    lengths = [float(loop.time_s[b - 1] - loop.time_s[a]) for a, b in dwells]
-    return [dwell_fault(loop.name, float(np.median(lengths)), len(dwells))] if dwells else []
-
-
-def _require_motion(loop: Loop) -> None:
-    if len(loop.time_s) < 20:
-        raise InputError(f"{loop.name}: {len(loop.time_s)} samples; a loop needs at least 20.")
-    _require_one_recording(loop)
-    for column in LOOP_COLUMNS:
-        require_physical(getattr(loop, column), column, loop.name)
-    for column in ("elongation_m", "force_N"):
-        if np.ptp(getattr(loop, column)) < _NOTHING:
-            raise InputError(f"{loop.name}: {column} is {getattr(loop, column)[0]:g} in every row. Check which column was taken for it.")
-
-
-def _require_one_recording(loop: Loop) -> None:
-    steps = np.diff(loop.time_s)
-    gap = int(np.argmax(steps))
-    if np.min(steps) < _FINEST_S:
-        row = int(np.argmin(steps))
-        raise InputError(f"{loop.name}: time_s grows by {steps[row]:.3g} s at {loop.time_s[row]:.6g} s. Check its unit, or its digits.")
-    sampled = float(np.sum(steps)) - float(steps[gap])
-    if steps[gap] > _ANOTHER * max(sampled, len(steps) * float(np.median(steps))):
-        raise InputError(
-            f"{loop.name}: no samples for {steps[gap]:.4g} s after {loop.time_s[gap]:.6g} s, and {sampled:.3g} s of samples in all; "
-            "these are two recordings, or the clock was set anew. Cut the file there."
-        )
 
 
 def with_turns_moved(data: LoopData, outward_m: float) -> LoopData:
@@ -339,3 +314,29 @@ def effective_number(residual: Array) -> float:
     pairs = correlation[: n - n % 2].reshape(-1, 2).sum(axis=1)
     end = int(np.argmax(pairs <= 0.0)) if np.any(pairs <= 0.0) else len(pairs)
     return float(np.clip(n / (2.0 * pairs[:end].sum() - 1.0), 1.0, n))
+
+
+def centre_of(loops: Sequence[LoopData]) -> float:
+    """The middle of the elongations of all loops, m."""
+    everywhere = np.concatenate([data.elongation_m[data.used] for data in loops])
+    return float((everywhere.min() + everywhere.max()) / 2.0)
+
+
+def acceleration_apart(loops: Sequence[LoopData]) -> float:
+    """Share of the acceleration of all loops that is no multiple of the elongation, 0 to 1, each loop centred.
+
+    Zero for sinusoids of one frequency; the larger, the more frequencies differ.
+    """
+    seen = [np.stack([d.elongation_m, d.acceleration_m_per_s2])[:, d.used] for d in loops]
+    u, a = np.concatenate([pair - pair.mean(axis=1, keepdims=True) for pair in seen], axis=1)
+    power = float(u @ u) * float(a @ a)
+    return float(np.sqrt(max(1.0 - float(u @ a) ** 2 / power, 0.0))) if power > 0.0 else 0.0
+
+
+def inertia(data: LoopData, effects: tuple[Effect, ...]) -> Array:
+    """Mass times acceleration of the effects with inertia along the leg, N, at every sample."""
+    values, table = flat_parameters(effects), formula_table(effects, 0)
+    if not len(table.leg_mass):
+        return np.zeros(len(data.time_s))
+    mass = np.array([axial_mass(values, table, float(u)) for u in data.elongation_m])
+    return mass * data.acceleration_m_per_s2

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
-from identify.loops.differentiation import Cycles, Motion, moving
+from identify.loops.differentiation import Motion, moving
+from identify.loops.loop_data import Cycles, Kind, Part
 from measure.common.arrays import Array
 from measure.readers.time_axis import gaps
 
@@ -18,20 +18,6 @@ _SHORT = 0.02  # of a period; in a shorter gap a reversal cannot go far
 _SPEEDS = 2.0  # factor within which the mean speed over a gap must agree with those at its ends
 _STEADY = 0.05  # relative difference of a cycle's stroke from the usual one that makes it a transient
 _NEAR = 3  # samples before a gap whose smoothed motion already knows of what is behind it
-
-Kind = Literal["idle", "ramp", "cycle", "transient", "rest"]
-
-
-@dataclass(frozen=True)
-class Part:
-    """A stretch of a record: what it is, from when to when, how many of its samples count, and why the others do not."""
-
-    kind: Kind
-    from_s: float
-    to_s: float
-    samples: int
-    used: int
-    why: str
 
 
 @dataclass(frozen=True)

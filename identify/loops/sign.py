@@ -9,8 +9,8 @@ from pathlib import Path
 import numpy as np
 
 from identify.criteria import NO_AREA, SAME_UNIT
-from identify.loops.faults import Fault
-from identify.loops.loop_data import LoopData, area, prepare
+from identify.loops.loop_data import Fault, LoopData, area
+from identify.loops.prepare import prepare
 from measure.common.arrays import Array
 from measure.tables.loop import Loop
 

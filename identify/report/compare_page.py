@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from identify.gap.compare import Comparison
+from identify.gap.comparison import Comparison
 from identify.gap.gap_test import p_words
 from identify.report.gap_figures import Stage, Told, figure_of, largest, last_cycle, loop_curves, opened_name
 from measure.pages.figure import Figure

@@ -8,10 +8,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from identify.estimation.fit import Fit
-from identify.gap.compare import Curve, curves_of
+from identify.estimation.problem import Fit
+from identify.gap.comparison import Curve, curves_of
 from identify.gap.platform_force import MissingForce
-from identify.selection.explain import Explanation
+from identify.selection.explanation import Explanation
 from measure.common.arrays import Array
 from measure.pages.figure import Band, Figure, Line, Panel
 from measure.pages.in_use import shown_as

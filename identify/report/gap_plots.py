@@ -7,10 +7,10 @@ from typing import Any
 
 import numpy as np
 
-from identify.gap.compare import Curve, curves_of
+from identify.gap.comparison import Curve, curves_of
 from identify.gap.localise import force_in_loops
 from identify.gap.platform_force import MissingForce
-from identify.selection.explain import Explanation
+from identify.selection.explanation import Explanation
 
 BEFORE, AFTER, MEASURED = "#c2571a", "#1b5e8a", "black"
 _SHOWN = {"_m": (1e3, "mm"), "_rad": (1e3, "mrad"), "_N": (1.0, "N")}

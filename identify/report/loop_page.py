@@ -9,10 +9,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from identify.actuator.curves import corrected_force
-from identify.actuator.fit_actuator import ActuatorFit
+from identify.actuator.actuator_fit import ActuatorFit, corrected_force
+from identify.actuator.rates_and_strokes import correlation_sentence
 from identify.loops.loop_data import LoopData
-from identify.report.loop_result import correlation_sentence
 from identify.report.phrases import sized
 from measure.pages.figure import Band, Figure, Line, Panel
 from measure.pages.page import facts_of, number, opened

@@ -9,13 +9,11 @@ from typing import Any
 
 import numpy as np
 
-from identify.actuator.curves import corrected_force
-from identify.actuator.fit_actuator import ActuatorFit
-from identify.actuator.rates_and_strokes import by_frequency, by_stroke
+from identify.actuator.actuator_fit import ActuatorFit, corrected_force, transition_of
+from identify.actuator.rates_and_strokes import by_frequency, by_stroke, correlation_sentence, frequency_amplitude_correlation
 from identify.actuator.stiffness import friction_of
 from identify.estimation.profile_likelihood import ProfileCurve
 from identify.loops.loop_data import LoopData
-from identify.report.loop_result import correlation_sentence, frequency_amplitude_correlation, transition_of
 from identify.report.rate_plots import coefficients_against_rate, level_against_elongation, profile_of_beta, stiffness_against
 
 SHADES, STYLES = ("0.0", "0.35", "0.6"), ("-", "--", "-.", ":")

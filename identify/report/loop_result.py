@@ -9,19 +9,16 @@ from typing import Any
 
 import numpy as np
 
-from identify.actuator.fit_actuator import ActuatorFit
-from identify.actuator.homogeneity import Disagreement
+from identify.actuator.actuator_fit import ActuatorFit, Disagreement, transition_of
+from identify.actuator.rates_and_strokes import correlation_sentence, frequency_amplitude_correlation
 from identify.actuator.stiffness import effective_stiffness, friction_without_inertia, slopes_and_inertia
 from identify.actuator.suggestions import suggestions_of
-from identify.actuator.transition_zone import Level, level_against_length
 from identify.actuator.verdict import errors, pooled_error
 from identify.estimation.parameters import BETA_NAME, LINE_NAMES
 from identify.loops.loop_data import LoopData, area, gap
 from identify.loops.segments import sentence
 from measure.common.arrays import Array
 from simulate.model.model import Actuator, Covariance, Model, Rate
-
-_CORRELATED = 0.9
 
 
 def result_of(fit: ActuatorFit, loops: Sequence[LoopData], notes: Sequence[str] = ()) -> dict[str, Any]:
@@ -86,12 +83,6 @@ def closure(data: LoopData) -> float:
     return float(np.median(gaps)) if gaps else float("nan")
 
 
-def transition_of(fit: ActuatorFit, loops: Sequence[LoopData]) -> Level:
-    """Force level against elongation of the fitted loops, tares and inertia taken out."""
-    known = fit.estimates[BETA_NAME].verdict == "ok" and fit.verdict.word != "model-does-not-apply"
-    return level_against_length(loops, float(fit.lines[4]) if known else float("nan"), fit.effects, fit.tares_N)
-
-
 def _transition(fit: ActuatorFit, loops: Sequence[LoopData]) -> dict[str, Any]:
     level = transition_of(fit, loops)
     columns = {key: getattr(level, key).tolist() for key in ("elongation_m", "level_N", "stderr_N", "departure_N")}
@@ -152,23 +143,6 @@ def _loop(fit: ActuatorFit, k: int, data: LoopData, error: float) -> dict[str, A
         "parts": [asdict(part) for part in data.parts],
         "remarks": list(data.remarks),
     }
-
-
-def frequency_amplitude_correlation(loops: Sequence[LoopData]) -> float:
-    """Correlation of frequency and amplitude over the loops; NaN where one of them does not vary."""
-    f = np.array([d.frequency_Hz for d in loops])
-    a = np.array([d.amplitude_m for d in loops])
-    known = np.isfinite(f) & np.isfinite(a)
-    if known.sum() < 3 or np.ptp(f[known]) < 0.02 * np.max(f[known]) or np.ptp(a[known]) < 0.02 * np.max(a[known]):
-        return float("nan")
-    return float(np.corrcoef(f[known], a[known])[0, 1])
-
-
-def correlation_sentence(correlation: float) -> str:
-    """What the correlation of frequency and amplitude forbids to conclude; nothing where it does not."""
-    if not abs(correlation) > _CORRELATED:
-        return ""
-    return f"frequency and amplitude are correlated at {correlation:.2f}: what follows one cannot be told from what follows the other"
 
 
 def actuator_of(fit: ActuatorFit) -> Actuator:

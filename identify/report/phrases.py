@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from identify.selection.findings import Finding
+from identify.selection.verdict import Finding
 from measure.pages.in_use import in_use, unit_in_use
 from simulate.model.effect import Effect
 

@@ -8,8 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from identify.actuator.curves import corrected_force
-from identify.actuator.fit_actuator import ActuatorFit
+from identify.actuator.actuator_fit import ActuatorFit, corrected_force, transition_of
 from identify.actuator.rates_and_strokes import rates_of, strokes
 from identify.actuator.stiffness import stiffness_of_cycles
 from identify.criteria import STRAIGHT_FROM
@@ -17,7 +16,6 @@ from identify.estimation.parameters import LINE_NAMES
 from identify.estimation.profile_likelihood import ProfileCurve
 from identify.loops.loop_data import LoopData, free_start
 from identify.loops.paper_recipe import shifted, straight_lines
-from identify.report.loop_result import transition_of
 from measure.common.arrays import Array
 
 _STRAIGHT = 5.0  # lengths 1 / beta behind a reversal, from which on a branch is straight

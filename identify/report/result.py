@@ -9,14 +9,14 @@ import numpy as np
 
 from identify.campaign.load_cell_zeros import drifts_of, zeros_of
 from identify.criteria import LIKELY
-from identify.design.next_test import NextTest
+from identify.design.further_test import NextTest
 from identify.draft.effect_file import FILE
 from identify.gap.dragged import Dragged, dragged, in_words, lost
 from identify.gap.localise import force_in_loops, locate
 from identify.loops.covariates import hint, shares
-from identify.selection.explain import Explanation, Ranked
-from identify.selection.findings import Finding
-from identify.selection.promises import FORCES
+from identify.selection.explanation import Explanation, Ranked
+from identify.selection.model_errors import FORCES
+from identify.selection.verdict import Finding
 
 _PLACES = 12
 _WORTH_A_WORD = 0.5  # of a tolerance

@@ -6,14 +6,14 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from identify.actuator.fit_actuator import ActuatorFit
-from identify.gap.compare import Comparison
+from identify.actuator.actuator_fit import ActuatorFit
+from identify.gap.comparison import Comparison
 from identify.report.explained.story import sentence
 from identify.report.gap_figures import largest, told
 from identify.report.gap_plots import comparison_figure, pair_figure
 from identify.report.loop_plots import fit_figure
 from identify.report.result import parameters_of, result_of
-from identify.selection.explain import Explanation
+from identify.selection.explanation import Explanation
 from measure.tables.frames import frame_of, unit_in_name
 
 if TYPE_CHECKING:

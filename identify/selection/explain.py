@@ -9,116 +9,41 @@ then speak against every name.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
 from identify.campaign.load_cell_zeros import Tare, zeros_differ
-from identify.campaign.noiseless import AddedNoise, with_noise_where_none
+from identify.campaign.noiseless import with_noise_where_none
+from identify.campaign.posing import problem_of
 from identify.campaign.run import Run
 from identify.criteria import CLEAR_LEAD, FEW_PARAMETERS, LARGER_PART, ROUGHLY
-from identify.design.next_test import NextTest, next_tests
-from identify.draft.draft import Drafted, draft
+from identify.design.next_test import next_tests
+from identify.draft.draft import draft
 from identify.draft.effect_file import Origin, free_name
-from identify.estimation.fit import Fit
-from identify.estimation.least_squares import laid_out, solve, solve_from_afar
+from identify.estimation.horizons import solve_from_afar
+from identify.estimation.least_squares import laid_out, solve
 from identify.estimation.multistart import released_again
 from identify.estimation.parameters import Change
-from identify.estimation.problem import Problem, problem_of
+from identify.estimation.problem import Fit, Problem
 from identify.gap.dragged import lost
 from identify.gap.leg_force import LegForce
 from identify.gap.platform_force import ForceAlongTime, ForceTable, MissingForce
-from identify.selection.detection_limits import DetectionLimit, detection_limits
-from identify.selection.findings import Finding, NoiseOfChannel, findings_of, noise_of_channels, rms_over_noise, share_closed
-from identify.selection.hypotheses import BUDGETS, Budget, Hypothesis, Say, halves
-from identify.selection.model_errors import slight_errors
-from identify.selection.priors import MODEL_ERRORS, log_prior
-from identify.selection.promises import FORCES
+from identify.gap.unnamed import Unnamed
+from identify.selection.detection_limits import detection_limits
+from identify.selection.explanation import Drafted, Explanation, Held, NoiseOfChannel, Ranked, share_closed
+from identify.selection.findings import findings_of, noise_of_channels
+from identify.selection.hypotheses import BUDGETS, MODEL_ERRORS, Budget, Hypothesis, Say, halves, log_prior
+from identify.selection.model_errors import FORCES, slight_errors
 from identify.selection.search import Search
-from identify.selection.unknown_force import Unnamed, is_unnamed, simulated
-from identify.selection.verdict import Names, Verdict, doing_without, verdict_of
-from measure.notebook.shown import Shown
+from identify.selection.unknown_force import simulated
+from identify.selection.verdict import Finding, Names, Verdict, doing_without, is_unnamed, verdict_of
 from simulate.effects import CATALOGUE
 from simulate.files.model_file import add_effects
 from simulate.model.effect import Effect
 from simulate.model.model import Model
 
 _AS_GIVEN_STEPS = 8
-_WORSE = 1.02  # times the gap of a run held out: simulation and release are exact to a percent
-
-
-@dataclass(frozen=True)
-class Held:
-    """A run that took no part: its gap before and after, only its own release fitted."""
-
-    before: Fit
-    after: Fit
-
-    @property
-    def grows(self) -> bool:
-        """Whether the names make it worse."""
-        return self.after.rms > _WORSE * self.before.rms
-
-
-@dataclass(frozen=True, repr=False)
-class Explanation(Shown, by="identify.report.showing.ShowingExplanation"):
-    """What came out.
-
-    verdict : the word, see `verdict`. weights : probability of each hypothesis. as_given : the model file itself; before : base refitted;
-    after : with the findings. noise : of each channel, under the foremost hypothesis. ranking : what was fitted and weighed.
-    rivals : by name, the fits that stand in the place of a single finding. missing, in_legs : the force that no effect explains,
-    where something is left. drafted : an effect of one's own that says it in a formula. located : the force that was missing before
-    anything was named, as a first look along time.
-    """
-
-    verdict: str
-    weights: Mapping[str, float]
-    findings: tuple[Finding, ...]
-    as_given: Fit
-    before: Fit
-    after: Fit
-    noise: tuple[NoiseOfChannel, ...]
-    ranking: tuple[Ranked, ...]
-    rivals: Mapping[str, Fit]
-    held: tuple[Held, ...]
-    missing: MissingForce | None
-    in_legs: LegForce | None
-    located: MissingForce | None
-    drafted: Drafted | None
-    limits: tuple[DetectionLimit, ...]
-    next_tests: tuple[NextTest, ...]
-    within: tuple[tuple[Effect, float], ...] = ()
-    noise_added: tuple[AddedNoise, ...] = ()
-
-    @property
-    def model(self) -> Model:
-        """The extended model: base as refitted, the effects found added, and the drafted one where it carries over."""
-        fit = self.drafted.fit if self.drafted is not None and self.drafted.carries_over else self.after
-        return fit.problem.model_at(fit.q)
-
-    @property
-    def share_closed(self) -> float:
-        """Part of the gap's excess over noise that the findings close, 0 to 1."""
-        return share_closed(self.before, self.after, self.noise)
-
-    def over_noise(self, fit: Fit) -> float:
-        """Root mean square gap of one of the fits, in units of the noise that was estimated."""
-        return rms_over_noise(fit, self.noise)
-
-
-@dataclass(frozen=True)
-class Ranked:
-    """A row of the ranking: twice the log evidence over that of nothing, and the probability. fitted : whether whole, or only weighed."""
-
-    names: Names
-    delta_bic: float
-    weight: float
-    fitted: bool
-
-    @property
-    def name(self) -> str:
-        """Names joined."""
-        return " + ".join(self.names) or "no-gap"
 
 
 def explain(

@@ -9,11 +9,11 @@ import numpy as np
 from scipy import stats
 
 from identify.criteria import EFFECT_SPREAD, TWO_SIDED_95
-from identify.estimation.fit import Fit
 from identify.estimation.parameters import STORED_FORCE
+from identify.selection.explanation import NoiseOfChannel, share_closed
 from identify.selection.hypotheses import Hypothesis
-from identify.selection.verdict import Verdict
-from identify.selection.weighing import Weighed
+from identify.selection.stand import Weighed
+from identify.selection.verdict import Finding, Verdict
 from measure.common.arrays import Array
 from simulate.effects import StoredForcePerRun
 from simulate.model.effect import Effect
@@ -21,44 +21,6 @@ from simulate.model.effect import Effect
 _OUTLIER = 4.0  # scales of Student's t
 _AT_BOUND = 1e-3  # typical sizes
 _SHOWN = 0.95  # of the prior's standard deviation: a parameter that is no better known than before does not show
-
-
-@dataclass(frozen=True)
-class NoiseOfChannel:
-    """sigma : standard deviation in the channel's unit. lag1 : correlation from sample to sample. rows : of the gap vector. over : sigma in
-    units of that which the channel was taken to have."""
-
-    run: str
-    channel: str
-    sigma: float
-    lag1: float
-    outliers_percent: float
-    rows: slice
-    over: float
-
-
-@dataclass(frozen=True)
-class Finding:
-    """An effect named, with its evidence. equivalents : effects that may stand in its place.
-
-    stderr, ci95 : (k,) and (k, 2) of its parameters laid flat, cut at the bounds; NaN and the bounds for a parameter that does not show.
-    at_bound : names of parameters that end at a bound. p_value : how likely parameters as large are, were they zero.
-    delta_bic : twice the log evidence over that without it.
-    """
-
-    effect: Effect
-    stderr: Array
-    ci95: Array
-    equivalents: tuple[str, ...]
-    p_value: float
-    delta_bic: float
-    share: float
-    at_bound: tuple[str, ...] = ()
-
-    @property
-    def name(self) -> str:
-        """The effect's name in the catalogue."""
-        return self.effect.name
 
 
 def noise_of_channels(found: Weighed) -> tuple[NoiseOfChannel, ...]:
@@ -73,19 +35,6 @@ def noise_of_channels(found: Weighed) -> tuple[NoiseOfChannel, ...]:
         sigma = over * sigmas[block.run, block.channel]
         made.append(NoiseOfChannel(block.run, block.channel, sigma, noise.lag1, outliers, block.rows, over))
     return tuple(made)
-
-
-def rms_over_noise(fit: Fit, noise: Sequence[NoiseOfChannel]) -> float:
-    """Root mean square of a fit's gap in units of the estimated noise."""
-    parts = [fit.gaps[one.rows] / one.over for one in noise]
-    return float(np.sqrt(np.mean(np.concatenate(parts) ** 2)))
-
-
-def share_closed(before: Fit, after: Fit, noise: Sequence[NoiseOfChannel]) -> float:
-    """Part of the excess over noise that goes, 0 to 1."""
-    was, is_now = rms_over_noise(before, noise) ** 2, rms_over_noise(after, noise) ** 2
-    excess = was - min(1.0, is_now)
-    return float(np.clip((was - is_now) / excess, 0.0, 1.0)) if excess > 0.0 else 0.0
 
 
 def findings_of(foremost: Hypothesis, nothing: Hypothesis, verdict: Verdict, noise: Sequence[NoiseOfChannel]) -> tuple[Finding, ...]:

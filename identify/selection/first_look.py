@@ -10,9 +10,11 @@ A the columns of the hypothesis, H their information, r what it leaves.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from identify.estimation.noise_model import weights
 from identify.selection.evidence import (
@@ -28,6 +30,7 @@ from identify.selection.evidence import (
     solved,
 )
 from measure.common.arrays import Array
+from simulate.model.effect import Effect
 
 _JITTER = 1e-10
 _FADED = 3.0  # times that noise which remembers, for it has taken up what is missing, makes a slow effect look too weak
@@ -79,3 +82,24 @@ class FirstLook:
         price = 0.5 * log_det + float(np.sum(np.log(columns.spread)))
         cut = log_inside(columns, amounts, np.sqrt(np.diag(covariance))) if np.any(np.isfinite([columns.low, columns.high])) else 0.0
         return Gain(met - price + cut, _FADED * met - price + max(cut, 0.0), amounts, covariance, columns)
+
+
+@dataclass(frozen=True)
+class Promise:
+    """A name more, instead of one that was there if any: its log evidence along straight lines.
+
+    shape : the effect in the shape that promises most, None for an error of the model file that has no parameters of its own.
+    base : (k,) parameters of base and releases to fit it from. sizes : (n,) of the effect's own. errors : of the model file, by name and
+    place, in tolerances; None where it is likelier as it is. looks : a first look at every shape, and which of its parameters show; none of
+    an effect that is not linear. first : the most log evidence of a first look.
+    """
+
+    name: str
+    instead: str
+    log_z: float
+    shape: Effect | None
+    base: Array
+    sizes: Array
+    errors: Mapping[tuple[str, int], float] | None
+    looks: tuple[tuple[Gain, NDArray[np.bool_]], ...] = ()
+    first: float = -np.inf

@@ -1,19 +1,29 @@
-"""Hypotheses, fitted or only weighed, and how many of them a search may fit."""
+"""Hypotheses, fitted or only weighed: how likely each is before anything is measured, and how many of them a search may fit.
+
+Half is given to nothing being missing, for most comparisons are made with a model that is right; a tenth to a model file that is wrong
+by no more than its tolerances. Of the rest a wrong drawing or a wrong balance gets more than its number of candidates would give it, and a
+force that no catalogue holds gets little: it can follow anything. A second name has a quarter of the probability of a first one, shared
+alike. These are conventions.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from dataclasses import dataclass
 
 import numpy as np
 
-from identify.criteria import FARTHEST_SPREADS, HALF
-from identify.estimation.fit import Fit
-from identify.selection.promises import Promise
-from identify.selection.verdict import Names
-from identify.selection.weighing import Weighed
+from identify.criteria import ANOTHER, FARTHEST_SPREADS, HALF, NOTHING, UNNAMED, WITHIN, WRONG_DRAWING
+from identify.estimation.problem import Fit
+from identify.selection.first_look import Promise
+from identify.selection.model_errors import FORCES, TOLERANCES
+from identify.selection.stand import Weighed
+from identify.selection.verdict import Names, is_unnamed
 
+MODEL_ERRORS = frozenset({*(kind.name for kind, _ in TOLERANCES), FORCES})
+Prior = Callable[[tuple[str, ...]], float]
 Say = Callable[[str], None]
+_TABLES = 5  # without a name
 
 
 @dataclass(frozen=True)
@@ -75,3 +85,18 @@ class Ahead:
 def halves(before: Fit, after: Fit) -> bool:
     """Whether a fit leaves at most half of what another leaves beyond the noise, in squares."""
     return max(after.rms**2 - 1.0, 0.0) <= HALF * max(before.rms**2 - 1.0, 0.0)
+
+
+def log_prior(catalogue: Collection[str]) -> Prior:
+    """Log prior of a set of names, for a catalogue."""
+    effects = max(len([name for name in catalogue if name not in MODEL_ERRORS]), 1)
+    rest = 1.0 - NOTHING - WITHIN - WRONG_DRAWING - UNNAMED
+    shares = {True: WRONG_DRAWING / len(MODEL_ERRORS), False: rest / effects}
+
+    def of(names: tuple[str, ...]) -> float:
+        if not names:
+            return float(np.log(NOTHING + WITHIN))
+        each = [UNNAMED / _TABLES if is_unnamed(name) else shares[name in MODEL_ERRORS] for name in names]
+        return float(np.sum(np.log(each)) + (len(names) - 1) * np.log(ANOTHER / (1.0 - NOTHING - WITHIN)))
+
+    return of

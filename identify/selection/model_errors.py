@@ -9,8 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from identify.criteria import SLIGHT
-from identify.estimation.fit import Fit
-from identify.estimation.problem import Problem
+from identify.estimation.fit import Fitted, Posed
 from measure.common.arrays import Array
 from simulate.effects import (
     CentreOfMassOffset,
@@ -20,11 +19,13 @@ from simulate.effects import (
     PlatformMass,
     ScaleError,
     StopStiffness,
+    StoredForcePerRun,
 )
 from simulate.model.effect import Effect
 from simulate.model.model import Model
 
 _SHOWN = 1e-6
+FORCES = StoredForcePerRun.name  # an error too, with a parameter for every run
 
 TOLERANCES: Sequence[tuple[type[Effect], Callable[[Model], Array]]] = (
     (PlatformMass, lambda model: np.array([0.01 * model.nuisance.platform_mass_percent * model.platform.mass_kg])),
@@ -53,7 +54,7 @@ class ModelErrors:
         """No errors at all."""
         return cls(np.empty((rows, 0)), (), ())
 
-    def at(self, fit: Fit) -> ModelErrors:
+    def at(self, fit: Fitted[Posed]) -> ModelErrors:
         """The same errors at another fit."""
         parts = [np.empty((fit.problem.measured, 0))]
         for kind, tolerance in TOLERANCES:
@@ -67,7 +68,7 @@ class ModelErrors:
         which = np.flatnonzero(kept)
         return ModelErrors(self.columns[:, which], tuple(self.names[i] for i in which), tuple(self.places[i] for i in which)), kept
 
-    def effects(self, problem: Problem, sizes: Array) -> tuple[Effect, ...]:
+    def effects(self, problem: Posed, sizes: Array) -> tuple[Effect, ...]:
         """The errors as effects of a problem's model, from their sizes (q,) in tolerances, on top of what it has of each; within bounds."""
         made, model = [], problem.model
         for kind, tolerance in TOLERANCES:
@@ -79,7 +80,7 @@ class ModelErrors:
         return tuple(made)
 
 
-def model_errors(fit: Fit) -> ModelErrors:
+def model_errors(fit: Fitted[Posed]) -> ModelErrors:
     """The columns at a fit; without deployments there are none."""
     rows, parts, names, places = fit.problem.measured, [], [], []
     known = {effect.name for effect in fit.problem.effects}
@@ -99,7 +100,7 @@ def tolerance_of(effect: Effect, model: Model) -> Array:
     return next(tolerance for kind, tolerance in TOLERANCES if kind.name == effect.name)(model)
 
 
-def slight_errors(fit: Fit) -> tuple[tuple[Effect, float], ...]:
+def slight_errors(fit: Fitted[Posed]) -> tuple[tuple[Effect, float], ...]:
     """Errors of the model file that were fitted like effects and came out hardly beyond their tolerances, with their size in these."""
     found = []
     for effect in fit.problem.effects_at(fit.q):
@@ -109,7 +110,7 @@ def slight_errors(fit: Fit) -> tuple[tuple[Effect, float], ...]:
     return tuple(found)
 
 
-def sizes_in_tolerances(fit: Fit, name: str) -> dict[tuple[str, int], float]:
+def sizes_in_tolerances(fit: Fitted[Posed], name: str) -> dict[tuple[str, int], float]:
     """By name and place how far off a fitted error of the model file is, in its tolerances; nothing of any other effect.
 
     A tolerance of nought makes it infinite.
@@ -123,7 +124,7 @@ def sizes_in_tolerances(fit: Fit, name: str) -> dict[tuple[str, int], float]:
     return {(name, place): float(size) for place, size in enumerate(sizes)}
 
 
-def _of_effect(fit: Fit, effect: Effect, tolerance: Array, places: Sequence[int]) -> Array:
+def _of_effect(fit: Fitted[Posed], effect: Effect, tolerance: Array, places: Sequence[int]) -> Array:
     """Columns (m, n) of one tolerance each for some of the parameters of an error."""
     problem = fit.problem.with_another(effect)
     start = np.concatenate([fit.q, np.zeros(len(tolerance))])

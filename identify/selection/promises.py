@@ -9,21 +9,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from identify.criteria import EFFECT_SPREAD, FORCES_DIFFER, GAP_P, LOSES, ROUGHLY, TWO_SIDED_95
-from identify.estimation.fit import Fit
 from identify.estimation.least_squares import solve
 from identify.estimation.parameters import STORED_FORCE
-from identify.estimation.problem import Problem
+from identify.estimation.problem import Fit, Problem
 from identify.gap.gap_test import gap_test
 from identify.selection.evidence import Columns
-from identify.selection.first_look import Gain
+from identify.selection.first_look import Gain, Promise
+from identify.selection.model_errors import FORCES
 from identify.selection.signatures import chords
-from identify.selection.stand import Stand
-from identify.selection.weighing import Both, Weighed
+from identify.selection.stand import Both, Stand, Weighed
 from measure.common.arrays import Array
-from simulate.effects import StoredForcePerRun
 from simulate.model.effect import Effect
 
-FORCES = StoredForcePerRun.name
 _SHOWN = 1e-6  # of the noise, by a typical size
 _CHORDS = 3.0  # of a size at which an effect is tried: one standard deviation of its prior
 _HALF = 0.5  # of what a name brings at a first look; one that brings less is not looked at in its place
@@ -31,27 +28,6 @@ _DUE = 6  # names that are fitted whole where a law has bent
 _OF_RELEASES = 8  # steps of their fit to the law as given
 _STEPS, _NEARLY = 8, 5.0  # of a fit in a few steps; log evidence below the best of them, from where a whole fit may still lead higher
 _FEW = 3  # shapes of an effect that are weighed to the end
-
-
-@dataclass(frozen=True)
-class Promise:
-    """A name more, instead of one that was there if any: its log evidence along straight lines.
-
-    shape : the effect in the shape that promises most, None for an error of the model file that has no parameters of its own.
-    base : (k,) parameters of base and releases to fit it from. sizes : (n,) of the effect's own. errors : of the model file, by name and
-    place, in tolerances; None where it is likelier as it is. looks : a first look at every shape, and which of its parameters show; none of
-    an effect that is not linear. first : the most log evidence of a first look.
-    """
-
-    name: str
-    instead: str
-    log_z: float
-    shape: Effect | None
-    base: Array
-    sizes: Array
-    errors: Mapping[tuple[str, int], float] | None
-    looks: tuple[tuple[Gain, NDArray[np.bool_]], ...] = ()
-    first: float = -np.inf
 
 
 def promises(at: Weighed, catalogue: Mapping[str, type[Effect]], instead: str = "") -> Iterator[Promise]:

@@ -14,15 +14,19 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from identify.criteria import CLOSE, ROUGHLY
-from identify.estimation.fit import Fit
-from identify.estimation.least_squares import before_the_stops, solve, solve_from_afar, to_the_end
+from identify.estimation.horizons import before_the_stops, solve_from_afar
+from identify.estimation.least_squares import solve, to_the_end
 from identify.estimation.multistart import released_again
-from identify.selection.hypotheses import Ahead, Budget, Hypothesis, Say, halves
-from identify.selection.priors import Prior
-from identify.selection.promises import FORCES, Promise, is_bent, nearly_as_good, posed, promises, with_law_as_given
-from identify.selection.unknown_force import Unnamed, is_unnamed, unnamed_forces
-from identify.selection.verdict import Names, credible_set, foremost_of
-from identify.selection.weighing import Weighed, along_lines, from_rest, weighed, weighed_within, without
+from identify.estimation.problem import Fit
+from identify.gap.unnamed import Unnamed
+from identify.selection.first_look import Promise
+from identify.selection.hypotheses import Ahead, Budget, Hypothesis, Prior, Say, halves
+from identify.selection.model_errors import FORCES
+from identify.selection.promises import is_bent, nearly_as_good, posed, promises, with_law_as_given
+from identify.selection.stand import Weighed
+from identify.selection.unknown_force import unnamed_forces
+from identify.selection.verdict import Names, credible_set, foremost_of, is_unnamed
+from identify.selection.weighing import along_lines, from_rest, weighed, weighed_again, weighed_within, without
 from simulate.model.effect import Effect
 
 _NEARLY_ALL = 0.9
@@ -122,7 +126,7 @@ class Search:
         """The same with releases looked for again where films are missed behind their stops: a fit may end in a wrong local minimum."""
         again = released_again(one.fit)
         if again.cost < one.fit.cost - _DEEPER:
-            self._keep(one.names, one.weighed.from_another(again))
+            self._keep(one.names, weighed_again(one.weighed, again))
         return self.fitted[one.names]
 
     def _is_worth_a_fit(self, one: Ahead) -> bool:

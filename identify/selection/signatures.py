@@ -6,8 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from identify.estimation.fit import Fit
-from identify.estimation.problem import Problem
+from identify.estimation.fit import Fitted, Posed
 from measure.common.arrays import Array
 from simulate.model.effect import Effect
 from simulate.model.measures import Measures
@@ -21,7 +20,7 @@ Branch = tuple[tuple[float, float], ...]  # the bounds that a search from a shap
 Signature = tuple[Effect, Branch, Array]  # a shape, its bounds, and its columns
 
 
-def columns_of_shapes(fit: Fit, effect: Effect) -> list[Signature]:
+def columns_of_shapes(fit: Fitted[Posed], effect: Effect) -> list[Signature]:
     """What a small amount of an effect does to the gaps in every shape from which a search starts, (m, k) per typical size.
 
     Shapes within the same bounds are simulated side by side; those of which nothing shows are left out.
@@ -36,7 +35,7 @@ def _shapes(effect: Effect, measures: Measures) -> tuple[Effect, ...]:
     return effect.starts(measures) if effect == type(effect)() else (effect,)
 
 
-def chords(fit: Fit, effect: Effect) -> list[tuple[Effect, Array]]:
+def chords(fit: Fitted[Posed], effect: Effect) -> list[tuple[Effect, Array]]:
     """What an effect that is not linear does to the gaps at each size at which it is tried, (m,) each: chords in place of slopes."""
     problem, measures = fit.problem.with_another(effect), fit.problem.measures
     sizes = [one for one in effect.starts(measures) if one != effect] or _grown(effect, measures)
@@ -50,7 +49,7 @@ def _grown(effect: Effect, measures: Measures) -> list[Effect]:
     return [effect.with_flat(effect.flat() + size * effect.typical(measures)) for size in SIZES]
 
 
-def _columns(fit: Fit, shapes: Sequence[Effect]) -> list[tuple[Effect, Array]]:
+def _columns(fit: Fitted[Posed], shapes: Sequence[Effect]) -> list[tuple[Effect, Array]]:
     problem, size = fit.problem.with_another(shapes[0]), len(shapes[0].flat())
     new = range(len(fit.q), len(fit.q) + size)
     first = problem.jacobian(np.concatenate([fit.q, np.zeros(size)]), new, fit.gaps)[1]
@@ -58,7 +57,7 @@ def _columns(fit: Fit, shapes: Sequence[Effect]) -> list[tuple[Effect, Array]]:
     return list(zip(shapes, [first, *_other_shapes(fit, problem, shapes, shown)], strict=True)) if shown else []
 
 
-def _other_shapes(fit: Fit, problem: Problem, shapes: Sequence[Effect], shown: Sequence[int]) -> list[Array]:
+def _other_shapes(fit: Fitted[Posed], problem: Posed, shapes: Sequence[Effect], shown: Sequence[int]) -> list[Array]:
     """Columns of an effect for each further shape, simulated side by side; its shape shows nothing while its size is zero."""
     size, scales = len(shapes[0].flat()), problem.scales[len(fit.q) :]
     points = []

@@ -1,4 +1,4 @@
-"""Where a hypothesis stands: a fit, and what the model file is taken to be wrong by there, as linear pieces and with a way to better ones.
+"""Where a hypothesis stands: a fit, and what the model file is taken to be wrong by there, as linear pieces; and how it is weighed there.
 
 The errors of the model file within their tolerances are parameters with a prior, as base and releases are; behind the stops they act by no
 straight line, so they are simulated where they are likeliest.
@@ -6,31 +6,31 @@ straight line, so they are simulated where they are likeliest.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator, Mapping
-from dataclasses import dataclass, replace
+from collections.abc import Collection, Mapping
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import chi2
 
-from identify.criteria import CLOSE, EFFECT_SPREAD, GAP_P
-from identify.estimation.fit import Fit
-from identify.estimation.least_squares import horizons, updated_slopes
+from identify.criteria import EFFECT_SPREAD, NOTHING, SURE_MISFIT, WITHIN
+from identify.estimation.least_squares import updated_slopes
 from identify.estimation.noise_model import ChannelNoise, log_likelihood, spacing
-from identify.estimation.problem import Problem
-from identify.selection.evidence import Channel, Columns, Evidence, Lines, evidence
+from identify.estimation.problem import Fit, Problem
+from identify.gap.gap_test import is_noise
+from identify.gap.misfit import misfit_of
+from identify.selection.evidence import ROUNDS, Channel, Columns, Evidence, Lines, evidence
+from identify.selection.first_look import FirstLook
 from identify.selection.model_errors import ModelErrors, model_errors, tolerance_of
-from identify.selection.signatures import Signature
+from identify.selection.signatures import Signature, columns_of_shapes
 from measure.common.arrays import Array
 from simulate.effects import StoredForcePerRun
 from simulate.files.model_file import add_effects
 from simulate.model.effect import Effect
 from simulate.model.model import Model
 
-_MOST_STEPS, _NEAR = 10, 0.1  # a step within so many standard deviations changes nothing
-_HARDLY = 0.5  # of a log probability, that a step promises
-_SHARES = (1.0, 0.5, 0.2)  # of a step that are tried
+_PRICE = 3.0  # of an error that is let free, at most, in log evidence: it is known twenty times better than its tolerance
+_LOG_SHARES = float(np.log(NOTHING / (NOTHING + WITHIN))), float(np.log(WITHIN / (NOTHING + WITHIN)))
 
 
 @dataclass(frozen=True)
@@ -203,80 +203,154 @@ class Stand:
         return likelihood - 0.5 * float(gaps[rows] @ gaps[rows] + sizes @ sizes + beyond @ beyond)
 
 
-def settled(stand: Stand, noise: tuple[ChannelNoise, ...] = ()) -> tuple[Stand, Evidence]:
-    """A stand taken to the largest probability under coloured noise, and its evidence there.
+@dataclass(frozen=True)
+class Both:
+    """A hypothesis weighed with the model file as it is, and as far off as its tolerances allow; None where it has none that show."""
 
-    Steps of Gauss and Newton, shortened where the simulation does not keep what the straight lines promise, as long as they raise the
-    probability of measurements and parameters. Where nothing is added to the model and films are far off, they are met up to the first stop
-    first, and then ever further.
+    exact: Evidence
+    within: Evidence | None
+
+    @property
+    def log_z(self) -> float:
+        """The log evidence over both."""
+        return self.exact.log_z if self.within is None else float(np.logaddexp(*self._parts))
+
+    @property
+    def is_exact(self) -> bool:
+        """Whether the model file as it is has more weight."""
+        return self.within is None or self._parts[0] >= self._parts[1]
+
+    @property
+    def likelier(self) -> Evidence:
+        """The one with more weight."""
+        return self.exact if self.within is None or self.is_exact else self.within
+
+    @property
+    def share_of_exact(self) -> float:
+        """Probability of the model file as it is, under this hypothesis."""
+        return 1.0 if self.within is None else float(np.exp(self._parts[0] - self.log_z))
+
+    @property
+    def _parts(self) -> tuple[float, float]:
+        assert self.within is not None
+        return self.exact.log_z + _LOG_SHARES[0], self.within.log_z + _LOG_SHARES[1]
+
+
+@dataclass(frozen=True)
+class Weighed:
+    """Where a hypothesis stands with the model file as it is, and with its errors where they are likeliest.
+
+    signatures : what each effect does to the gaps here, once it was simulated, by its name.
     """
-    if len(stand.sizes) and not stand.names and stand.fit.rms > CLOSE:
-        stand = _from_afar(stand)
-    return _stepped(stand, stand.weighed(noise))
 
+    exact: Stand
+    within: Stand
+    both: Both
+    signatures: dict[str, list[Signature]] = field(default_factory=dict, repr=False)
 
-def _from_afar(stand: Stand) -> Stand:
-    """A stand led by ever longer films, from where it is; where that leaves a gap also from the model file as it is.
+    @property
+    def stand(self) -> Stand:
+        """The likelier of both."""
+        return self.exact if self.both.is_exact else self.within
 
-    Where the films are met, but by improbable errors of the model file, also from each release turned to the other side, as far as its film
-    does not show it.
-    """
-    none = np.zeros(len(stand.sizes))
-    led = _led(stand, stand.fit.q, stand.sizes)
-    if led.fit.rms >= CLOSE:
-        led = _likelier(led, _led(stand, stand.origin, none))
-    elif chi2.sf(float(led.sizes @ led.sizes), len(led.sizes)) < GAP_P:
-        for q in _mirrored(led.fit):
-            led = _likelier(led, _led(stand, q, none))
-    return led
+    @property
+    def fit(self) -> Fit:
+        """The fit there; the model of its problem has the errors of the model file."""
+        return self.stand.fit
 
+    @property
+    def evidence(self) -> Evidence:
+        """The evidence there."""
+        return self.both.likelier
 
-def _likelier(one: Stand, other: Stand) -> Stand:
-    return max(one, other, key=lambda each: each.weighed().log_z)
+    @property
+    def log_z(self) -> float:
+        """Its log evidence, over both."""
+        return self.both.log_z
 
+    @property
+    def names(self) -> set[str]:
+        """What the hypothesis adds to the model."""
+        return self.exact.names
 
-def _mirrored(fit: Fit) -> Iterator[Array]:
-    """Parameters (k,) of a fit with what a film does not show of its release turned round, film by film."""
-    for index in range(len(fit.problem.films)):
-        unseen, q = fit.problem.unseen_of_release(index), fit.q.copy()
-        if unseen:
-            q[unseen] *= -1.0
-            yield q
+    def gain_of(self, name: str) -> float:
+        """What a first look says that one of its effects brings, once it is left out."""
+        stand = self.stand
+        rows = stand.fit.problem.rows_of(name) - stand.fit.problem.first_effect
+        own = stand.columns
+        alone = Columns(own.values[:, rows], own.spread[rows], np.zeros(len(rows)), own.low[rows], own.high[rows])
+        return self.doing_without(name).first_look.gain(alone).log_z
 
+    def beside(self, columns: Columns, without: Collection[str] = (), noise: tuple[ChannelNoise, ...] = (), rounds: int = ROUNDS) -> Both:
+        """Columns weighed beside what is there.
 
-def _led(stand: Stand, q: Array, sizes: Array) -> Stand:
-    for horizon in horizons(stand.given):
-        cut = replace(stand, given=stand.given.until(horizon))
-        early = cut.at(cut.with_errors(sizes), q, sizes)
-        early, _ = _stepped(early, early.weighed())
-        q, sizes = early.fit.q, early.sizes
-    there = stand.at(stand.with_errors(sizes), q, sizes)
-    return _stepped(there, there.weighed())[0]
+        Parameters
+        ----------
+        without : kinds of errors of the model file that are not let free beside them.
+        """
+        exact, within = self.exact, self.within
+        noise, lines = noise or self.evidence.noise, within.lines(without)
 
+        def of_exact(floor: float = -np.inf) -> Evidence:
+            return evidence(exact.lines(), exact.columns.beside(columns), noise, rounds, floor)
 
-def _stepped(stand: Stand, found: Evidence) -> tuple[Stand, Evidence]:
-    for _ in range(_MOST_STEPS):
-        after = _a_step_on(stand, found) or (None if stand.is_fresh else stand.anew)
-        if after is None:
-            return stand, found
-        stand, found = after, after.weighed(found.noise)
-    return (stand, found) if stand.is_fresh else (stand.anew, stand.anew.weighed(found.noise))
+        def of_within(floor: float = -np.inf) -> Evidence:
+            return evidence(lines, within.columns.beside(columns), noise, rounds, floor)
 
+        if not lines.errors.shape[1]:
+            return Both(of_exact(), None)
+        if self.both.is_exact:
+            first = of_exact()
+            return Both(first, of_within(first.log_likelihood))
+        second = of_within()
+        return Both(of_exact(second.log_likelihood - _PRICE * lines.errors.shape[1]), second)
 
-def _a_step_on(stand: Stand, found: Evidence) -> Stand | None:
-    """The stand a step farther; None where no step is worth it or none of them raises the probability."""
-    kept = stand.free()
-    step, change = stand.step(found), np.zeros(len(stand.sizes))
-    change[kept] = found.errors - stand.sizes[kept]
-    deviations = np.sqrt(np.maximum(np.diag(found.covariance), 1e-300))
-    way = np.max(np.abs(np.concatenate([step[: len(found.step)], change[kept], step[len(found.step) :]])) / deviations, initial=0.0)
-    if way < _NEAR:
-        return None
-    rows, (low, high) = stand.known, stand.bounds
-    here = stand.log_probability(stand.fit.problem, stand.fit.q, stand.sizes, found.noise, rows)
-    for share in _SHARES:
-        q, sizes = np.clip(stand.fit.q + share * step, low, high), stand.sizes + share * change
-        problem = stand.with_errors(sizes)
-        if stand.log_probability(problem, q, sizes, found.noise, rows) > here + _HARDLY:
-            return stand.moved_to(problem, q, sizes)
-    return None
+    @cached_property
+    def first_look(self) -> FirstLook:
+        """The likelier stand, ready for a first look at further columns."""
+        return FirstLook(self.evidence)
+
+    def doing_without(self, name: str) -> Weighed:
+        """The same without one of its effects, along straight lines: nothing is simulated anew."""
+        exact, within, noise = self.exact.doing_without(name), self.within.doing_without(name), self.evidence.noise
+        loose = within.weighed(noise) if within.lines().errors.shape[1] else None
+        return replace(self, exact=exact, within=within, both=Both(exact.weighed(noise), loose))
+
+    def signatures_of(self, effect: Effect) -> list[Signature]:
+        """What an effect does to the gaps in each of its shapes."""
+        if effect.name not in self.signatures:
+            known = self.within.signature_of(effect)
+            self.signatures[effect.name] = columns_of_shapes(self.fit, effect) if known is None else [known]
+        return self.signatures[effect.name]
+
+    def better_of(self, other: Weighed) -> Weighed:
+        """Of two of the same hypothesis the likelier stand of each kind."""
+        exact = max((self, other), key=lambda one: one.both.exact.log_z)
+        loose = [one for one in (self, other) if one.both.within is not None]
+        within = max(loose, key=lambda one: one.both.within.log_z if one.both.within is not None else -np.inf, default=exact)
+        return Weighed(exact.exact, within.within, Both(exact.both.exact, within.both.within))
+
+    @cached_property
+    def leaves_noise(self) -> bool:
+        """Whether what it leaves, as simulated, is noise: noise forgets within a few samples, and does not come again in every cycle."""
+        gaps, blocks = self.fit.gaps, self.fit.problem.blocks
+        left = [of.whitened(gaps[b.rows], spacing(b.samples)) for of, b in zip(self.evidence.noise, blocks, strict=True)]
+        return is_noise(left) and not self._comes_again
+
+    @property
+    def _comes_again(self) -> bool:
+        """Whether loops have a gap as large as their noise that comes again in every cycle."""
+        loops = [loop.data for loop in self.fit.problem.loops]
+        if not loops:
+            return False
+        left = misfit_of(loops, self.fit.residuals_N)
+        over = left.repeated_N / np.array([data.force_sigma_N for data in loops])
+        return bool(left.significance > SURE_MISFIT and np.max(over) > 1.0)
+
+    @cached_property
+    def covariance(self) -> Array:
+        """Covariance of the parameters of the fit, (k, k), in scales, the errors of the model file integrated out."""
+        first, last = self.fit.problem.first_effect, len(self.fit.q)
+        errors = self.evidence.lines.errors.shape[1]
+        own = np.r_[0:first, first + errors : last + errors]
+        return self.evidence.covariance[np.ix_(own, own)]

@@ -5,19 +5,19 @@ The size of such a force is not known beforehand: each size of a coarse scale ha
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from identify.criteria import LOSES, ROUGHLY
-from identify.estimation.fit import Fit
 from identify.estimation.least_squares import laid_out, solve
-from identify.gap.leg_force import LEG_TABLES, PLACES, LegForce, LegTable, leg_table_over
-from identify.gap.platform_force import ALONGS, AXES, KNOTS, ForceTable, MissingForce, seen_places, table_over
+from identify.estimation.problem import Fit
+from identify.gap.force_tables import leg_table_over, seen_places, table_over
+from identify.gap.leg_force import LEG_TABLES, PLACES
+from identify.gap.platform_force import ALONGS, KNOTS
+from identify.gap.unnamed import Places, Unnamed
 from identify.selection.evidence import Columns
-from identify.selection.weighing import Both, Weighed
+from identify.selection.stand import Both, Weighed
 from measure.common.arrays import Array
 from simulate.model.effect import Effect
 
@@ -25,57 +25,6 @@ SIZES = (1.0, 10.0, 100.0, 1000.0)  # standard deviations of the prior, in typic
 _SHOWN = 1e-6
 _MOST_STEPS = 12
 _ROUNDS = 4  # from one size to the next the noise changes little
-
-Places = NDArray[np.intp]
-
-
-@dataclass(frozen=True)
-class Unnamed:
-    """A table weighed beside a fit.
-
-    places : which of its parameters were estimated. values, sigma : these, in N or N m. size : standard deviation of their prior, in
-    typical sizes. information, drive : (n, n) and (n,) what the measurements alone say of them, F' A F - 2 b' F.
-    """
-
-    table: Effect
-    log_z: float
-    places: Places
-    values: Array
-    sigma: Array
-    size: float
-    information: Array
-    drive: Array
-
-    @property
-    def name(self) -> str:
-        """The table's name."""
-        return self.table.name
-
-    @property
-    def in_legs(self) -> LegForce | None:
-        """The force in the legs, where it is one."""
-        if not isinstance(self.table, LegTable):
-            return None
-        force, sigma = np.zeros(PLACES), np.full(PLACES, np.inf)
-        force[self.places], sigma[self.places] = self.values, self.sigma
-        return LegForce(self.table, force, sigma)
-
-    def on_platform(self, leads: Mapping[str, float]) -> MissingForce | None:
-        """The force on the platform, where it is one, from the first to the last place that had a say.
-
-        Parameters
-        ----------
-        leads : by how much its log evidence leads that along each other abscissa.
-        """
-        table = self.table
-        if not isinstance(table, ForceTable):
-            return None
-        force, sigma = np.zeros(AXES * KNOTS), np.full(AXES * KNOTS, np.nan)
-        force[self.places], sigma[self.places] = self.values, self.sigma
-        force, sigma = force.reshape(AXES, KNOTS).T, sigma.reshape(AXES, KNOTS).T
-        had_a_say = np.flatnonzero(np.isfinite(sigma).any(axis=1))
-        used = slice(had_a_say[0], had_a_say[-1] + 1)
-        return MissingForce(type(table), table.places[used], force[used], sigma[used], dict(leads), table.spacing)
 
 
 def unnamed_forces(at: Weighed, first: float = 0.0) -> list[Unnamed]:
@@ -150,8 +99,3 @@ def simulated(one: Unnamed, beside: Fit) -> Unnamed:
     found = solve(problem, start, free=[*range(problem.first_effect), *new.tolist()], most_steps=_MOST_STEPS, enough=ROUGHLY)
     spread = np.sqrt(np.diag(found.covariance)[-len(new) :])
     return replace(one, values=found.q[new] * problem.scales[new], sigma=spread * problem.scales[new])
-
-
-def is_unnamed(name: str) -> bool:
-    """Whether a name of a hypothesis is that of a table."""
-    return name.startswith("missing-force")

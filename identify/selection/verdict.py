@@ -7,7 +7,7 @@ named      one name is in every member of the smallest set that holds 0.95
 class      the foremost name and those that may stand in its place hold that set together
 several    the foremost hypothesis has more than one name
 
-An error of the model file that is hardly beyond its tolerance is no name.
+An error of the model file that is hardly beyond its tolerance is no name. Each name with its evidence is a finding.
 """
 
 from __future__ import annotations
@@ -16,7 +16,8 @@ from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from identify.criteria import CREDIBLE, EQUAL
-from identify.selection.unknown_force import is_unnamed
+from measure.common.arrays import Array
+from simulate.model.effect import Effect
 
 Names = tuple[str, ...]
 
@@ -32,6 +33,30 @@ class Verdict:
     names: Names
     equivalents: Mapping[str, Names]
     weights: Mapping[str, float]
+
+
+@dataclass(frozen=True)
+class Finding:
+    """An effect named, with its evidence. equivalents : effects that may stand in its place.
+
+    stderr, ci95 : (k,) and (k, 2) of its parameters laid flat, cut at the bounds; NaN and the bounds for a parameter that does not show.
+    at_bound : names of parameters that end at a bound. p_value : how likely parameters as large are, were they zero.
+    delta_bic : twice the log evidence over that without it.
+    """
+
+    effect: Effect
+    stderr: Array
+    ci95: Array
+    equivalents: tuple[str, ...]
+    p_value: float
+    delta_bic: float
+    share: float
+    at_bound: tuple[str, ...] = ()
+
+    @property
+    def name(self) -> str:
+        """The effect's name in the catalogue."""
+        return self.effect.name
 
 
 def verdict_of(weights: Mapping[Names, float], *, foremost: Names | None = None, closes_most: bool, leaves_noise: bool = True) -> Verdict:
@@ -110,3 +135,8 @@ def _listed(weights: Mapping[Names, float]) -> dict[str, float]:
         word = "no-gap" if not names else "unknown" if any(is_unnamed(name) for name in names) else " + ".join(names)
         rows[word] = rows.get(word, 0.0) + weight
     return dict(sorted(rows.items(), key=lambda row: -row[1]))
+
+
+def is_unnamed(name: str) -> bool:
+    """Whether a name of a hypothesis is that of a table."""
+    return name.startswith("missing-force")

@@ -18,10 +18,11 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "hidden"))
 
 from board.platform_ode import moved_by_ode
 
+from identify.campaign.posing import problem_of
 from identify.campaign.run import Run
 from identify.estimation.observation import RunRelease, View, observe
-from identify.estimation.problem import problem_of
-from identify.selection.explain import Explanation, explain
+from identify.selection.explain import explain
+from identify.selection.explanation import Explanation
 from measure.tables.loop import Loop
 from measure.tables.trajectory import Trajectory
 from simulate.effects import GravityImbalance

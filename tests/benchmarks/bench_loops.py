@@ -27,9 +27,11 @@ from scipy.integrate import solve_ivp
 from scipy.io import savemat
 from scipy.optimize import least_squares
 
-from identify.actuator.fit_actuator import ActuatorFit, fit_actuator
+from identify.actuator.actuator_fit import ActuatorFit
+from identify.actuator.fit_actuator import fit_actuator
 from identify.commands.fit_actuator import main as fit_command
-from identify.loops.loop_data import LoopData, prepare
+from identify.loops.loop_data import LoopData
+from identify.loops.prepare import prepare
 from identify.report.loop_result import result_of, summary
 from measure import Loop, read_loop, write_loop
 from measure.readers.loop_file import read_loop_file

@@ -14,7 +14,8 @@ import numpy as np
 
 from identify.actuator.fit_actuator import fit_actuator
 from identify.actuator.verdict import pooled_error
-from identify.loops.loop_data import LoopData, prepare
+from identify.loops.loop_data import LoopData
+from identify.loops.prepare import prepare
 from identify.report.loop_result import model_of
 from measure.tables.loop import read_loop
 from simulate.deployment.deploy import deploy_checked

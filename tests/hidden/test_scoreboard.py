@@ -19,7 +19,7 @@ from board.tally import Rate, headline, held_out_gap, strata, tally
 from calibration import consistent
 
 from identify.campaign.runs import read_campaign
-from identify.loops.loop_data import prepare
+from identify.loops.prepare import prepare
 from measure.tables.trajectory import Trajectory
 from simulate.files.model_file import read_model
 

@@ -14,12 +14,13 @@ from typing import Any
 import numpy as np
 import pytest
 
+from identify.campaign.posing import problem_of
 from identify.campaign.runs import read_campaign
-from identify.estimation.fit import Fit
-from identify.estimation.least_squares import solve_from_afar
+from identify.estimation.horizons import solve_from_afar
 from identify.estimation.observation import RunRelease, View, observe
-from identify.estimation.problem import problem_of
-from identify.selection.explain import Explanation, explain
+from identify.estimation.problem import Fit
+from identify.selection.explain import explain
+from identify.selection.explanation import Explanation
 from measure.tables.loop import Loop, write_loop
 from measure.tables.trajectory import Trajectory, write_trajectory
 from simulate.files.model_file import read_model, write_model

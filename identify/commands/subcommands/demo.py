@@ -16,8 +16,8 @@ from identify.commands.subcommands.shipped import shipped
 from measure.common.command_line import DONE, VERDICT_BAD, complain, examples, parser, progress, run, say
 
 if TYPE_CHECKING:
-    from identify.gap.compare import Comparison
-    from identify.selection.explain import Explanation
+    from identify.gap.comparison import Comparison
+    from identify.selection.explanation import Explanation
     from simulate.model.model import Model
 
 NAME = "unspool demo"
@@ -113,7 +113,7 @@ def _measure(steps: _Steps, work: Path) -> None:
 def _identify(steps: _Steps, work: Path) -> Model:
     steps.under_way("fitting the force law to the loops")
     from identify.actuator.fit_actuator import fit_actuator
-    from identify.loops.loop_data import prepare
+    from identify.loops.prepare import prepare
     from identify.report.loop_result import model_of
     from measure.common.output import provenance
     from measure.tables.loop import read_loop

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from identify.campaign.campaign_file import Campaign, ListedRun, is_film, read_list
-from identify.loops.loop_data import prepare
+from identify.loops.prepare import prepare
 from measure.common.errors import InputError
 from measure.common.every_error import for_each
 from measure.geometry.film_project import Project, read_project

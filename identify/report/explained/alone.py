@@ -10,9 +10,9 @@ import numpy as np
 from scipy.optimize import lsq_linear
 
 from identify.criteria import CREDIBLE
-from identify.estimation.fit import Fit
-from identify.selection.explain import Explanation, Ranked
-from identify.selection.promises import FORCES
+from identify.estimation.problem import Fit
+from identify.selection.explanation import Explanation, Ranked
+from identify.selection.model_errors import FORCES
 from identify.selection.signatures import chords, columns_of_shapes
 from measure.common.arrays import Array
 from simulate.model.effect import Effect

@@ -17,8 +17,8 @@ from identify.report.explained.rig_drawing import rig_drawing
 from identify.report.explained.story import checks, summary_of, sureness, times
 from identify.report.explained.variants import switched, variants_of
 from identify.report.result import result_of
-from identify.selection.explain import Explanation
-from identify.selection.findings import Finding
+from identify.selection.explanation import Explanation
+from identify.selection.verdict import Finding
 from measure.pages.csv_address import csv_address
 from measure.pages.in_use import in_use, percent
 from measure.pages.page import number, page_html

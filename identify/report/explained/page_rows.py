@@ -7,9 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from identify.estimation.estimates import reported
 from identify.estimation.parameters import BASE, lines_of
-from identify.selection.explain import Explanation
+from identify.selection.explanation import Explanation
 from measure.pages.csv_address import csv_address
 from measure.pages.in_use import in_use, shown_as
 from simulate.model.model import per_leg
@@ -67,7 +66,7 @@ def law(found: Explanation) -> list[list[Any]]:
 
 def correlations(found: Explanation) -> dict[str, Any] | None:
     """Of the law and of what was found, as far as it moved."""
-    names = reported(found.after)[:_MOST_CORRELATED]
+    names = found.after.problem.reported[:_MOST_CORRELATED]
     covariance = found.after.covariance_of(names)
     sizes = np.sqrt(np.diag(covariance))
     moved = sizes > 0.0

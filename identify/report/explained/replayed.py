@@ -6,9 +6,9 @@ from dataclasses import replace
 from typing import Any
 
 from identify.campaign.prepared import Film
-from identify.estimation.fit import Fit
 from identify.estimation.observation import duration_for, released
-from identify.selection.explain import Explanation
+from identify.estimation.problem import Fit
+from identify.selection.explanation import Explanation
 from measure.tables.trajectory import Trajectory
 from simulate.deployment.deploy import deploy
 from simulate.model.model import Model, Simulation

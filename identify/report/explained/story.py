@@ -9,7 +9,7 @@ from identify.criteria import CREDIBLE, GAP_P
 from identify.gap.gap_test import gap_test, p_words
 from identify.report.phrases import phrase_of
 from identify.report.result import within_tolerances
-from identify.selection.explain import Explanation
+from identify.selection.explanation import Explanation
 from measure.pages.in_use import percent
 from measure.pages.page import facts_of, opened
 from measure.pages.summary import Number, Summary, Tone

@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import replace
 from itertools import product
 
-from identify.estimation.fit import Fit
-from identify.selection.explain import Explanation
+from identify.estimation.problem import Fit
+from identify.selection.explanation import Explanation
 
 MOST_SWITCHED = 3  # effects; each one more doubles the curves
 

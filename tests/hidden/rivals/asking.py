@@ -10,11 +10,12 @@ from typing import Any
 
 import numpy as np
 
+from identify.campaign.posing import problem_of
 from identify.campaign.run import Run
 from identify.campaign.runs import read_campaign
-from identify.estimation.fit import Fit
-from identify.estimation.least_squares import laid_out, solve, solve_from_afar
-from identify.estimation.problem import problem_of
+from identify.estimation.horizons import solve_from_afar
+from identify.estimation.least_squares import laid_out, solve
+from identify.estimation.problem import Fit
 from identify.selection.promises import promises
 from identify.selection.weighing import weighed
 from measure.common.output import json_text, write_text

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from identify.estimation.fit import Fit
+from identify.estimation.problem import Fit
 
 from .asking import Asked, Said, answer, candidates
 

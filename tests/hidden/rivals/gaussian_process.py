@@ -9,7 +9,7 @@ import numpy as np
 from sklearn.gaussian_process import GaussianProcessRegressor
 from sklearn.gaussian_process.kernels import RBF, ConstantKernel, WhiteKernel
 
-from identify.estimation.fit import Fit
+from identify.estimation.problem import Fit
 
 from .asking import Asked, Said, answer, held_fit
 

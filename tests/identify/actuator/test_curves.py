@@ -6,10 +6,11 @@ import json
 import numpy as np
 import pytest
 
-from identify.actuator.curves import corrected_force, curve_columns, statistics_of, statistics_sentence
+from identify.actuator.actuator_fit import corrected_force
+from identify.actuator.curves import curve_columns, statistics_of, statistics_sentence
 from identify.actuator.fit_actuator import fit_actuator
 from identify.commands.fit_actuator import main
-from identify.loops.loop_data import prepare
+from identify.loops.prepare import prepare
 from measure import Loop, write_loop
 from simulate.loop import loop_force
 

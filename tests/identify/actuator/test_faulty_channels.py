@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 from calibration import consistent
 
-from identify.actuator.fit_actuator import ActuatorFit, fit_actuator
+from identify.actuator.actuator_fit import ActuatorFit
+from identify.actuator.fit_actuator import fit_actuator
 from identify.loops.sign import prepared
 from measure import Loop
 from simulate.loop import loop_force

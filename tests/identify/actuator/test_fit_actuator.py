@@ -6,7 +6,8 @@ import pytest
 from identify.actuator.fit_actuator import fit_actuator
 from identify.actuator.loops_alone import problem_of_loops
 from identify.actuator.rate_order import choose_order
-from identify.loops.loop_data import gap, prepare
+from identify.loops.loop_data import gap
+from identify.loops.prepare import prepare
 from measure import InputError, Loop
 from simulate.effects import GravityImbalance, HubInertia, ViscousFriction
 from simulate.loop import loop_force

@@ -5,7 +5,7 @@ import pytest
 from calibration import consistent
 
 from identify.actuator.fit_actuator import fit_actuator
-from identify.loops.loop_data import prepare
+from identify.loops.prepare import prepare
 from measure import Loop
 from simulate.effects import HubInertia, ViscousFriction
 from simulate.loop import loop_force

@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 from calibration import consistent
 
-from identify.actuator.fit_actuator import ActuatorFit, fit_actuator
-from identify.loops.loop_data import prepare
+from identify.actuator.actuator_fit import ActuatorFit
+from identify.actuator.fit_actuator import fit_actuator
+from identify.loops.prepare import prepare
 from measure import InputError, Loop
 from simulate.effects import HubInertia, ViscousFriction
 from simulate.loop import loop_force

@@ -14,13 +14,14 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from identify.actuator.fit_actuator import ActuatorFit, fit_actuator
+from identify.actuator.actuator_fit import ActuatorFit, transition_of
+from identify.actuator.fit_actuator import fit_actuator
 from identify.actuator.rate_order import choose_order
 from identify.actuator.stiffness import effective_stiffness, friction_of
 from identify.commands.fit_actuator import main
-from identify.loops.loop_data import LoopData, area, free_start, prepare
+from identify.loops.loop_data import LoopData, area, free_start
 from identify.loops.paper_recipe import straight_lines
-from identify.report.loop_result import transition_of
+from identify.loops.prepare import prepare
 from measure import read_loop
 from simulate.effects import HubInertia
 from simulate.files.model_file import read_model

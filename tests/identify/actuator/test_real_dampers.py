@@ -8,7 +8,7 @@ import pytest
 
 from identify.actuator.fit_actuator import fit_actuator
 from identify.campaign.run import Run
-from identify.loops.loop_data import prepare
+from identify.loops.prepare import prepare
 from identify.report.loop_result import model_of
 from identify.selection.explain import explain
 from measure.readers.column_mapping import ColumnMapping

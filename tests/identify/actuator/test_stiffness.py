@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from identify.actuator.stiffness import effective_stiffness, friction_of
-from identify.loops.loop_data import prepare
+from identify.loops.prepare import prepare
 from measure import Loop
 from simulate.effects import HubInertia, ViscousFriction
 from simulate.loop import loop_force

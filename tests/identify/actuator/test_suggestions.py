@@ -7,9 +7,10 @@ import pytest
 from calibration import consistent
 from scipy.optimize import brentq
 
-from identify.actuator.fit_actuator import ActuatorFit, fit_actuator
-from identify.actuator.trials import as_good, tried
-from identify.loops.loop_data import prepare
+from identify.actuator.actuator_fit import ActuatorFit, as_good
+from identify.actuator.fit_actuator import fit_actuator
+from identify.actuator.trials import tried
+from identify.loops.prepare import prepare
 from measure import Loop
 from simulate.effects import CATALOGUE, HubInertia, ViscousFriction
 from simulate.loop import loop_force

@@ -3,10 +3,11 @@
 import numpy as np
 import pytest
 
+from identify.actuator.actuator_fit import transition_of
 from identify.actuator.fit_actuator import fit_actuator
 from identify.actuator.transition_zone import level_against_length
-from identify.loops.loop_data import prepare
-from identify.report.loop_result import result_of, transition_of
+from identify.loops.prepare import prepare
+from identify.report.loop_result import result_of
 from measure import Loop
 from simulate.effects import HubInertia, TransitionZone, ViscousFriction
 from simulate.loop import loop_force

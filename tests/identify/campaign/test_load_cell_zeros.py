@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 from identify.campaign.load_cell_zeros import drifts_of, zeros_of
+from identify.campaign.posing import problem_of
 from identify.campaign.runs import read_campaign
 from identify.criteria import GAP_P
-from identify.estimation.least_squares import solve_from_afar
-from identify.estimation.problem import problem_of
+from identify.estimation.horizons import solve_from_afar
 from identify.gap.gap_test import gap_test
 from identify.selection.explain import explain
 from identify.selection.hypotheses import BUDGETS

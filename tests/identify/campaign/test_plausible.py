@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 
 from identify.campaign.plausible import require_plausible
-from identify.campaign.prepared import film_of
+from identify.campaign.posing import film_of
 from identify.campaign.run import Run
 from identify.campaign.runs import files_of, read_campaign
-from identify.loops.loop_data import prepare
+from identify.loops.prepare import prepare
 from measure.common.errors import InputError
 from measure.tables.loop import Loop
 from measure.tables.trajectory import Trajectory

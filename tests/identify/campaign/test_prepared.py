@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from identify.campaign.prepared import film_of
+from identify.campaign.posing import film_of
 from identify.campaign.run import Run
 from measure.tables.trajectory import Trajectory
 from simulate.files.model_file import read_model

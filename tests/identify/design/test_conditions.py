@@ -5,9 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from identify.campaign.posing import problem_of
 from identify.campaign.runs import read_campaign
-from identify.design.conditions import Condition, blank_film
-from identify.estimation.problem import problem_of
+from identify.design.conditions import blank_film
+from identify.design.further_test import Condition
 from simulate.files.model_file import read_model
 
 FROM_THE_SIDE = Condition("from the side", channels=("y_m", "z_m", "theta_x_rad"))

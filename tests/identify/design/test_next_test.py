@@ -7,20 +7,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from identify.campaign.posing import problem_of
 from identify.campaign.runs import read_campaign
-from identify.criteria import RIVAL_P, STRONG_BIC
-from identify.design.conditions import Condition
-from identify.design.next_test import (
-    LIKELY,
-    NextTest,
-    chance_of_split,
-    left_over,
-    likely_parameters,
-    likely_releases,
-    worth_a_closer_look,
-)
-from identify.estimation.least_squares import laid_out, solve, solve_from_afar
-from identify.estimation.problem import problem_of
+from identify.criteria import LIKELY, RIVAL_P, STRONG_BIC
+from identify.design.further_test import Condition, NextTest
+from identify.design.next_test import chance_of_split, left_over, likely_parameters, likely_releases, worth_a_closer_look
+from identify.estimation.horizons import solve_from_afar
+from identify.estimation.least_squares import laid_out, solve
 from identify.report.result import next_experiment
 from simulate.effects import HubInertia, PowerLawFriction, ViscousFriction
 from simulate.files.model_file import read_model

@@ -9,7 +9,7 @@ from identify.draft.choice import chosen_forms
 from identify.draft.forms import FORMS
 from identify.gap.leg_force import ForceAlongElongation, ForceAlongLegSpeed
 from identify.gap.platform_force import KNOTS, ForceAlongHeight
-from identify.selection.unknown_force import Unnamed
+from identify.gap.unnamed import Unnamed
 
 SIGMA_N = 0.01
 MADE = [

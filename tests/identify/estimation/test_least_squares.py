@@ -7,9 +7,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from identify.campaign.posing import problem_of
 from identify.campaign.run import Run
 from identify.estimation.least_squares import solve
-from identify.estimation.problem import Problem, problem_of
+from identify.estimation.problem import Problem
 from measure.tables.trajectory import Trajectory
 from simulate.effects import HandrailContact
 from simulate.model.model import Model

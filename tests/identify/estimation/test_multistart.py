@@ -8,13 +8,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from identify.campaign.posing import problem_of
 from identify.campaign.run import Run
 from identify.campaign.runs import read_campaign
 from identify.criteria import GAP_P
-from identify.estimation.fit import Fit
-from identify.estimation.least_squares import before_the_stops, solve
+from identify.estimation.horizons import before_the_stops
+from identify.estimation.least_squares import solve
 from identify.estimation.multistart import from_elsewhere, released_again
-from identify.estimation.problem import problem_of
+from identify.estimation.problem import Fit
 from identify.gap.gap_test import gap_test
 from measure.readers.measurement import read_measurement
 from simulate.files.model_file import read_model

@@ -10,14 +10,15 @@ import numpy as np
 import pytest
 from lmfit.minimizer import MinimizerResult
 
-from identify.actuator.fit_actuator import ActuatorFit, fit_actuator
+from identify.actuator.actuator_fit import ActuatorFit
+from identify.actuator.fit_actuator import fit_actuator
+from identify.campaign.posing import problem_of
 from identify.campaign.run import Run
 from identify.estimation.estimates import estimates_of
 from identify.estimation.least_squares import solve
 from identify.estimation.lmfit_result import identifiers
 from identify.estimation.parameters import Change
-from identify.estimation.problem import problem_of
-from identify.loops.loop_data import prepare
+from identify.loops.prepare import prepare
 from measure import Loop
 from simulate.effects import HubInertia
 from simulate.loop import loop_force

@@ -5,12 +5,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from identify.campaign.posing import problem_of
 from identify.campaign.run import Run
 from identify.criteria import TWO_SIDED_95
-from identify.estimation.fit import Fit
 from identify.estimation.least_squares import solve
 from identify.estimation.parameters import lines_of
-from identify.estimation.problem import problem_of
+from identify.estimation.problem import Fit
 from identify.estimation.profile_likelihood import Profile
 from measure import Loop
 from simulate.effects import ForceRelaxation, HubInertia, StribeckFriction

@@ -5,9 +5,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from identify.campaign.posing import problem_of
 from identify.campaign.runs import read_campaign
 from identify.estimation.least_squares import solve, to_the_end
-from identify.estimation.problem import problem_of
 from simulate import effects as known
 from simulate.files.model_file import read_model
 

@@ -8,9 +8,9 @@ from threading import Barrier, get_ident
 import numpy as np
 import pytest
 
+from identify.campaign.posing import problem_of
 from identify.campaign.runs import read_campaign
 from identify.estimation import problem as problems
-from identify.estimation.problem import problem_of
 from simulate.dispatch.compiled_code import compiled_once
 from simulate.dispatch.threads import others_busy, side_by_side
 from simulate.effects import CATALOGUE

@@ -9,10 +9,10 @@ import pytest
 from calibration import consistent
 from scipy.signal import lfilter
 
+from identify.campaign.posing import problem_of
 from identify.campaign.run import Run
 from identify.estimation.least_squares import solve
 from identify.estimation.noise_model import LARGEST_LAG1, spacing
-from identify.estimation.problem import problem_of
 from identify.gap.gap_test import Series, gap_test, is_noise, p_words, slow_p
 from identify.gap.localise import locate
 from measure.tables.loop import Loop

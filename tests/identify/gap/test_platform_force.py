@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 from board.outside import Gust, Snag
 
-from identify.gap.platform_force import KNOTS, ForceAlongHeight, ForceAlongSpeed, ForceAlongTime, MissingForce, seen_places
+from identify.gap.force_tables import seen_places
+from identify.gap.platform_force import KNOTS, ForceAlongHeight, ForceAlongSpeed, ForceAlongTime, MissingForce
 from identify.selection.unknown_force import simulated, unnamed_forces
 from identify.selection.weighing import weighed
 from simulate.effects import GravityImbalance

@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from identify.loops.loop_data import effective_number, free_start, gap, predict, prepare
+from identify.loops.loop_data import effective_number, free_start, gap, predict
+from identify.loops.prepare import prepare
 from measure import InputError, Loop
 from simulate.effects import HubInertia, ViscousFriction
 from simulate.loop import loop_force

@@ -9,12 +9,12 @@ from hypothesis import strategies as st
 
 from identify.actuator.fit_actuator import fit_actuator
 from identify.campaign.noise import whitened
+from identify.campaign.posing import problem_of
 from identify.campaign.run import Run
 from identify.estimation.least_squares import solve
 from identify.estimation.parameters import lines_of
-from identify.estimation.problem import problem_of
 from identify.loops.harmonics import harmonic_motion
-from identify.loops.loop_data import prepare
+from identify.loops.prepare import prepare
 from measure import Loop
 from simulate.effects import HubInertia, ViscousFriction
 from simulate.loop import loop_force

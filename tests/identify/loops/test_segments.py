@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from identify.actuator.fit_actuator import fit_actuator
-from identify.loops.loop_data import prepare
+from identify.loops.prepare import prepare
 from identify.loops.segments import sentence
 from measure import Loop
 from simulate.loop import loop_force

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from identify.campaign.runs import read_campaign, remarks
-from identify.loops.loop_data import area, prepare
+from identify.loops.loop_data import area
+from identify.loops.prepare import prepare
 from identify.loops.sign import oriented, swapped_channels
 from measure import Loop, write_loop
 from simulate.loop import loop_force

@@ -10,7 +10,8 @@ import numpy as np
 import pytest
 
 from identify.campaign.run import Run
-from identify.gap.compare import Comparison, compare
+from identify.gap.compare import compare
+from identify.gap.comparison import Comparison
 from identify.report.compare_page import compare_html
 from measure.tables.loop import read_loop
 from simulate.files.model_file import read_model

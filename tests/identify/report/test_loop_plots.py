@@ -5,7 +5,7 @@ import pytest
 from matplotlib.colors import to_rgb
 
 from identify.actuator.fit_actuator import fit_actuator
-from identify.loops.loop_data import prepare
+from identify.loops.prepare import prepare
 from identify.report.loop_plots import page
 from measure import Loop
 from simulate.effects import HubInertia

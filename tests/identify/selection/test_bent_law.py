@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from identify.estimation.least_squares import before_the_stops, solve
+from identify.estimation.horizons import before_the_stops
+from identify.estimation.least_squares import solve
 from identify.selection.promises import nearly_as_good, promises, with_law_as_given
 from identify.selection.weighing import along_lines
 from simulate.effects import CATALOGUE, HubInertia

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from identify.selection import stand as stands
+from identify.selection import weighing
 from identify.selection.stand import Stand
 
 SEEN = ("x_m", "z_m", "theta_y_rad")
@@ -34,15 +34,15 @@ def led_to(monkeypatch, sizes):
 
     def led(stand, q, _):
         starts.append(q)
-        return stands.replace(stand, sizes=np.full(len(stand.sizes), sizes))
+        return weighing.replace(stand, sizes=np.full(len(stand.sizes), sizes))
 
-    monkeypatch.setattr(stands, "_led", led)
+    monkeypatch.setattr(weighing, "_led", led)
     return starts
 
 
 def test_improbable_errors_are_looked_for_from_each_release_turned_to_the_other_side(loose, monkeypatch):
     starts = led_to(monkeypatch, 2.0)
-    stands._from_afar(loose)
+    weighing._from_afar(loose)
     q = loose.fit.q
     assert len(starts) == 3
     for index, start in enumerate(starts[1:]):
@@ -53,5 +53,5 @@ def test_improbable_errors_are_looked_for_from_each_release_turned_to_the_other_
 
 def test_probable_errors_are_not(loose, monkeypatch):
     starts = led_to(monkeypatch, 1.0)
-    stands._from_afar(loose)
+    weighing._from_afar(loose)
     assert len(starts) == 1

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from identify.selection.priors import log_prior
+from identify.selection.hypotheses import log_prior
 from identify.selection.verdict import credible_set, doing_without, verdict_of
 from simulate.effects import CATALOGUE
 

@@ -17,7 +17,7 @@ from identify.report.explained.variants import variants_of
 from identify.report.gap_figures import EFFECT, GIVEN, REFITTED, figure_of, largest, told
 from identify.report.gap_plots import missing_force_figure
 from identify.report.phrases import PHRASES, phrase_of
-from identify.selection.findings import Finding
+from identify.selection.verdict import Finding
 from simulate.effects import CATALOGUE
 from simulate.model.effect import LegEffect, parameter
 
