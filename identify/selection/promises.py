@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from identify.criteria import EFFECT_SPREAD, FORCES_DIFFER, GAP_P, LOSES, ROUGHLY, TWO_SIDED_95
+from identify.criteria import EFFECT_SPREAD, FORCES_DIFFER, LOSES, ROUGHLY, TWO_SIDED_95, UNUSUAL_P
 from identify.estimation.least_squares import solve
 from identify.estimation.parameters import STORED_FORCE
 from identify.estimation.problem import Fit, Problem
@@ -84,7 +84,7 @@ def nearly_as_good(at: Weighed, found: Sequence[Promise]) -> list[Promise]:
     as many steps is none of them; where that leaves noise already, nothing tells names apart there.
     """
     law = _few_steps(at.exact.given, at.fit.q)
-    if gap_test(law).p_value > GAP_P:
+    if gap_test(law).p_value > UNUSUAL_P:
         return []
     tried = [_in_few_steps(at, promise) for promise in found if promise.shape is not None and promise.looks]
     tried.sort(key=lambda one: -one.log_z)

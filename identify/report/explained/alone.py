@@ -104,7 +104,8 @@ def _why(found: Explanation, row: Ranked, left: float, named: set[str], open_one
     if name in named:
         return "named"
     if name in open_ones:
-        return f"stays possible: these data cannot tell it from {next(iter(named))}"
+        of = [finding.name for finding in found.findings if name in finding.equivalents]
+        return f"stays possible: these data cannot tell it from {', '.join(of)}"
     after, before = found.over_noise(found.after), found.over_noise(found.before)
     if left > 0.95 * before:
         return "excluded: closes nothing of the gap"
