@@ -83,7 +83,7 @@ class Search:
             if worth and self.spent < self.budget.fits:
                 self._fit(max(worth, key=lambda one: one.log_weight))
             elif self.foremost.names not in self.seen_from and self._leads_on(self.foremost):
-                self._look_from(self._brought_back(self.foremost) if self.foremost.names else self.foremost)
+                self._look_from(self._brought_back(self.foremost))
             else:
                 return
 
