@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from identify.actuator.fit_actuator import ActuatorFit
+from identify.estimation.parameters import LINE_NAMES
 from measure.common.arrays import Array
 
 _STRONG = 0.95  # correlation of two estimates from which on it is said
@@ -41,6 +42,38 @@ def curve_columns(fit: ActuatorFit) -> dict[str, Any]:
     names = [Path(data.name).name for data, rows in zip(fit.loops, used, strict=True) for _ in range(int(rows.sum()))]
     forces = {"force_N": measured, "corrected_N": np.concatenate(corrected), "fitted_N": measured - left, "residual_N": left}
     return {"file": names, **columns, **forces}
+
+
+def coefficients_of(fit: ActuatorFit, line: int) -> list[str]:
+    """Names of the coefficients of one of the four lines over the scaled rate, lowest power first."""
+    return [LINE_NAMES[line], *(f"rate.{LINE_NAMES[line]}[{j}]" for j in range(1, fit.fit.problem.rate.order + 1))]
+
+
+def line_at(fit: ActuatorFit, line: int, x: Array, elongation_m: float | None = None) -> tuple[Array, Array]:
+    """One of a_l, b_l, a_u, b_u over the rate, and its standard error, (n,) each.
+
+    Parameters
+    ----------
+    line : 0 to 3. x : the rate, (n,). elongation_m : where the level of b_l or b_u is taken, a u + b; without it at zero.
+    """
+    rate = fit.fit.problem.rate
+    powers = ((x - rate.middle) / rate.half)[:, None] ** np.arange(rate.order + 1)
+    names = coefficients_of(fit, line)
+    if elongation_m is not None:
+        names, powers = names + coefficients_of(fit, line - 1), np.hstack([powers, elongation_m * powers])
+    value = powers @ np.array([fit.fit.value(name) for name in names])
+    return value, np.sqrt(np.maximum(np.einsum("ij,jk,ik->i", powers, fit.fit.covariance_of(names), powers), 0.0))
+
+
+def polynomial_errors_of(fit: ActuatorFit) -> dict[str, list[float]]:
+    """Standard errors of the coefficients of a_l, b_l, a_u, b_u in the rate itself, lowest power first."""
+    rate = fit.fit.problem.rate
+    turn = np.array([np.pad(c := rate.unscaled(row), (0, rate.order + 1 - len(c))) for row in np.eye(rate.order + 1)])
+    covariances = [fit.fit.covariance_of(coefficients_of(fit, line)) for line in range(4)]
+    return {
+        name: np.sqrt(np.maximum(np.diag(turn.T @ covariance @ turn), 0.0)).tolist()
+        for name, covariance in zip(("a_l", "b_l", "a_u", "b_u"), covariances, strict=True)
+    }
 
 
 def statistics_of(fit: ActuatorFit) -> dict[str, Any]:

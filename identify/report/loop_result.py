@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from identify.actuator.curves import polynomial_errors_of
 from identify.actuator.fit_actuator import ActuatorFit
 from identify.actuator.homogeneity import Disagreement
 from identify.actuator.stiffness import effective_stiffness, friction_without_inertia, slopes_and_inertia
@@ -35,7 +36,7 @@ def result_of(fit: ActuatorFit, loops: Sequence[LoopData], notes: Sequence[str] 
         "at_bound": fit.fit.at_bounds(),
         "half_height_N": fit.half_height_N,
         "half_height_at_m": fit.centre_m,
-        "rate": _rate(fit),
+        "rate": _rate_with_errors(fit),
         "covariate": _covariate(fit, loops),
         "paper_recipe": _recipe(fit, loops),
         "loops": [_loop(fit, k, data, error) for k, (data, error) in enumerate(zip(loops, errors(loops, fit.residuals), strict=True))],
@@ -69,6 +70,11 @@ def _disagreement(one: Disagreement, loops: Sequence[LoopData]) -> dict[str, Any
 def _rate(fit: ActuatorFit) -> dict[str, Any] | None:
     rate = fit.fit.problem.rate
     return None if rate.abscissa == "none" else {"abscissa": rate.abscissa, **fit.polynomials()}
+
+
+def _rate_with_errors(fit: ActuatorFit) -> dict[str, Any] | None:
+    made = _rate(fit)
+    return made and {**made, "stderr": polynomial_errors_of(fit)}
 
 
 def drift_per_cycle(data: LoopData, of: Array) -> float:
