@@ -18,7 +18,7 @@ from identify.campaign.prepared import Film, film_of, lengths_of, loop_of
 from identify.campaign.run import Run
 from identify.estimation.observation import View, observe, observe_beside
 from identify.estimation.parameterisation import Unknowns
-from identify.estimation.parameters import BASE, Change
+from identify.estimation.parameters import BASE, LINE_NAMES, Change
 from identify.loops.loop_data import LoopData, gap_and_motion_errors, with_turns_moved
 from measure.common.arrays import Array
 from measure.common.errors import InputError, nearest
@@ -27,7 +27,7 @@ from simulate.kernel.speed_polynomials import with_rate_worked_in
 from simulate.model.effect import Effect
 from simulate.model.model import Model
 
-_STEP, _STEP_OF_LOOPS = 1e-5, 1e-6  # in scales; the law of a loop is exact to the last digits, a deployment is not
+_STEP, _STEP_OF_LOOPS, _STEP_OF_LINES = 1e-5, 1e-4, 1e-2  # in scales; a loop is linear in its lines and zeros, so that any step is exact
 _DIVERGED = 1e3
 
 
@@ -254,7 +254,8 @@ class Problem(Unknowns):
         return own, -self.scales[index] / self.scales[own] / (count - 1)
 
     def _loop_slope(self, q: Array, loop: int, index: int, left: Array) -> Array:
-        step = self._step(q, index, _STEP_OF_LOOPS)
+        linear = index < len(LINE_NAMES) or self.first_zero <= index < self.first_effect
+        step = self._step(q, index, _STEP_OF_LINES if linear else _STEP_OF_LOOPS)
         return (self._loop_gap(_stepped(q, index, step), loop, self._exact[loop])[0] - left) / step
 
     def turned(self, q: Array, here: Array) -> Array:
