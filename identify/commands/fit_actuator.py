@@ -107,7 +107,7 @@ def figures_of(given: Namespace) -> tuple[str, ...]:
     """Names of the files that --figures may write."""
     if given.figures is None:
         return ()
-    from identify.report.loop_figures import FILES
+    from identify.report.fit_plots import FILES
 
     return FILES
 
@@ -304,7 +304,7 @@ def _resampled(given: Namespace, fit: Any, data: Any, result: dict[str, Any]) ->
 
 
 def _draw(given: Namespace, fit: Any, profile: Any) -> None:
-    from identify.report.loop_figures import drawings, save_figure_file, save_figures
+    from identify.report.fit_plots import drawings, save_figure_file, save_figures
 
     made = drawings(fit, profile)
     if given.figure:

@@ -6,7 +6,7 @@ from matplotlib.colors import to_hex
 
 from identify.actuator.fit_actuator import fit_actuator
 from identify.loops.loop_data import prepare
-from identify.report.loop_figures import FILES, NAMES, drawings, save_figure_file, save_figures
+from identify.report.fit_plots import FILES, NAMES, drawings, save_figure_file, save_figures
 from identify.report.phrases import with_error
 from measure import Loop
 from measure.common.figure_plots import COLOURS
