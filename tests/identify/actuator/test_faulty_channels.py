@@ -52,6 +52,12 @@ def test_what_cannot_be_mended_is_not_called_ok(kind, word):
     assert answered(kind, 1)[1].verdict.word == word
 
 
+def test_a_loud_noise_is_ok_and_named():
+    verdict = answered("noisy", 1)[1].verdict
+    assert verdict.word == "ok"
+    assert "which is noise" in verdict.reason
+
+
 MAY_BE_REFUSED = 0.2  # of loops that only look bad
 
 

@@ -55,7 +55,7 @@ def numbers(fit: ActuatorFit) -> dict[str, float]:
     """All that is said in numbers, by name; the levels about their mean, because the zero of a load cell is nobody's."""
     levels = [name for name in fit.estimates if name.startswith("b_")]
     zero = float(np.mean([fit.estimates[name].value for name in levels]))
-    found = {"half height": fit.half_height_N, "misfit": fit.misfit.pooled, **dict(zip(fit.names, np.diag(fit.covariance), strict=True))}
+    found = {"half height": fit.half_height_N, "misfit": fit.misfit.pooled}
     for name, e in fit.estimates.items():
         off = zero if name in levels else 0.0
         found |= {
