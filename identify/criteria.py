@@ -131,6 +131,9 @@ variance, and most of it by one cause."""
 SLIGHT_MISFIT = 0.01
 """Misfit below which a law is called right as far as it goes: load cells and gauges are linear to a hundredth of a loop's half height."""
 
+LOUD = 0.1
+"""Noise of a sample in parts of a loop's height from which on it is named: as large as the misfit that would be a missing effect."""
+
 SURE_MISFIT = 4.0
 """Standard deviations of noise from which on a misfit is one: by chance once in 30 000 fits, and in 1000 for its longer tail."""
 

@@ -13,7 +13,7 @@ import numpy as np
 from identify.actuator.rates_and_strokes import covered
 from identify.actuator.transition_zone import Level, level_against_length
 from identify.criteria import ZEROS_DIFFER
-from identify.estimation.parameters import BETA_NAME, Estimate, Word
+from identify.estimation.parameters import BETA_NAME, LINE_NAMES, Estimate, Word
 from identify.estimation.problem import Fit
 from identify.estimation.profile_likelihood import ProfileCurve, profile_curve
 from identify.gap.misfit import Misfit
@@ -241,3 +241,35 @@ def corrected_force(fit: ActuatorFit, loop: int) -> Array:
     force = fit.loops[loop].force_N - fit.tares_N[loop]
     problem = fit.fit.problem
     return force - problem.covariate_force(fit.fit.q, loop) if problem.covariate else force
+
+
+def coefficients_of(fit: ActuatorFit, line: int) -> list[str]:
+    """Names of the coefficients of one of the four lines over the scaled rate, lowest power first."""
+    return [LINE_NAMES[line], *(f"rate.{LINE_NAMES[line]}[{j}]" for j in range(1, fit.fit.problem.rate.order + 1))]
+
+
+def line_at(fit: ActuatorFit, line: int, x: Array, elongation_m: float | None = None) -> tuple[Array, Array]:
+    """One of a_l, b_l, a_u, b_u over the rate, and its standard error, (n,) each.
+
+    Parameters
+    ----------
+    line : 0 to 3. x : the rate, (n,). elongation_m : where the level of b_l or b_u is taken, a u + b; without it at zero.
+    """
+    rate = fit.fit.problem.rate
+    powers = ((x - rate.middle) / rate.half)[:, None] ** np.arange(rate.order + 1)
+    names = coefficients_of(fit, line)
+    if elongation_m is not None:
+        names, powers = names + coefficients_of(fit, line - 1), np.hstack([powers, elongation_m * powers])
+    value = powers @ np.array([fit.fit.value(name) for name in names])
+    return value, np.sqrt(np.maximum(np.einsum("ij,jk,ik->i", powers, fit.fit.covariance_of(names), powers), 0.0))
+
+
+def polynomial_errors_of(fit: ActuatorFit) -> dict[str, list[float]]:
+    """Standard errors of the coefficients of a_l, b_l, a_u, b_u in the rate itself, lowest power first."""
+    rate = fit.fit.problem.rate
+    turn = np.array([np.pad(c := rate.unscaled(row), (0, rate.order + 1 - len(c))) for row in np.eye(rate.order + 1)])
+    covariances = [fit.fit.covariance_of(coefficients_of(fit, line)) for line in range(4)]
+    return {
+        name: np.sqrt(np.maximum(np.diag(turn.T @ covariance @ turn), 0.0)).tolist()
+        for name, covariance in zip(("a_l", "b_l", "a_u", "b_u"), covariances, strict=True)
+    }

@@ -92,7 +92,6 @@ def _solved(
     loops: Sequence[LoopData], kinds: tuple[type[Effect], ...], levels: Levels, tare: Tare, changes: Sequence[Change], options: Options
 ) -> Fit:
     """The least squares about a force of zero, drifts free where they are asked for or surely there; levels put back."""
-    own = bool(np.ptp(levels.of_loops_N)) or (tare == "each" and len(loops) > 1)
     counted, centred = levels.changes_without(changes), levels.without(loops)
 
     def problem(*, drifting: bool) -> Problem:
@@ -102,13 +101,13 @@ def _solved(
             options.abscissa,
             options.order,
             options.covariate,
-            own_zeros=own,
+            own_zeros=levels.own,
             drifting=drifting,
             changes=counted,
         )
 
     fit = solve_loops(problem(drifting=tare == "each"), robust=options.robust)
-    if own and tare == "auto":
+    if levels.own and tare == "auto":
         drifted = solve_loops(problem(drifting=True), fit.q, robust=options.robust)
         fit = drifted if drift_significance(drifted) > ZEROS_DIFFER else fit
     return levels.put_back(fit, levels.changes_without(fit.problem.changes, 1.0))

@@ -22,10 +22,11 @@ _SAME = 1e-9  # of a level
 
 @dataclass(frozen=True)
 class Levels:
-    """What is taken off the force of each loop before a fit, (loops,) N, and the mean that is put back, N."""
+    """What is taken off the force of each loop before a fit, (loops,) N, and the mean that is put back, N. own : each loop has its zero."""
 
     of_loops_N: Array
     mean_N: float
+    own: bool
 
     def without(self, loops: Sequence[LoopData]) -> tuple[LoopData, ...]:
         """The loops about a force of zero."""
@@ -54,7 +55,7 @@ def levels_of(loops: Sequence[LoopData], kinds: Sequence[type[Effect]], *, own: 
     means = np.array([_mean_force(data) for data in loops])
     means = means if own else np.full(len(loops), means.mean())
     mean = float(means.mean())
-    return Levels(means, mean) if all(_is_free_of_level(kind, loops[0]) for kind in kinds) else Levels(means - mean, 0.0)
+    return Levels(means, mean, own) if all(_is_free_of_level(kind, loops[0]) for kind in kinds) else Levels(means - mean, 0.0, own)
 
 
 def _mean_force(data: LoopData) -> float:

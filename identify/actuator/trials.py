@@ -51,7 +51,7 @@ def shortened(fit: Fit, samples: int) -> Fit:
     if sum(counts) <= samples:
         return fit
     runs = tuple(replace(run, data=first_cycles(run.data, max(samples // len(counts), 1))) for run in fit.problem.loops)
-    return roughly(replace(fit.problem, loops=runs), fit.q)
+    return solve(replace(fit.problem, loops=runs), fit.q)
 
 
 def kinds_for(fit: Fit, kinds: Sequence[type[Effect]] | None = None) -> list[type[Effect]]:
@@ -190,7 +190,8 @@ def _fitted(fit: Fit, one: Screened, looked: int) -> Trial | None:
     p_value = min(float(chi2.sf(gained, count)) * looked, 1.0)
     independent = max(fit.problem.measured / max(found.variance_inflation, 1.0), 2.0)
     sure = p_value < SURE_EFFECT and _is_sure(found, one.kind, len(fit.q))
-    return Trial(one.kind.name, found, fit, p_value, gained - count * float(np.log(independent))) if sure else None
+    bic = gained - count * float(np.log(independent))
+    return Trial(one.kind.name, solve(found.problem, found.q), fit, p_value, bic) if sure else None
 
 
 def _is_sure(found: Fit, kind: type[Effect], first: int) -> bool:

@@ -18,6 +18,7 @@ from identify.actuator.rates_and_strokes import follows_frequency, what_differs
 from identify.criteria import (
     LARGEST_MISFIT,
     LEAST_STEPS,
+    LOUD,
     NO_AREA,
     SLIGHT_MISFIT,
     STRUCTURED_MISFIT,
@@ -84,7 +85,15 @@ def verdict_of(seen: Evidence) -> Verdict:
 def _beyond_noise(seen: Evidence) -> str:
     noise = float(np.sqrt(np.mean([data.force_sigma_N**2 for data in seen.loops])))
     ratio = float(np.sqrt(np.mean(np.concatenate(seen.residuals) ** 2))) / max(noise, 1e-300)
-    return "" if ratio < 2.0 else f"; the residual is {ratio:.1f} times the noise of the samples, so the law is not all there is"
+    if ratio < 2.0:
+        return _loud(noise, float(np.mean(seen.misfit.heights_N)))
+    return f"; the residual is {ratio:.1f} times the noise of the samples, so the law is not all there is"
+
+
+def _loud(noise_N: float, height_N: float) -> str:
+    """A remark on noise that a good part of the loop's height could hide in."""
+    share = noise_N / max(height_N, 1e-300)
+    return "" if not share >= LOUD else f", which is noise: {1e3 * noise_N:.2g} mN a sample, {100 * share:.0f} % of the loops' height"
 
 
 def _refused(seen: Evidence) -> str:

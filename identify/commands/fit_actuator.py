@@ -61,7 +61,10 @@ def _parser() -> Any:
     add_effects_option(made)
     made.add_argument("--model", type=Path, metavar="MODEL", help="put the actuator into this model instead of a bare one")
     made.add_argument("--curve", type=Path, metavar="FILE", help="measured, corrected and fitted force of every sample that counts (CSV)")
-    made.add_argument("--figure", type=Path, metavar="FILE", help="loops, model and residual on one page (png, pdf, svg)")
+    made.add_argument(
+        "--figure", type=Path, metavar="FILE", help="loops with the law, what is left, the numbers; pdf: all figures (png, pdf, svg)"
+    )
+    made.add_argument("--figures", type=Path, metavar="FOLDER", help="each figure alone, one a question, as png and pdf")
     made.add_argument("--page", type=Path, metavar="FILE", help="page with the law, every loop and what is left (HTML)")
     return examples(
         made,
@@ -95,7 +98,18 @@ def _gate(given: Namespace) -> Outputs:
     """All that the command writes and reads."""
     files = {f"--{name.replace('_', '-')}": getattr(given, name) for name in ("output", "json", "figure", "curve", "page", "save_mapping")}
     read = [*given.loops, *given.effects, *filter(None, (given.model, given.mapping))]
-    return Outputs({} if given.preview else files, {}, read)
+    if given.preview:
+        return Outputs({}, {}, read)
+    return Outputs(files, {"--figures": (given.figures, figures_of(given))}, read)
+
+
+def figures_of(given: Namespace) -> tuple[str, ...]:
+    """Names of the files that --figures may write."""
+    if given.figures is None:
+        return ()
+    from identify.report.fit_plots import FILES
+
+    return FILES
 
 
 def _done(given: Namespace, arguments: Sequence[str]) -> tuple[int, list[str]]:
@@ -275,7 +289,7 @@ def _resampled(given: Namespace, fit: Any, data: Any, result: dict[str, Any]) ->
     from identify.estimation.bootstrap import bootstrap
     from measure.common.command_line import progress
 
-    profile = fit.profile() if given.profile or given.figure else None
+    profile = fit.profile() if given.profile or given.figure or given.figures else None
     if profile:
         table = {"beta_per_m": profile.values, "rise": profile.rise, "ci95": list(profile.interval)}
         result["beta_profile"] = table
@@ -287,6 +301,16 @@ def _resampled(given: Namespace, fit: Any, data: Any, result: dict[str, Any]) ->
         result["bootstrap"] = {"repeats": given.bootstrap, "seed": given.seed, "ci95": intervals}
         result["notes"] += [f"bootstrap by cycles: {name} 95 % from {a:.6g} to {b:.6g}" for name, (a, b) in intervals.items()]
     return profile
+
+
+def _draw(given: Namespace, fit: Any, profile: Any) -> None:
+    from identify.report.fit_plots import drawings, save_figure_file, save_figures
+
+    made = drawings(fit, profile)
+    if given.figure:
+        save_figure_file(made, given.figure)
+    if given.figures:
+        save_figures(made, given.figures)
 
 
 def _spread(values: Sequence[float]) -> float:
@@ -312,10 +336,8 @@ def _write(given: Namespace, mapping: ColumnMapping, fit: Any, data: Any, result
         )
     if given.json:
         write_json(given.json, {**result, "provenance": note})
-    if given.figure:
-        from identify.report.loop_plots import page, save
-
-        save(page(fit, data, f"{result['verdict']}: {result['reason']}", profile), given.figure)
+    if given.figure or given.figures:
+        _draw(given, fit, profile)
     if given.curve:
         from identify.actuator.curves import curve_columns
         from measure.tables.csv_cells import write_columns

@@ -18,7 +18,7 @@ from measure.common.arrays import Array
 _FORESEEN = 0.3  # part of a change of the gaps that a Jacobian may miss and still be updated instead of being worked out again
 _AT_BOUND, _OFF_BOUND = 1e-6, 1e-3  # in scales: nearer than this a parameter is at its bound, and starts so far off it
 _LAST_LEG = 60
-_OF_LOOPS, _POLISHING, _POLISHED = 200, 12, 1e-11  # evaluations; further steps, and how long the last is, in units of the noise
+_OF_LOOPS, _POLISHING, _SHORTER, _POLISHED = 200, 60, 0.9, 1e-11  # evaluations; further steps, by how much each is shorter, the last one
 _OUTLIER = 2.0  # robust standard deviations from which on a gap counts less, where asked for
 
 
@@ -105,7 +105,7 @@ def polished(fit: Fitted[P]) -> Fitted[P]:
         size = float(np.linalg.norm(fit.jacobian[:, fit.clear_of_bounds] @ step))
         q = fit.q.copy()
         q[kept] += step
-        if not size < 0.5 * last or np.any((q <= low) & (fit.q > low)) or np.any((q >= high) & (fit.q < high)):
+        if not size < _SHORTER * last or np.any((q <= low) & (fit.q > low)) or np.any((q >= high) & (fit.q < high)):
             return fit
         gaps, jacobian = fit.problem.jacobian(q, fit.columns.tolist())
         fit, last = replace(fit, q=q, gaps=gaps, jacobian=jacobian), size

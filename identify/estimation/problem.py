@@ -18,14 +18,14 @@ from identify.campaign.prepared import Film, lengths_of
 from identify.estimation.fit import Block, Fitted
 from identify.estimation.observation import View, observe, observe_beside
 from identify.estimation.parameterisation import Unknowns
-from identify.estimation.parameters import BASE, Change
+from identify.estimation.parameters import BASE, LINE_NAMES, Change
 from identify.loops.loop_data import LoopData, gap_and_motion_errors, with_turns_moved
 from measure.common.arrays import Array
 from simulate.dispatch.threads import side_by_side
 from simulate.model.effect import Effect
 from simulate.model.model import Model
 
-_STEP, _STEP_OF_LOOPS = 1e-5, 1e-6  # in scales; the law of a loop is exact to the last digits, a deployment is not
+_STEP, _STEP_OF_LOOPS, _STEP_OF_LINES = 1e-5, 1e-3, 1e-2  # in scales; a loop is linear in its lines and zeros, so that any step is exact
 _DIVERGED = 1e3
 
 
@@ -180,7 +180,7 @@ class Problem(Unknowns):
         return tuple(self.rate.z_of(loop.data) for loop in self.loops)
 
     def jacobian(self, q: Array, columns: Sequence[int] | None = None, known: Array | None = None) -> tuple[Array, Array]:
-        """Gaps (m,) and their rate of change with the parameters (m, k), by forward differences; zero for a parameter that is held.
+        """Gaps (m,) and their rate of change with the parameters (m, k), by differences; zero for a parameter that is held.
 
         A parameter at its upper bound is stepped downwards. The errors of a loop's motion count as they do at `q`: their own change is
         left out, which makes a fit the root of a weighted score and keeps it from growing an inertia that makes its loops less sure.
@@ -246,8 +246,17 @@ class Problem(Unknowns):
         return own, -self.scales[index] / self.scales[own] / (count - 1)
 
     def _loop_slope(self, q: Array, loop: int, index: int, left: Array) -> Array:
-        step = self._step(q, index, _STEP_OF_LOOPS)
-        return (self._loop_gap(_stepped(q, index, step), loop, self._exact[loop])[0] - left) / step
+        """Slope of one loop; by central differences where it is no straight line and both sides lie within the bounds."""
+        if index < len(LINE_NAMES) or self.first_zero <= index < self.first_effect:
+            ahead, behind = self._step(q, index, _STEP_OF_LINES), 0.0
+        else:
+            ahead = self._step(q, index, _STEP_OF_LOOPS)
+            behind = -ahead if ahead > 0.0 and q[index] - ahead >= self.parameters[index].low else 0.0
+        there, here = (self._exact_gap(q, loop, index, step) if step else left for step in (ahead, behind))
+        return (there - here) / (ahead - behind)
+
+    def _exact_gap(self, q: Array, loop: int, index: int, step: float) -> Array:
+        return self._loop_gap(_stepped(q, index, step), loop, self._exact[loop])[0]
 
     def turned(self, q: Array, here: Array) -> Array:
         """Change (m,) of the gaps `here` with all turning points of all loops one standard deviation further out."""

@@ -19,6 +19,8 @@ _PLACES = 96  # of a cycle
 _FEWEST = 12
 _COARSE = 16  # places of a cycle where there is but one
 
+_ROUNDING = 1e-6  # of a place: samples that lie on the edge of two fall into the same one whatever the last digits of the clock
+
 
 @dataclass(frozen=True)
 class Misfit:
@@ -102,7 +104,8 @@ def _by_place(data: LoopData, whole: Array, spans: Sequence[tuple[int, int]]) ->
     for row, (a, b) in enumerate(spans):
         time, values = data.time_s[a:b], whole[a:b]
         known = np.isfinite(values)
-        at = np.minimum((places * (time - time[0]) / max(time[-1] - time[0], 1e-300)).astype(int), places - 1)[known]
+        share = (time - time[0]) / max(time[-1] - time[0], 1e-300)
+        at = np.minimum((places * share + _ROUNDING).astype(int), places - 1)[known]
         count = np.bincount(at, minlength=places)
         total = np.bincount(at, values[known], minlength=places)
         table[row, count > 0] = total[count > 0] / count[count > 0]

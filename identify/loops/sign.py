@@ -116,13 +116,32 @@ def _beside_fundamental(data: LoopData, channel: Array) -> float:
     return float(left @ left / (whole @ whole)) if whole @ whole > 0.0 else 0.0
 
 
+_READ_AS = {
+    "elongation": ("mm read as m? --unit elongation=mm", "m read as mm? --unit elongation=m"),
+    "force": ("mN read as N? --unit force=mN", "kN read as N? --unit force=kN"),
+}  # a thousand times too large, too small
+
+
 def units_apart(loops: Sequence[LoopData]) -> list[Fault]:
-    """Loops whose stroke is a thousand times that of the others, or a thousandth: their elongation was read in another unit."""
+    """Loops whose stroke or height is a thousand times that of the others, or a thousandth: they were read in another unit.
+
+    Of two files the one with the larger values is named.
+    """
     strokes = np.array([float(np.ptp(d.elongation_m[d.used])) for d in loops])
+    heights = np.array([abs(area(d, d.force_N)) / (2.0 * d.amplitude_m) if d.cycles.spans else np.nan for d in loops])
+    apart = _apart_by_unit(loops, strokes, "elongation", "its elongation spans {:.4g} m")
+    return apart or _apart_by_unit(loops, heights, "force", "its loop is {:.4g} N high")
+
+
+def _apart_by_unit(loops: Sequence[LoopData], sizes: Array, channel: str, what: str) -> list[Fault]:
     found = []
-    for data, stroke, others in zip(loops, strokes, (np.delete(strokes, k) for k in range(len(strokes))), strict=True):
-        ratio = stroke / float(np.median(others)) if len(others) else 1.0
-        if 1000.0 / SAME_UNIT < ratio < 1000.0 * SAME_UNIT:
-            said = f"its elongation spans {stroke:.4g} m, {ratio:.0f} times that of the others: mm read as m? --unit elongation=mm"
-            found.append(Fault("unit", "elongation", data.name, "refused", stroke, said))
+    for k, (data, size) in enumerate(zip(loops, sizes, strict=True)):
+        others = np.delete(sizes, k)
+        others = others[np.isfinite(others)]
+        ratio = float(size) / max(float(np.median(others)), 1e-300) if len(others) and size > 0.0 else 1.0
+        large = 1000.0 / SAME_UNIT < ratio < 1000.0 * SAME_UNIT
+        if large or (len(others) > 1 and 1000.0 / SAME_UNIT < 1.0 / ratio < 1000.0 * SAME_UNIT):
+            times = f"{ratio:.0f} times" if large else f"1/{1.0 / ratio:.0f} of"
+            said = f"{what.format(size)}, {times} that of the others: {_READ_AS[channel][not large]}"
+            found.append(Fault("unit", channel, data.name, "refused", float(size), said))
     return found

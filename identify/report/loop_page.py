@@ -7,12 +7,13 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from identify.actuator.actuator_fit import ActuatorFit, corrected_force
+from identify.actuator.actuator_fit import ActuatorFit
 from identify.actuator.rates_and_strokes import correlation_sentence
 from identify.loops.loop_data import LoopData
-from identify.report.phrases import sized
+from identify.report.loop_page_figures import covariate_section, last_cycle_of, loops_and_law, rate_section
+from identify.report.loop_plots import name_of
+from identify.report.phrases import sized, with_error
 from measure.pages.figure import Band, Figure, Line, Panel
 from measure.pages.page import facts_of, number, opened
 from measure.pages.sections import Bars, Section, Table, sections_html
@@ -32,9 +33,11 @@ def actuator_html(fit: ActuatorFit, result: Mapping[str, Any], note: Mapping[str
     order = np.argsort([-row["misfit_percent_of_half_height"] for row in result["loops"]], kind="stable")
     figures = [_loop_figure(fit, int(k), f"loop-{place + 1}") for place, k in enumerate(order)]
     sections = [
-        Section("The loop that is met worst", figures=figures[:1]),
-        Section("The law", tables=[_parameters(result)], paragraphs=[_in_words(result)]),
-        Section("The loops", tables=[_loops(result)], figures=figures[1:_OPEN]),
+        Section("Loops and law", figures=[loops_and_law(fit)]),
+        Section("The law", tables=[_parameters(result), _statistics(result)], paragraphs=[_in_words(result)]),
+        *rate_section(fit),
+        *covariate_section(fit),
+        Section("The loops, the one that is met worst first", tables=[_loops(result)], figures=figures[:_OPEN]),
         Section(
             "What is left",
             [opened(f"what is left depends on {result['residual_depends_on']}.")],
@@ -80,8 +83,28 @@ def _with_interval(fit: ActuatorFit, name: str) -> str:
 
 
 def _parameters(result: Mapping[str, Any]) -> Table:
-    rows = [[name, e["value"], e["stderr"], *e["ci95"], e["verdict"]] for name, e in result["parameters"].items()]
+    rows = [[name, *_rounded(e), e["verdict"]] for name, e in result["parameters"].items()]
     return Table("parameters", "Values with 95 % intervals", ["parameter", "value", "standard error", "95 % from", "to", "verdict"], rows)
+
+
+def _rounded(e: Mapping[str, Any]) -> list[str]:
+    """Value, standard error and the ends of the interval, with as many decimals as are known."""
+    value, _, error = with_error(e["value"], e["stderr"]).partition(" ± ")
+    return [value, error, *(with_error(end, e["stderr"], alone=True) for end in e["ci95"])]
+
+
+def _statistics(result: Mapping[str, Any]) -> Table:
+    found = result.get("statistics", {})
+    names = {
+        "points": "points",
+        "effective_points": "independent points that they are worth",
+        "free_parameters": "free parameters",
+        "chi_square": "chi-square over the noise",
+        "reduced_chi_square": "reduced chi-square",
+        "aic_effective": "AIC, of independent points",
+        "bic_effective": "BIC, of independent points",
+    }
+    return Table("statistics", "The fit in numbers", ["of the fit", "value"], [[names[key], found[key]] for key in names if key in found])
 
 
 def _in_words(result: Mapping[str, Any]) -> str:
@@ -141,30 +164,20 @@ def _correlations(fit: ActuatorFit) -> Table:
 def _loop_figure(fit: ActuatorFit, k: int, name: str) -> Figure:
     """The last full cycle of a loop: measured and modelled over the elongation, and what is left."""
     data: LoopData = fit.loops[k]
-    kept = _last_cycle(data)
-    u, force = 1e3 * data.elongation_m[kept], corrected_force(fit, k)[kept]
-    left = np.full(len(data.force_N), np.nan)
-    left[data.used] = fit.residuals[k]
+    u, force, left = last_cycle_of(fit, k)
     a_l, b_l, a_u, b_u, _ = fit.lines_of(k)
     ends = np.array([u.min(), u.max()])
     alone = ", law alone" if fit.effects else ""
     lines: Sequence[Line] = [
         Line("measured", u, force, "measured", dots=True),
-        Line("modelled", u, force - left[kept], "effect"),
+        Line("modelled", u, force - left, "effect"),
         Line(f"lower asymptote{alone}", ends, a_l * ends / 1e3 + b_l, "limit"),
         Line(f"upper asymptote{alone}", ends, a_u * ends / 1e3 + b_u, "limit"),
     ]
     band = Band("noise, 2 sigma", np.sort(u), np.full(len(u), -2 * data.force_sigma_N), np.full(len(u), 2 * data.force_sigma_N))
     panels = [
         Panel("force, N", lines, height_px=240),
-        Panel("measured minus modelled, N", [Line("left", u, left[kept], "effect")], (band,), 130, 0.0),
+        Panel("measured minus modelled, N", [Line("left", u, left, "effect")], (band,), 130, 0.0),
     ]
-    title = f"{Path(data.name).name}: {data.frequency_Hz:.3g} Hz, stroke {2e3 * data.amplitude_m:.3g} mm"
+    title = f"{Path(data.name).name}: {name_of(data)}"
     return Figure(name, title, "elongation, mm", panels, "Last full cycle.")
-
-
-def _last_cycle(data: LoopData) -> NDArray[np.intp]:
-    """Places of the last full cycle's samples that count, or of all that do."""
-    a, b = data.cycles.spans[-1] if data.cycles.spans else (0, len(data.time_s))
-    places = np.arange(a, b)
-    return places[np.isin(places, np.arange(len(data.time_s))[data.used])]

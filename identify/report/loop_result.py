@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from identify.actuator.actuator_fit import ActuatorFit, Disagreement, transition_of
+from identify.actuator.actuator_fit import ActuatorFit, Disagreement, polynomial_errors_of, transition_of
 from identify.actuator.rates_and_strokes import correlation_sentence, frequency_amplitude_correlation
 from identify.actuator.stiffness import effective_stiffness, friction_without_inertia, slopes_and_inertia
 from identify.actuator.suggestions import suggestions_of
@@ -32,7 +32,7 @@ def result_of(fit: ActuatorFit, loops: Sequence[LoopData], notes: Sequence[str] 
         "at_bound": fit.fit.at_bounds(),
         "half_height_N": fit.half_height_N,
         "half_height_at_m": fit.centre_m,
-        "rate": _rate(fit),
+        "rate": _rate_with_errors(fit),
         "covariate": _covariate(fit, loops),
         "paper_recipe": _recipe(fit, loops),
         "loops": [_loop(fit, k, data, error) for k, (data, error) in enumerate(zip(loops, errors(loops, fit.residuals), strict=True))],
@@ -66,6 +66,11 @@ def _disagreement(one: Disagreement, loops: Sequence[LoopData]) -> dict[str, Any
 def _rate(fit: ActuatorFit) -> dict[str, Any] | None:
     rate = fit.fit.problem.rate
     return None if rate.abscissa == "none" else {"abscissa": rate.abscissa, **fit.polynomials()}
+
+
+def _rate_with_errors(fit: ActuatorFit) -> dict[str, Any] | None:
+    made = _rate(fit)
+    return made and {**made, "stderr": polynomial_errors_of(fit)}
 
 
 def drift_per_cycle(data: LoopData, of: Array) -> float:

@@ -53,7 +53,18 @@ PHRASES: Mapping[str, str] = {
     "platform-inertia": "the platform's moments of inertia are off by {fraction}",
     "geometry-error": "the joints sit elsewhere than the model file says, by up to {position_m}",
 }
-_FEW = 3
+_FEW, _DECIMALS = 3, 7
+
+
+def with_error(value: float, error: float, *, alone: bool = False) -> str:
+    """A number with two digits of its standard error: "399.9 \u00b1 1.2"; alone: with the same decimals, the error left out."""
+    if not (np.isfinite(value) and np.isfinite(error) and error > 0.0):
+        return f"{value:.4g}" if alone or not np.isfinite(error) else f"{value:.4g} \u00b1 {error:.2g}"
+    decimals = 1 - int(np.floor(np.log10(error)))
+    if decimals > _DECIMALS or abs(value) >= 1e7:
+        return f"{value:.4g}" if alone else f"{value:.4g} \u00b1 {error:.2g}"
+    shown = [f"{round(one, decimals):.{max(decimals, 0)}f}" for one in (value, error)]
+    return shown[0] if alone else " \u00b1 ".join(shown)
 
 
 def phrase_of(finding: Finding) -> str:

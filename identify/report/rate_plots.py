@@ -8,18 +8,21 @@ from typing import Any
 
 import numpy as np
 
-from identify.actuator.actuator_fit import ActuatorFit, corrected_force, transition_of
+from identify.actuator.actuator_fit import ActuatorFit, corrected_force, line_at, polynomial_errors_of, transition_of
 from identify.actuator.rates_and_strokes import rates_of, strokes
 from identify.actuator.stiffness import stiffness_of_cycles
 from identify.criteria import STRAIGHT_FROM
-from identify.estimation.parameters import LINE_NAMES
 from identify.estimation.profile_likelihood import ProfileCurve
 from identify.loops.loop_data import LoopData, free_start
 from identify.loops.paper_recipe import shifted, straight_lines
+from identify.report.phrases import with_error
 from measure.common.arrays import Array
+from measure.common.figure_plots import COLOURS
 
 _STRAIGHT = 5.0  # lengths 1 / beta behind a reversal, from which on a branch is straight
 _MARKS = ("o", "s", "^", "D", "v", "P")
+_UNITS = ("N/m", "N", "N/m", "N")  # of a_l, b_l, a_u, b_u
+_ABSCISSA = {"frequency_Hz": "frequency (Hz)", "speed_m_per_s": "mid-stroke speed (m/s)"}
 
 
 def coefficients_against_rate(axes: Any, fit: ActuatorFit, loops: Sequence[LoopData], which: str) -> Any:
@@ -34,40 +37,46 @@ def coefficients_against_rate(axes: Any, fit: ActuatorFit, loops: Sequence[LoopD
     known = np.isfinite(x)
     low, high = (float(bound(x[known])) if np.any(known) else 0.0 for bound in (np.min, np.max))
     ends = np.linspace(low, high, 60) if high > low else np.array([0.95, 1.05]) * low
-    z = (ends - rate.middle) / rate.half
-    alone = [_line_alone(fit, k, data) for k, data in enumerate(loops)]
-    for side, (first, style, mark, label) in enumerate(((row, "--", "o", "lower asymptote"), (row + 2, ":", "s", "upper asymptote"))):
+    alone = [line_alone(fit, k, data) for k, data in enumerate(loops)]
+    sides = ((row, "--", "o", COLOURS[0], "lower asymptote"), (row + 2, "-.", "s", COLOURS[1], "upper asymptote"))
+    for side, (line, style, mark, colour, label) in enumerate(sides):
         if np.any(known):
-            _polynomial(axes, fit, (first, which), ends, z, f"k{style}", label)
+            value, error = line_at(fit, line, ends, fit.centre_m if which == "level" else None)
+            axes.plot(ends, value, style, color=colour, linewidth=1.3, label=f"{label}, fitted to all, with 95 % band")
+            axes.fill_between(ends, value - 1.96 * error, value + 1.96 * error, color=colour, alpha=0.2, linewidth=0.0)
         single = [np.nan if lines is None else lines[2 * side + row] for lines in alone]
-        axes.plot(x, single, mark, color="black", markerfacecolor="white", markersize=4, linestyle="none", label=f"{label}, each loop")
-    label = "frequency (Hz)" if abscissa == "frequency_Hz" else "mid-stroke speed (m/s)"
+        axes.plot(x, single, mark, color=colour, markerfacecolor="white", markersize=5, linestyle="none", label=f"{label}, each loop")
     ylabel = "slope of the asymptotes (N/m)" if which == "slope" else f"level at {1e3 * fit.centre_m:.0f} mm (N)"
-    axes.set(xlabel=label, ylabel=ylabel, title=f"{which}s of the asymptotes, order {rate.order}")
-    axes.locator_params(axis="x", nbins=5)
-    axes.legend(fontsize="xx-small")
+    axes.set(xlabel=_ABSCISSA[abscissa], ylabel=ylabel, title=f"{which}s, order {rate.order}")
+    axes.locator_params(axis="x", nbins=6)
+    axes.ticklabel_format(axis="y", useOffset=False)
     return axes
 
 
-def _polynomial(axes: Any, fit: ActuatorFit, line: tuple[int, str], x: Array, z: Array, style: str, label: str) -> None:
-    """Slope of an asymptote, or its level in the middle of the elongations, over the rate, with its 95 % band."""
-    first, which = line
-    powers = z[:, None] ** np.arange(fit.fit.problem.rate.order + 1)
-    names = _coefficients(fit, first)
-    if which == "level":
-        names, powers = names + _coefficients(fit, first - 1), np.hstack([powers, fit.centre_m * powers])
-    value = powers @ np.array([fit.fit.value(name) for name in names])
-    band = 1.96 * np.sqrt(np.einsum("ij,jk,ik->i", powers, fit.fit.covariance_of(names), powers))
-    axes.plot(x, value, style, linewidth=1.0, label=f"{label}, fitted to all")
-    axes.fill_between(x, value - band, value + band, color="0.8")
+def polynomials_as_text(fit: ActuatorFit) -> tuple[str, list[str]]:
+    """A title, and the lines of a table: each line of the law at the lowest, the middle and the highest rate, and its coefficients."""
+    rate = fit.fit.problem.rate
+    if rate.abscissa == "none":
+        return "the law is one for all rates: --rate frequency or --rate speed lets the asymptotes follow one", []
+    unit = "Hz" if rate.abscissa == "frequency_Hz" else "m/s"
+    at = rate.middle + rate.half * np.array([-1.0, 0.0, 1.0])
+    errors, made = polynomial_errors_of(fit), fit.polynomials()
+    lines = [" " * 10 + "".join(f"{f'at {one:.3g} {unit}':>20}" for one in at)]
+    for line, (name, of) in enumerate(zip(errors, _UNITS, strict=True)):
+        values = [with_error(float(v), float(e)) for v, e in zip(*line_at(fit, line, at), strict=True)]
+        lines.append(f"{name:<4}{of:<6}" + "".join(f"{text:>20}" for text in values))
+    lines += [
+        "",
+        " " * 10
+        + "".join(f"{head:>20}" for head in ("constant", f"per {unit}", "per Hz²" if unit == "Hz" else "per (m/s)²")[: rate.order + 1]),
+    ]
+    for name, of in zip(errors, _UNITS, strict=True):
+        coefficients = [with_error(c, e) for c, e in zip(made[name], errors[name], strict=True)]
+        lines.append(f"{name:<4}{of:<6}" + "".join(f"{text:>20}" for text in coefficients))
+    return "lines of the law at three rates, and their coefficients, with standard errors", lines
 
 
-def _coefficients(fit: ActuatorFit, line: int) -> list[str]:
-    """Names of the coefficients of one of the four lines, lowest power first."""
-    return [LINE_NAMES[line], *(f"rate.{LINE_NAMES[line]}[{j}]" for j in range(1, fit.fit.problem.rate.order + 1))]
-
-
-def _line_alone(fit: ActuatorFit, k: int, data: LoopData) -> Array | None:
+def line_alone(fit: ActuatorFit, k: int, data: LoopData) -> Array | None:
     """Slope and level in the middle, lower then upper, of one loop by itself, the forces of effects taken out of it."""
     lines, centre = fit.lines_of(k), fit.centre_m
     without = free_start(lines, data)[1] - (free_start(lines, data, fit.effects)[1] if fit.effects else free_start(lines, data)[1])
@@ -88,19 +97,19 @@ def stiffness_against(axes: Any, fit: ActuatorFit, loops: Sequence[LoopData], wh
         group = sorted(group, key=lambda data: data.frequency_Hz)
         x = [1e3 * data.amplitude_m if amplitude else data.frequency_Hz for data in group]
         values = [stiffness_of_cycles(data, fit.effects) for data in group]
-        mark = _MARKS[place % len(_MARKS)]
+        mark, colour = _MARKS[place % len(_MARKS)], COLOURS[place % len(COLOURS)]
         middle, spread = [np.median(v) for v in values], [np.std(v) for v in values]
         label = f"stroke {2e3 * group[0].amplitude_m:.3g} mm"
-        axes.errorbar(x, middle, yerr=spread, fmt=mark, color="black", markerfacecolor="white", markersize=5, capsize=2, label=label)
+        axes.errorbar(x, middle, yerr=spread, fmt=mark, color=colour, markerfacecolor="white", markersize=5, capsize=2, label=label)
         if not amplitude:
-            axes.plot(x, middle, "k-", linewidth=0.6)
+            axes.plot(x, middle, "-", color=colour, linewidth=0.8)
     label = "amplitude (mm)" if amplitude else "frequency (Hz)"
     tail = ", inertia subtracted" if any(effect.leg_mass is not None for effect in fit.effects) else ""
     axes.set(xlabel=label, ylabel=f"effective stiffness{tail} (N/m)", title=f"effective stiffness by {which}")
     axes.set_ylim(0.0, 1.15 * axes.get_ylim()[1])
     axes.locator_params(axis="x", nbins=5)
-    if axes.get_legend_handles_labels()[0] and len(loops) <= 12:
-        axes.legend(fontsize="xx-small")
+    if axes.get_legend_handles_labels()[0] and not amplitude:
+        axes.legend(fontsize="x-small")
     return axes
 
 
@@ -108,7 +117,16 @@ def level_against_elongation(axes: Any, fit: ActuatorFit, loops: Sequence[LoopDa
     """Mean of both branches against the unrolled length, and from where on it is straight (Aridon 2009, section 3.2)."""
     level = transition_of(fit, loops)
     u = 1e3 * level.elongation_m
-    axes.errorbar(u, level.level_N, yerr=1.96 * level.stderr_N, fmt="ko", markersize=3, capsize=2, label="mean of both branches, 95 %")
+    axes.errorbar(
+        u,
+        level.level_N,
+        yerr=1.96 * level.stderr_N,
+        fmt="o",
+        color=COLOURS[0],
+        markersize=3,
+        capsize=2,
+        label="mean of both branches, 95 %",
+    )
     if np.all(np.isfinite(level.departure_N)) and len(u):
         axes.plot(u, level.level_N - level.departure_N, "k--", linewidth=0.8, label="line of the longest third")
         axes.axvline(1e3 * level.complete_from_m, color="0.5", linewidth=0.8, linestyle=":", label="straight from here on")
@@ -118,12 +136,9 @@ def level_against_elongation(axes: Any, fit: ActuatorFit, loops: Sequence[LoopDa
     return axes
 
 
-def profile_of_beta(axes: Any, fit: ActuatorFit, profile: ProfileCurve | None) -> Any:
+def profile_of_beta(axes: Any, fit: ActuatorFit, profile: ProfileCurve) -> Any:
     """Rise of the misfit along beta; where it stays below 3.84 beta is in the 95 % interval."""
-    if profile is None:
-        axes.axis("off")
-        return axes
-    axes.plot(profile.values, profile.rise, "k.-", label="profile")
+    axes.plot(profile.values, profile.rise, ".-", color=COLOURS[0], label="everything else fitted again")
     if profile.values[-1] > 5.0 * profile.values[0]:
         axes.set_xscale("log", subs=(2, 5))
         axes.xaxis.set_major_formatter("{x:g}")
@@ -132,5 +147,5 @@ def profile_of_beta(axes: Any, fit: ActuatorFit, profile: ProfileCurve | None) -
     axes.axvspan(low, high, color="0.85", label="95 %, covariance")
     axes.axhline(3.84, color="black", linewidth=0.6, linestyle="--", label="95 %, one parameter")
     axes.set(xlabel="beta (1/m)", ylabel="rise of the misfit", ylim=(0.0, 16.0), title="profile of beta")
-    axes.legend(fontsize="small")
+    axes.legend(fontsize="x-small", loc="upper center", frameon=True, framealpha=1.0)
     return axes

@@ -90,7 +90,7 @@ class Figure:
     """A figure.
 
     name : of its CSV, without an ending, another in each figure of a page. title, caption : what it is, and what is seen in it.
-    x_label : with its unit. link : figures of the same word share their cursor and their zoom.
+    x_label : with its unit. link : figures of the same word share their cursor and their zoom. large : keeps its height in print.
     """
 
     name: str
@@ -100,6 +100,7 @@ class Figure:
     caption: str = ""
     link: str = ""
     x_limits: tuple[float, float] | None = None
+    large: bool = False
 
     @cached_property
     def domain(self) -> tuple[float, float]:

@@ -31,6 +31,16 @@ def consistent(hits: int, cases: int, low: float, high: float = 1.0) -> bool:
     return bool(binom.cdf(hits, cases, low) > SURE and binom.sf(hits - 1, cases, high) > SURE)
 
 
+def share(hits: int, cases: int) -> str:
+    """A share in per cent with its 95 % interval (Clopper and Pearson 1934), for a table."""
+    from scipy.stats import binomtest
+
+    if not cases:
+        return "none"
+    found = binomtest(hits, cases).proportion_ci(0.95, method="exact")
+    return f"{100 * hits / cases:.1f} ({100 * found.low:.1f} to {100 * found.high:.1f})"
+
+
 @pytest.fixture(scope="session")
 def calibration_seed(pytestconfig: pytest.Config) -> int:
     """From which a statistical test draws; printed at the beginning of the run."""

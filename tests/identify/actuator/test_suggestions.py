@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from calibration import consistent
+from calibration import consistent, share
 from scipy.optimize import brentq
 
 from identify.actuator.actuator_fit import ActuatorFit, as_good
@@ -157,9 +157,14 @@ def test_of_sixty_sets_with_an_effect_it_is_named_first_and_of_sixty_without_non
         chance = np.random.default_rng([calibration_seed, 99, k])
         none.append(not fit_actuator(campaign(drawn_lines(chance), chance), tare="auto").trials)
     wrong = "; ".join(f"{name}: {got or 'none'}" for name, got, ok in zip(asked, found, right, strict=True) if not ok)
-    row = {"sets with an effect": number, "named first": sum(right), "which not": wrong, "sets without": number, "none named": sum(none)}
+    rows = [
+        {"sets": f"{number} with one effect", "right": "it is named first", "%": share(sum(right), number), "aim, %": 90, "else": wrong},
+        {"sets": f"{number} without", "right": "none is named", "%": share(sum(none), number), "aim, %": 95, "else": ""},
+    ]
     validation_table(
-        "Effects suggested by fit-actuator", [row], "Five times the size that a test at one in a thousand finds half of the time."
+        "Effects suggested by fit-actuator",
+        rows,
+        "The effect at five times the size that a test at one in a thousand finds half of the time; intervals after Clopper and Pearson.",
     )
     assert consistent(sum(right), number, 0.9)
     assert consistent(sum(none), number, 0.95)

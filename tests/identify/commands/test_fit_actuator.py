@@ -53,6 +53,15 @@ def test_loops_become_a_model_file_that_gives_back_the_truth(loop_files, tmp_pat
     assert "verdict  ok" in capsys.readouterr().out
 
 
+def test_figures_stand_alone_in_a_folder(loop_files, tmp_path):
+    folder = tmp_path / "figures"
+    assert main([loop_files[1], "--figures", str(folder), "--no-suggest", "--quiet"]) == 0
+    kinds = {path.suffix for path in folder.iterdir()}
+    names = {path.stem for path in folder.iterdir()}
+    assert kinds == {".png", ".pdf"}
+    assert names == {"01-fit", "02-each-loop", "04-residual", "06-friction", "07-level", "08-beta", "09-correlations"}
+
+
 def test_same_input_gives_the_same_bytes(loop_files, tmp_path):
     first, second = tmp_path / "one", tmp_path / "two"
     for folder in (first, second):
@@ -137,6 +146,7 @@ REFUSED = {
     "an effect no loop shows": (["LOOP", "--effect", "scale-error"], "no loop shows it"),
     "an unknown option": (["LOOP", "--efect", "x"], '"--effect"'),
     "a figure of no kind": (["LOOP", "--figure", "x.docx"], "figures are"),
+    "no folder for figures": (["LOOP", "--figures", "nowhere/figures"], "does not exist"),
     "a model without a copy": (["LOOP", "--model", "x.toml"], "--output"),
     "no such folder": (["LOOP", "--json", "nowhere/x.json"], "does not exist"),
     "a wrong column": (["LOOP", "--column", "force=Load"], 'no column "Load"'),
