@@ -48,7 +48,9 @@ def test_a_faulty_channel_is_named_and_what_is_called_ok_is_right(kind, seed):
     assert fit.verdict.word != "ok" or max(off(b, fit).values()) < FAR
 
 
-@pytest.mark.parametrize(("kind", "word"), [("late", "approximate"), ("clipped_elongation", "data-bad")])
+@pytest.mark.parametrize(
+    ("kind", "word"), [pytest.param("late", "approximate", marks=pytest.mark.slow), ("clipped_elongation", "data-bad")]
+)
 def test_what_cannot_be_mended_is_not_called_ok(kind, word):
     assert answered(kind, 1)[1].verdict.word == word
 
