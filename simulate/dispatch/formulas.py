@@ -42,18 +42,18 @@ SIGNATURES = {
 # The two formulas that every leg needs at every stage have a second form, for runs side by side: one call for a block, not one for
 # each run. Numbers become rows, and the parameters of a run stand `size` apart.
 LANE_SIGNATURES = {
-    "leg_force": types.void(_NUMBERS, _NUMBERS, _NUMBER, _NUMBERS, _NUMBERS, _NUMBERS, types.int64, _NUMBERS, types.int64),
+    "leg_force": types.void(_NUMBERS, _NUMBERS, _NUMBERS, _NUMBERS, _NUMBERS, _NUMBERS, types.int64, _NUMBERS, types.int64),
     "leg_mass": types.void(_NUMBERS, _NUMBERS, types.int64, _NUMBERS, types.int64),
 }
 
-# A stage of a Runge-Kutta step, which kernels reach through its address too: see kernel.rk_stage.
-STAGE = types.void(_NUMBERS, types.int64, _NUMBERS, _NUMBERS, types.int64, types.int64, _NUMBER, _NUMBER, _NUMBER)
+# A stage of a Runge-Kutta step, which kernels reach through its address too: see kernel.runge_kutta.
+STAGE = types.void(_NUMBERS, types.int64, _NUMBERS, _NUMBERS, types.int64, types.int64, _NUMBER)
 
 
 # A law of control, and what calls it for every run of a block once all legs are known: see control.control_loop.
 LAW = types.void(_NUMBER, _NUMBERS, _NUMBERS, _NUMBERS, _NUMBERS, _NUMBERS, _NUMBERS)
 CONTROL = types.void(
-    _NUMBERS, types.int64, _NUMBERS, types.int64, types.int64, types.int64, types.int64, types.int64, types.int64, _NUMBER, _NUMBER
+    _NUMBERS, types.int64, _NUMBERS, types.int64, types.int64, types.int64, types.int64, types.int64, types.int64, _NUMBER
 )
 
 
@@ -186,9 +186,9 @@ def lanes_form(formula: Any, kind: str) -> Any:
 
 # The forms use `source` only to have it in their closure, by which numba tells kept code apart.
 def _leg_force_lanes(formula: Any, source: bytes) -> Any:
-    def lanes(u: Any, v: Any, t: float, R: Any, turned: Any, p: Any, size: int, out: Any, n: int) -> None:
+    def lanes(u: Any, v: Any, t: Any, R: Any, turned: Any, p: Any, size: int, out: Any, n: int) -> None:
         for i in range(n if len(source) >= 0 else 0):
-            out[i] += formula(u[i], v[i], t, R[i], u[i] - turned[i], shifted(p, i * size))
+            out[i] = formula(u[i], v[i], t[i], R[i], u[i] - turned[i], shifted(p, i * size))
 
     return lanes
 

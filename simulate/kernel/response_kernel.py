@@ -12,12 +12,12 @@ from simulate.dispatch.formulas import FormulaTable, pointers_of
 from simulate.dispatch.intrinsics import uncounted
 from simulate.kernel.block import (
     Block,
+    block_memory,
     bounded,
+    fill,
     first_stage,
-    lane_rows,
     later_stages,
-    memory_at_release,
-    rows_of_block,
+    release,
 )
 from simulate.kernel.layout import (
     CENTRE,
@@ -34,7 +34,9 @@ from simulate.kernel.layout import (
     ROWS,
     SCRATCH,
     STATE,
+    STEP,
     TAKEN_OUT,
+    TIME,
 )
 from simulate.model.responses import (
     BEFORE_STOP,
@@ -85,10 +87,11 @@ def respond_block(
 ) -> None:
     """Responses of one block of deployments, sampled `count` times."""
     runs = min(n, values.shape[0] - first)
-    by_run = rows_of_block(values, first, n)
-    by_lane = lane_rows(by_run, n)
-    w, pointers = memory_at_release(by_lane, n, 0, len(table.control)), pointers_of(table)
+    pointers = pointers_of(table)
+    w, by_lane, by_run = block_memory(values.shape[1], n, 0, len(table.control))
     block = Block(uncounted(w), uncounted(by_lane), uncounted(by_run), uncounted(pointers), stage, n, 0)
+    for i in range(n):
+        release(block, i, values[first + min(i, runs - 1)])
     respond_runs(block, step, stride, count, full_height, answers[first : first + runs])
     if len(table.control) > 0:
         control_responses(w, n, answers[first : first + runs])
@@ -99,19 +102,21 @@ def respond_block(
 def respond_runs(block: Block, step: float, stride: int, count: int, full_height: float, answers: Array) -> None:
     """The deployments of one block, from the release on."""
     runs, turn = answers.shape[0], np.zeros((block.n, 3))
+    fill(block, STEP, step)
     answers[:] = 0.0
     answers[:, FULL_HEIGHT] = answers[:, DIVERGED] = np.nan
     for sample in range(count):
         for j in range(stride):
             time = (sample * stride + j) * step
-            first_stage(block, time, step)
+            fill(block, TIME, time)
+            first_stage(block)
             if j == 0:
                 for i in range(runs):
                     update_responses(block.w, block.by_lane, i, block.n, time, full_height, turn[i], answers[i])
                 if sample + 1 == count:
                     finish_responses(answers)
                     return
-            later_stages(block, time, step)
+            later_stages(block)
 
 
 @njit(cache=True, error_model="numpy")
