@@ -36,9 +36,9 @@ class LanesType(types.Type):
 class MaskType(types.Type):
     """Yes or no for each of n runs."""
 
-    def __init__(self, n: int) -> None:
-        self.n = n
-        super().__init__(name=f"Mask({n})")
+    def __init__(self, row: LanesType) -> None:
+        self.row, self.n = row, row.n
+        super().__init__(name=f"Mask({row.name})")
 
 
 class RowsType(types.Type):
@@ -89,7 +89,7 @@ def _binary(symbol: Any, emit: Any, *, compares: bool = False) -> None:
             if row is None or len(args) != 2:
                 return None
             wanted = [row if isinstance(kind, LanesType) else types.float64 for kind in args]
-            return signature(MaskType(row.n) if compares else row, *wanted)
+            return signature(MaskType(row) if compares else row, *wanted)
 
     def generate(context: Any, builder: Any, given: Any, values: Any) -> Any:
         del context
@@ -197,12 +197,13 @@ def _write(context: Any, builder: Any, given: Any, values: Any) -> Any:
 
 @intrinsic(prefer_literal=True)
 def _rows_at(typingctx: Any, numbers: Any, n: Any, fused: Any) -> Any:
-    """Memory from a pointer on as rows of n numbers; n and fused are constants."""
+    """Memory from a pointer on, or a contiguous array, as rows of n numbers; n and fused are constants."""
     del typingctx
     rows = RowsType(LanesType(n.literal_value, fused.literal_value))
 
     def generate(context: Any, builder: Any, signature: Any, given: Any) -> Any:
-        del context, signature, builder
+        if isinstance(signature.args[0], types.Array):
+            return context.make_array(signature.args[0])(context, builder, given[0]).data
         return given[0]
 
     return rows(numbers, n, fused), generate
@@ -224,9 +225,7 @@ def _from_row(typingctx: Any, rows: Any, row: Any) -> Any:
 def _chosen(typingctx: Any, where: Any, one: Any, other: Any) -> Any:
     """Lane by lane one number or the other; a plain number stands in every lane."""
     del typingctx
-    row = _lanes_of((one, other))
-    if row is None:
-        return None
+    row = where.row
     wanted = [kind if isinstance(kind, LanesType) else types.float64 for kind in (one, other)]
 
     def generate(context: Any, builder: Any, signature: Any, given: Any) -> Any:
@@ -252,27 +251,30 @@ def _power_of_two(typingctx: Any, shifted: Any) -> Any:
     return shifted(shifted), generate
 
 
-@intrinsic
-def _any_of(typingctx: Any, mask: Any) -> Any:
-    """Whether it holds in any lane."""
-    del typingctx
+def _counted(holds: Any) -> Any:
+    """A function that tells from the bits of a mask whether it holds."""
 
-    def generate(context: Any, builder: Any, signature: Any, given: Any) -> Any:
-        del context, signature
-        bits = ir.IntType(mask.n)
-        packed = builder.bitcast(given[0], bits)
-        return builder.icmp_unsigned("!=", packed, ir.Constant(bits, 0))
+    def typed(typingctx: Any, mask: Any) -> Any:
+        del typingctx
 
-    return types.boolean(mask), generate
+        def generate(context: Any, builder: Any, signature: Any, given: Any) -> Any:
+            del context, signature
+            bits = ir.IntType(mask.n)
+            return holds(builder, builder.bitcast(given[0], bits), bits)
+
+        return types.boolean(mask), generate
+
+    return intrinsic(typed)
 
 
-Rows = Lanes = Any
-"""Memory as rows, and one number of each run, in annotations."""
+Rows = Lanes = Mask = Any
+"""Memory as rows, one number of each run, and yes or no for each, in annotations."""
 
 rows_at: Any = _rows_at
 from_row: Any = _from_row
 chosen: Any = _chosen
-any_of: Any = _any_of
+any_of: Any = _counted(lambda builder, bits, kind: builder.icmp_unsigned("!=", bits, ir.Constant(kind, 0)))
+all_of: Any = _counted(lambda builder, bits, kind: builder.icmp_unsigned("==", bits, ir.Constant(kind, -1)))
 power_of_two: Any = _power_of_two
 
 

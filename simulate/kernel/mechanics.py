@@ -168,7 +168,7 @@ def stop_forces(w: Rows, flat: Array, by_lane: Rows, n: int) -> None:
     that is shorter, for what holds the leg there holds its stop too.
     """
     over, under = w[U] - w[LEG_VALUE + FULL], w[LEG_VALUE + LOWEST] - w[U]
-    p, side = chosen(over > 0.0, over, under), chosen(over > 0.0, -1.0 + 0.0 * over, 1.0)
+    p, side = chosen(over > 0.0, over, under), chosen(over > 0.0, -1.0, 1.0)
     w[STOP_FORCE] = 0.0
     if any_of(p > 0.0):
         ease_in(w, flat, p, p / by_lane[STOP + 2], n)
