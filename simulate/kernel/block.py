@@ -21,7 +21,6 @@ from simulate.kernel.layout import (
     LEG_SIZE,
     LEGS,
     NEVER,
-    PARAMETERS,
     POSITION,
     QUATERNION,
     RIGID,
@@ -58,7 +57,7 @@ class Block(NamedTuple):
 def block_memory(size: int, n: int, with_power: int, controllers: int) -> tuple[Array, Array, Array]:
     """Memory of a block, its parameters as rows and run after run, `size` numbers each, with room for the work of so many formulas."""
     rows = ROWS * n + SCRATCH + 3 * with_power * n + controllers * (CONTROL_ROWS + CONTROL_MEMORY) * n
-    return on_cache_line(rows), on_cache_line(PARAMETERS * n), np.empty(n * size)
+    return on_cache_line(rows), on_cache_line(size * n), np.empty(n * size)
 
 
 @njit(cache=True, error_model="numpy")
@@ -74,7 +73,7 @@ def release(block: Block, i: int, values: Array) -> None:
     """Lane i stands at the release of the run with these numbers, whatever it did before."""
     n, w, by_lane = block.n, block.w, block.by_lane
     block.by_run[i * len(values) : (i + 1) * len(values)] = values
-    for k in range(PARAMETERS):
+    for k in range(len(values)):
         by_lane[k * n + i] = values[k]
     for row in range(ROWS):
         w[row * n + i] = 0.0

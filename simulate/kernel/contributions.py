@@ -39,6 +39,7 @@ from simulate.kernel.layout import (
     LEG_VALUE,
     LENGTH,
     LEVER,
+    MANY,
     RIGHT,
     ROWS,
     SCRATCH,
@@ -129,7 +130,7 @@ def move_asymptotes(w: Array, by_run: Array, formulas: FormulaPointers, n: int) 
 
 
 @njit(cache=True, error_model="numpy", forceinline=True)
-def add_leg_forces(w: Rows, flat: Array, by_run: Array, formulas: FormulaPointers, n: int, with_work: bool) -> None:
+def add_leg_forces(w: Rows, flat: Array, by_lane: Rows, by_run: Array, formulas: FormulaPointers, n: int, with_work: bool) -> None:
     """Forces and axial inertia that effects add to the leg at hand, and the power of each."""
     size, powers = len(by_run) // n, from_row(w, power_row(0, n) // n)
     u, v, stored, turned = pointer(flat, U * n), pointer(flat, V * n), pointer(flat, R * n), pointer(flat, (LEG_BEFORE + 2) * n)
@@ -141,7 +142,8 @@ def add_leg_forces(w: Rows, flat: Array, by_run: Array, formulas: FormulaPointer
             force = call_leg_force(formula_at(formulas.leg_force, row), (flat[U], flat[V], flat[TIME_NOW], flat[R], travel, p))
             flat[EACH] = force
         else:
-            call_leg_force_lanes(lanes_formula_at(formulas.leg_force, row), (u, v, now, stored, turned, p, size, each, n))
+            rows, together = from_row(by_lane, parameter_place(formulas.leg_force, row)), int(n == MANY and not with_work)
+            call_leg_force_lanes(lanes_formula_at(formulas.leg_force, row), (u, v, now, stored, turned, p, size, rows, each, n, together))
         w[ADDED] += w[EACH]
         if with_work:
             powers[row] += w[EACH] * w[V]

@@ -157,7 +157,7 @@ def leg_forces(w: Rows, flat: Array, by_lane: Rows, by_run: Array, formulas: For
     h0, h1 = chosen(travel > 0.0, w[H], w[H + 1]), chosen(travel > 0.0, w[H + 2], w[H + 3])
     w[R] = advance(w[LEG_BEFORE + 1], travel, h0, h1, w[line + 4])
     stop_forces(w, flat, by_lane, n)
-    contributions.add_leg_forces(w, flat, by_run, formulas, n, with_work)
+    contributions.add_leg_forces(w, flat, by_lane, by_run, formulas, n, with_work)
 
 
 @njit(cache=True, error_model="numpy", forceinline=True)
