@@ -39,7 +39,21 @@ def advance(start_force: Any, travel: Any, start_asymptote: Any, end_asymptote: 
 
 @njit(cache=True, error_model="numpy", forceinline=True)
 def fading(x: Any) -> Any:
-    """exp(-x) - 1 for x >= 0 to the last digits: 2^k (exp(r) - 1) + (2^k - 1) with -x = k ln 2 + r, |r| <= ln 2 / 2.
+    """exp(-x) - 1 for x >= 0 to the last digits."""
+    power, grown = parts_of_exponential(x)
+    return power * grown + (power - 1.0)
+
+
+@njit(cache=True, error_model="numpy", forceinline=True)
+def remaining(x: Any) -> Any:
+    """exp(-x) for x >= 0 to the last digits."""
+    power, grown = parts_of_exponential(x)
+    return power * grown + power
+
+
+@njit(cache=True, error_model="numpy", forceinline=True)
+def parts_of_exponential(x: Any) -> Any:
+    """2^k and exp(r) - 1 of exp(-x), x >= 0: -x = k ln 2 + r, |r| <= ln 2 / 2.
 
     The library's function is a call a number; this one is arithmetic without a branch. Adding 1.5 * 2^52 leaves k, rounded, in
     the lowest bits of the sum, from where it goes into the exponent. exp(r) - 1 is its Taylor polynomial of degree 13, summed
@@ -55,8 +69,7 @@ def fading(x: Any) -> Any:
     low = (1.0 / 2.0 + r * (1.0 / 6.0)) + r2 * (1.0 / 24.0 + r * (1.0 / 120.0))
     middle = (1.0 / 720.0 + r * (1.0 / 5040.0)) + r2 * (1.0 / 40320.0 + r * (1.0 / 362880.0))
     high = (1.0 / 3628800.0 + r * (1.0 / 39916800.0)) + r2 * (1.0 / 479001600.0 + r * (1.0 / 6227020800.0))
-    grown = r + r2 * (low + r4 * (middle + r4 * high))
-    return power * grown + (power - 1.0)
+    return power, r + r2 * (low + r4 * (middle + r4 * high))
 
 
 def restoring_force(

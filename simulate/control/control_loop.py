@@ -84,9 +84,7 @@ def _loop() -> Any:
     return cfunc(CONTROL, cache=True, error_model="numpy")(_control_block)
 
 
-def _control_block(
-    memory: Any, size: int, every: Any, each: int, place: int, law: int, at: int, power: int, n: int, ahead: float
-) -> None:
+def _control_block(memory: Any, size: int, every: Any, each: int, place: int, law: int, at: int, power: int, n: int, ahead: float) -> None:
     """The controllers of a block: `at` is where their memory begins, `power` where their power stands, if account of it is kept.
 
     ahead : how far the stage looks ahead, as a part of the step.

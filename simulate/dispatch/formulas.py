@@ -57,9 +57,7 @@ STAGE = types.void(_NUMBERS, types.int64, _NUMBERS, _NUMBERS, types.int64, types
 
 # A law of control, and what calls it for every run of a block once all legs are known: see control.control_loop.
 LAW = types.void(_NUMBER, _NUMBERS, _NUMBERS, _NUMBERS, _NUMBERS, _NUMBERS, _NUMBERS)
-CONTROL = types.void(
-    _NUMBERS, types.int64, _NUMBERS, types.int64, types.int64, types.int64, types.int64, types.int64, types.int64, _NUMBER
-)
+CONTROL = types.void(_NUMBERS, types.int64, _NUMBERS, types.int64, types.int64, types.int64, types.int64, types.int64, types.int64, _NUMBER)
 
 
 class FormulaTable(NamedTuple):

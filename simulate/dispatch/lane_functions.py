@@ -12,7 +12,7 @@ from numba.core import cgutils
 from numba.extending import intrinsic, overload, register_jitable
 
 from simulate.dispatch.lanes import LanesType, chosen, larger, smaller
-from simulate.law import fading
+from simulate.law import fading, remaining
 
 
 def _run_by_run(name: str, count: int) -> Any:
@@ -57,7 +57,7 @@ def _for_lanes(symbol: Any, make: Any) -> None:
 
 @register_jitable
 def _exponential(x: Any) -> Any:
-    shrunk = 1.0 + fading(abs(x))
+    shrunk = remaining(abs(x))
     return chosen(x > 0.0, 1.0 / shrunk, shrunk)
 
 

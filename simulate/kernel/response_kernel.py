@@ -75,9 +75,7 @@ class Pace(NamedTuple):
 
 
 @njit(cache=True, parallel=True, error_model="numpy")
-def respond_on_all_cores(
-    values: Array, table: FormulaTable, stage: int, size: int, pace: Pace, full_height: float, answers: Array
-) -> None:
+def respond_on_all_cores(values: Array, table: FormulaTable, stage: int, size: int, pace: Pace, full_height: float, answers: Array) -> None:
     """Responses of every row of `values`, on all cores, into answers (runs, COUNT); each run by itself, whatever the cores.
 
     stage : address of a compiled stage of width MANY that keeps no account of work. size : runs that share one block.

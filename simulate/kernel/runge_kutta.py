@@ -101,7 +101,7 @@ def derivative(
         leg_forces(w, flat, by_lane, by_run, formulas, n, with_work)
         add_leg(w, formulas, with_work)
         if formulas.leg_transverse[1] + formulas.joint_resistance[1] > 0:
-            add_transverse(flat, by_run, formulas, n, with_work)
+            add_transverse(w, flat, by_run, formulas, n, with_work)
         if formulas.control[1] > 0:
             keep_leg_for_control(w, formulas, leg, n, with_work)
         store_leg(w, leg)
