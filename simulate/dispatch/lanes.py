@@ -17,6 +17,7 @@ from numba.core import cgutils
 from numba.core.typing.templates import AbstractTemplate, infer_global, signature
 from numba.extending import intrinsic, lower_builtin, models, overload, register_model
 
+typed: Any = infer_global
 _DOUBLE, _WHOLE, _BIT = ir.DoubleType(), ir.IntType(64), ir.IntType(1)
 
 
@@ -98,7 +99,7 @@ def _binary(symbol: Any, emit: Any, *, compares: bool = False) -> None:
         wide = [v if isinstance(k, LanesType) else _filled(builder, v, row.n) for v, k in zip(values, given.args, strict=True)]
         return emit(builder, *wide, row.flags)
 
-    infer_global(symbol)(Template)
+    typed(symbol)(Template)
     for left, right in ((LanesType, LanesType), (LanesType, types.Float), (types.Float, LanesType)):
         lower_builtin(symbol, left, right)(generate)
 
@@ -128,7 +129,7 @@ def _unary(symbol: Any, emit: Any) -> None:
         del context, given
         return emit(builder, values[0])
 
-    infer_global(symbol)(Template)
+    typed(symbol)(Template)
     lower_builtin(symbol, LanesType)(generate)
 
 
@@ -145,7 +146,7 @@ _unary(abs, _by_llvm("llvm.fabs"))
 _unary(math.sqrt, _by_llvm("llvm.sqrt"))
 
 
-@infer_global(operator.and_)
+@typed(operator.and_)
 class _Both(AbstractTemplate):
     def generic(self, args: Any, kws: Any) -> Any:
         del kws
@@ -158,14 +159,14 @@ def _both(context: Any, builder: Any, given: Any, values: Any) -> Any:
     return builder.and_(*values)
 
 
-@infer_global(operator.getitem)
+@typed(operator.getitem)
 class _Read(AbstractTemplate):
     def generic(self, args: Any, kws: Any) -> Any:
         del kws
         return signature(args[0].row, args[0], types.intp) if isinstance(args[0], RowsType) else None
 
 
-@infer_global(operator.setitem)
+@typed(operator.setitem)
 class _Write(AbstractTemplate):
     def generic(self, args: Any, kws: Any) -> Any:
         del kws
