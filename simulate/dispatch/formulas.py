@@ -19,7 +19,6 @@ from numpy.typing import NDArray
 
 from measure.common.errors import InputError, clipped
 from measure.common.kernel_cache import discard_stale
-from simulate.dispatch import lane_functions as lane_functions
 from simulate.dispatch.compiled_code import compiled_once
 from simulate.dispatch.intrinsics import caller, pointer, shifted, whole_at
 from simulate.dispatch.lanes import rows_at
@@ -49,6 +48,7 @@ SIGNATURES = {
 LANE_SIGNATURES = {
     "leg_force": types.void(*[_NUMBERS] * 6, types.int64, _NUMBERS, _NUMBERS, types.int64, types.int64),
     "leg_mass": types.void(_NUMBERS, _NUMBERS, types.int64, _NUMBERS, types.int64),
+    "platform_wrench": types.void(*[_NUMBERS] * 5),
 }
 
 # A stage of a Runge-Kutta step, which kernels reach through its address too: see kernel.runge_kutta.
@@ -178,12 +178,15 @@ def _uncompilable(formula: Any, error: NumbaError) -> str:
 
 @compiled_once
 def lanes_form(formula: Any, kind: str) -> Any:
-    """The form for lanes. Compiled code is kept by the formula's name and by what stands in its file."""
+    """The form for lanes, or None where there is none: a wrench with a branch is called run by run.
+
+    Compiled code is kept by the formula's name and by what stands in its file.
+    """
     register_jitable(formula)
-    if kind == "leg_force":
+    if kind in _TOGETHER:
         with suppress(NumbaError):
-            return _kept(_leg_force_together, formula, kind)
-    return _kept(_LANES[kind], formula, kind)
+            return _kept(_TOGETHER[kind], formula, kind)
+    return _kept(_LANES[kind], formula, kind) if kind in _LANES else None
 
 
 def _kept(make: Any, formula: Any, kind: str) -> Any:
@@ -229,12 +232,22 @@ def _leg_mass_lanes(formula: Any, source: bytes) -> Any:
     return lanes
 
 
+def _platform_wrench_together(formula: Any, source: bytes) -> Any:
+    def lanes(t: Any, pose: Any, twist: Any, p: Any, wrench: Any) -> None:
+        if len(source) >= 0:
+            formula(of_all(t)[0], of_all(pose), of_all(twist), of_all(p), of_all(wrench))
+
+    return lanes
+
+
 _LANES = {"leg_force": _leg_force_lanes, "leg_mass": _leg_mass_lanes}
+_TOGETHER = {"leg_force": _leg_force_together, "platform_wrench": _platform_wrench_together}
 
 
 call_leg_force = caller(SIGNATURES["leg_force"])
 call_leg_force_lanes = caller(LANE_SIGNATURES["leg_force"])
 call_leg_mass_lanes = caller(LANE_SIGNATURES["leg_mass"])
+call_platform_wrench_lanes = caller(LANE_SIGNATURES["platform_wrench"])
 call_leg_mass = caller(SIGNATURES["leg_mass"])
 call_strip_elongation = caller(SIGNATURES["strip_elongation"])
 call_leg_asymptotes = caller(SIGNATURES["leg_asymptotes"])

@@ -1,4 +1,4 @@
-"""What formulas call besides operators, for numbers of runs side by side: exp and tanh as arithmetic, other functions run by run."""
+"""What formulas call besides operators, for numbers of runs side by side: exp, tanh, log and powers as arithmetic, others run by run."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from numba import types
 from numba.core import cgutils
 from numba.extending import intrinsic, overload, register_jitable
 
-from simulate.dispatch.lanes import LanesType, chosen, larger, smaller
+from simulate.dispatch.lanes import LanesType, all_of, chosen, exponent_and_rest, larger, smaller
 from simulate.law import fading, remaining
 
 
@@ -68,11 +68,42 @@ def _tangent(x: Any) -> Any:
     return chosen(x > 0.0, size, -size)
 
 
+@register_jitable
+def _series(x: Any) -> Any:
+    """Logarithm of numbers above zero: k ln 2 + 2 artanh((m - 1) / (m + 1)) with x = m 2^k, m about 1."""
+    k, m = exponent_and_rest(x)
+    large = m > 1.4142135623730951
+    k, m = chosen(large, k + 1.0, k), chosen(large, 0.5 * m, m)
+    f = (m - 1.0) / (m + 1.0)
+    f2 = f * f
+    rest = 1.0 / 21.0 + 0.0 * f2
+    for odd in range(19, 1, -2):
+        rest = rest * f2 + 1.0 / odd
+    return k * 0.6931471803691238 + (2.0 * f + (2.0 * f * f2 * rest + k * 1.9082149292705877e-10))
+
+
+@register_jitable
+def _usual(x: Any) -> Any:
+    return (x > 1e-300) & (x < 1e300)
+
+
+@register_jitable
+def _log(x: Any) -> Any:
+    found = _series(x)
+    return found if all_of(_usual(x)) else chosen(_usual(x), found, _logarithm(x))
+
+
+@register_jitable
+def _raised(a: Any, b: Any) -> Any:
+    found = _exponential(b * _series(a))
+    return found if all_of(_usual(a)) else chosen(_usual(a), found, _power(a, b))
+
+
 _for_lanes(math.exp, lambda x: _exponential(x))
 _for_lanes(math.tanh, lambda x: _tangent(x))
 _for_lanes(math.sin, lambda x: _sine(x))
 _for_lanes(math.cos, lambda x: _cosine(x))
-_for_lanes(math.log, lambda x: _logarithm(x))
+_for_lanes(math.log, lambda x: _log(x))
 
 
 @overload(max, strict=False)
@@ -89,6 +120,6 @@ def _min(a: Any, b: Any) -> Any:
 def _pow(a: Any, b: Any) -> Any:
     if not isinstance(a, LanesType):
         return None
-    if isinstance(b, types.IntegerLiteral) and b.literal_value == 2:
-        return lambda a, b: a * a
-    return lambda a, b: _power(a, b)
+    if isinstance(b, types.Integer):
+        return lambda a, b: a * a if b == 2 else _raised(a, float(b))
+    return lambda a, b: _raised(a, b)

@@ -252,6 +252,22 @@ def _power_of_two(typingctx: Any, shifted: Any) -> Any:
     return shifted(shifted), generate
 
 
+@intrinsic
+def _exponent_and_rest(typingctx: Any, a: Any) -> Any:
+    """k and m of a = m 2^k, 1 <= m < 2, of numbers above zero."""
+    del typingctx
+
+    def generate(context: Any, builder: Any, signature: Any, given: Any) -> Any:
+        whole, number = ir.VectorType(_WHOLE, a.n), ir.VectorType(_DOUBLE, a.n)
+        shift, bias, one, rest = (ir.Constant(whole, [value] * a.n) for value in (52, 1023, 1023 << 52, (1 << 52) - 1))
+        bits = builder.bitcast(given[0], whole)
+        exponent = builder.sitofp(builder.sub(builder.lshr(bits, shift), bias), number)
+        mantissa = builder.bitcast(builder.or_(builder.and_(bits, rest), one), number)
+        return context.make_tuple(builder, signature.return_type, [exponent, mantissa])
+
+    return types.UniTuple(a, 2)(a), generate
+
+
 def _counted(holds: Any) -> Any:
     """A function that tells from the bits of a mask whether it holds."""
 
@@ -274,6 +290,7 @@ Rows = Lanes = Mask = Any
 rows_at: Any = _rows_at
 from_row: Any = _from_row
 chosen: Any = _chosen
+exponent_and_rest: Any = _exponent_and_rest
 any_of: Any = _counted(lambda builder, bits, kind: builder.icmp_unsigned("!=", bits, ir.Constant(kind, 0)))
 all_of: Any = _counted(lambda builder, bits, kind: builder.icmp_unsigned("==", bits, ir.Constant(kind, -1)))
 power_of_two: Any = _power_of_two

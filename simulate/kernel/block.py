@@ -13,6 +13,7 @@ from measure.common.arrays import Array
 from simulate.dispatch.formulas import call_stage
 from simulate.dispatch.intrinsics import pointer
 from simulate.kernel.layout import (
+    BEYOND,
     CONTROL_MEMORY,
     CONTROL_ROWS,
     ELONGATION,
@@ -38,7 +39,6 @@ from simulate.kernel.layout import (
 from simulate.kernel.rigid_body import rotation_matrix
 
 CACHE_LINE = 8  # numbers
-BEYOND = 1e6  # a state outside of this has diverged
 
 
 class Block(NamedTuple):

@@ -19,6 +19,7 @@ from simulate.dispatch.formulas import (
     call_leg_transverse,
     call_platform_mass,
     call_platform_wrench,
+    call_platform_wrench_lanes,
     call_strip_elongation,
     formula_at,
     lanes_formula_at,
@@ -203,10 +204,16 @@ def change_platform_mass(w: Array, by_run: Array, formulas: FormulaPointers, n: 
 
 
 @njit(cache=True, error_model="numpy", forceinline=True)
-def add_platform_wrenches(w: Array, by_run: Array, formulas: FormulaPointers, n: int, with_work: bool) -> None:
+def add_platform_wrenches(w: Array, by_lane: Rows, by_run: Array, formulas: FormulaPointers, n: int, with_work: bool) -> None:
     """Wrenches of effects into the right side, the power of each into the energy balance."""
     scratch, size = ROWS * n, len(by_run) // n
     for row in range(formulas.platform_wrench[1]):
+        together = lanes_formula_at(formulas.platform_wrench, row)
+        if n == MANY and not with_work and together != 0:
+            p, now = from_row(by_lane, parameter_place(formulas.platform_wrench, row)), pointer(w, TIME_NOW * n)
+            pose, twist, right = pointer(w, TRIAL * n), pointer(w, (TRIAL + 7) * n), pointer(w, RIGHT * n)
+            call_platform_wrench_lanes(together, (now, pose, twist, p, right))
+            continue
         power = power_row(formulas.leg_force[1] + formulas.joint_resistance[1] + row, n)
         for i in range(n):
             for k in range(13):

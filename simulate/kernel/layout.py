@@ -8,6 +8,7 @@ stands in an array of its own, laid out alike. `docs/theory/kernel.md` shows the
 from __future__ import annotations
 
 LEGS = 6
+BEYOND = 1e6  # a state outside of this has diverged
 NEVER = -1e9  # elongation at the last reversal where there was none
 LEAST_TRAVEL = 1e-12  # m in a step; what is less is rounding, and no direction
 

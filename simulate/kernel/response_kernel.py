@@ -16,8 +16,9 @@ from measure.common.arrays import Array
 from simulate.dispatch.formulas import FormulaTable, pointers_of
 from simulate.dispatch.intrinsics import uncounted
 from simulate.dispatch.lanes import Lanes, Mask, Rows, all_of, any_of, chosen, larger, rows_at, smaller
-from simulate.kernel.block import BEYOND, Block, block_memory, bounded, first_stage, later_stages, on_cache_line, release
+from simulate.kernel.block import Block, block_memory, bounded, first_stage, later_stages, on_cache_line, release
 from simulate.kernel.layout import (
+    BEYOND,
     CENTRE,
     CONTROL_MEMORY,
     CONTROL_ROWS,

@@ -109,7 +109,7 @@ def derivative(
         add_control(flat, by_run, formulas, ahead, n, with_work)
     if formulas.base_mass[1] > 0:
         stand_on_base(w, flat, by_lane, by_run, formulas, n, with_work)
-    add_platform_wrenches(flat, by_run, formulas, n, with_work)
+    add_platform_wrenches(flat, by_lane, by_run, formulas, n, with_work)
     if with_work:
         kinetic_energy(w)
         if formulas.base_mass[1] > 0:

@@ -30,6 +30,11 @@ def unhurried_step() -> float:
     return LONGEST_STEP_S
 
 
+def longest_flight() -> float:
+    """The longest step of a sweep's runs, s."""
+    return LONGEST_FLIGHT_S
+
+
 def step_of(model: Model, longest: float = LONGEST_STEP_S) -> float:
     """The step for a model: a fraction of its stiffest time constant, at most half a millisecond unless told otherwise.
 

@@ -20,7 +20,7 @@ from simulate.kernel.layout import MANY
 from simulate.kernel.model_rows import formula_table_of, row_of, seed_column, without_idle
 from simulate.kernel.response_kernel import Pace, respond_block, respond_on_all_cores
 from simulate.kernel.runge_kutta import compiled_stage
-from simulate.kernel.step_size import LONGEST_FLIGHT_S, finest, pace_of
+from simulate.kernel.step_size import finest, longest_flight, pace_of
 from simulate.model import responses
 from simulate.model.model import Model
 from simulate.model.possible import impossible
@@ -52,7 +52,7 @@ class Sweep:
     model: Model
     factors: tuple[Factor, ...]
     design: Design
-    longest_s: float = LONGEST_FLIGHT_S
+    longest_s: float = longest_flight()
 
     def __getstate__(self) -> dict[str, Any]:
         """What is sent: what was computed from it holds addresses, which are those of one process."""
@@ -155,7 +155,7 @@ def _same_shape(model: Model, factors: tuple[Factor, ...]) -> bool:
     return all(factor.applied(model, 1.0).simulation == model.simulation for factor in factors)
 
 
-def responses_of(models: Sequence[Model], longest_s: float = LONGEST_FLIGHT_S) -> Array:
+def responses_of(models: Sequence[Model], longest_s: float = longest_flight()) -> Array:
     """Responses of models that share the kinds of their effects, duration and sampling, in steps of at most so many seconds.
 
     Returns
