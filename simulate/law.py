@@ -20,17 +20,17 @@ import numpy as np
 from numba import njit
 
 from measure.common.arrays import Array
-from simulate.dispatch.intrinsics import bits_of, number_of
+from simulate.dispatch.lanes import larger, power_of_two
 
 
 @njit(cache=True, error_model="numpy", forceinline=True)
-def advance(start_force: float, travel: float, start_asymptote: float, end_asymptote: float, beta: float) -> float:
+def advance(start_force: Any, travel: Any, start_asymptote: Any, end_asymptote: Any, beta: Any) -> Any:
     """Force after a travel `u - u_0` without reversal, from `start_force`, along the active asymptote. Exact.
 
         R(u) = h(u) - s a/beta + (R_0 - h(u_0) + s a/beta) exp(-beta |u - u_0|),   s a |u - u_0| = h(u) - h(u_0)
 
     A curved or moving asymptote is replaced by its chord over the travel. Written so that no travel gives R_0 to the digit,
-    and without a branch, so that runs side by side go through it in vector registers.
+    and without a branch: the arguments are plain numbers or those of runs side by side.
     """
     x = beta * abs(travel) + 1e-300
     faded = fading(x)
@@ -38,25 +38,38 @@ def advance(start_force: float, travel: float, start_asymptote: float, end_asymp
 
 
 @njit(cache=True, error_model="numpy", forceinline=True)
-def fading(x: float) -> float:
-    """exp(-x) - 1 for x >= 0 to the last digits: 2^k (exp(r) - 1) + (2^k - 1) with -x = k ln 2 + r, |r| <= ln 2 / 2.
+def fading(x: Any) -> Any:
+    """exp(-x) - 1 for x >= 0 to the last digits."""
+    power, grown = parts_of_exponential(x)
+    return power * grown + (power - 1.0)
+
+
+@njit(cache=True, error_model="numpy", forceinline=True)
+def remaining(x: Any) -> Any:
+    """exp(-x) for x >= 0 to the last digits."""
+    power, grown = parts_of_exponential(x)
+    return power * grown + power
+
+
+@njit(cache=True, error_model="numpy", forceinline=True)
+def parts_of_exponential(x: Any) -> Any:
+    """2^k and exp(r) - 1 of exp(-x), x >= 0: -x = k ln 2 + r, |r| <= ln 2 / 2.
 
     The library's function is a call a number; this one is arithmetic without a branch. Adding 1.5 * 2^52 leaves k, rounded, in
     the lowest bits of the sum, from where it goes into the exponent. exp(r) - 1 is its Taylor polynomial of degree 13, summed
     in pairs so that no long chain of operations has to wait for itself.
     """
-    y = -x if x < 700.0 else -700.0
+    y = larger(-x, -700.0)
     rounded = y * 1.4426950408889634 + 6755399441055744.0
     k = rounded - 6755399441055744.0
-    power = number_of((bits_of(rounded) << 52) + 4607182418800017408)
+    power = power_of_two(rounded)
     r = (y - k * 0.6931471803691238) - k * 1.9082149292705877e-10
     r2 = r * r
     r4 = r2 * r2
     low = (1.0 / 2.0 + r * (1.0 / 6.0)) + r2 * (1.0 / 24.0 + r * (1.0 / 120.0))
     middle = (1.0 / 720.0 + r * (1.0 / 5040.0)) + r2 * (1.0 / 40320.0 + r * (1.0 / 362880.0))
     high = (1.0 / 3628800.0 + r * (1.0 / 39916800.0)) + r2 * (1.0 / 479001600.0 + r * (1.0 / 6227020800.0))
-    grown = r + r2 * (low + r4 * (middle + r4 * high))
-    return power * grown + (power - 1.0)
+    return power, r + r2 * (low + r4 * (middle + r4 * high))
 
 
 def restoring_force(

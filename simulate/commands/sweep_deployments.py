@@ -207,7 +207,7 @@ def _sentences(report: dict[str, Any], wall_s: float, options: Any) -> str:
     share = 100 * step["sensitive_probes"] / step["probes"]
     lines = [
         f"sweep     {report['runs']} runs, {report['diverged']} diverged, {wall_s:.1f} s",
-        f"          step {1e3 * step['step_s']:.3g} ms{exact}; {share:.0f} % of the runs are sensitive to the release",
+        f"          steps up to {1e3 * step['step_s']:.3g} ms{exact}; {share:.0f} % of the runs are sensitive to the release",
         f"          {report['failed_percent']:.1f} % beyond {options.failure_deg:g} deg{sure}",
         f"          {report['failed_before_stop_percent']:.1f} % were before the first stop; the others turned in the rebound",
         f"          {report['formula']}",

@@ -58,9 +58,11 @@ from simulate.kernel.layout import (
     QUEUED,
     RIGHT,
     SPEED,
+    STEP,
     SYSTEM,
     TAKEN,
     TAKEN_OUT,
+    TIME_NOW,
     TRIAL,
     TRUE_U,
     TRUE_V,
@@ -82,12 +84,14 @@ def _loop() -> Any:
     return cfunc(CONTROL, cache=True, error_model="numpy")(_control_block)
 
 
-def _control_block(
-    memory: Any, size: int, every: Any, each: int, place: int, law: int, at: int, power: int, n: int, time: float, reach: float
-) -> None:
-    """The controllers of a block: `at` is where their memory begins, `power` where their power stands, if account of it is kept."""
+def _control_block(memory: Any, size: int, every: Any, each: int, place: int, law: int, at: int, power: int, n: int, ahead: float) -> None:
+    """The controllers of a block: `at` is where their memory begins, `power` where their power stands, if account of it is kept.
+
+    ahead : how far the stage looks ahead, as a part of the step.
+    """
     w, by_run = carray(memory, size), carray(every, each)
     for i in range(n):
+        time, reach = w[TIME_NOW * n + i], ahead * w[STEP * n + i]
         m, p = at + CONTROL_ROWS * n + i * CONTROL_MEMORY, i * (each // n) + place
         for leg in range(LEGS):
             w[m + TRUE_U + leg], w[m + TRUE_V + leg] = w[(OUT + leg) * n + i], w[(OUT_V + leg) * n + i]
@@ -99,7 +103,7 @@ def _control_block(
             w[at + (CONTROL_FORCE + leg) * n + i] = w[m + FORCE + leg]
         if by_run[p + LAW_COUPLED_MASS] > 0.0:
             add_coupled_mass(w, by_run[p + LAW_COUPLED_MASS], at, i, n)
-        if reach == 0.0:
+        if ahead == 0.0:
             keep_account(w, m, time)
     push_legs(w, at, power, n)
 

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from measure.common.arrays import Array
 from simulate.kernel.layout import LAW_SEED
 from simulate.kernel.model_rows import formula_table_of, row_of, without_idle
-from simulate.kernel.step_size import grid
+from simulate.kernel.step_size import grid, pace_of
 from simulate.model import responses
 from simulate.model.control import Controller
 from simulate.model.model import Model
@@ -48,13 +48,13 @@ class Trials:
         model = replace(self.model, controller=controller)
         rows = self.rows
         simulation = replace(self.stiffest.simulation, step_s=step_s or self.step_s(controller))
-        steps = grid(replace(self.stiffest, simulation=simulation))
+        pace = pace_of(replace(self.stiffest, simulation=simulation, controller=controller))
         if controller is not None:
             behind = np.tile(np.array([*controller.flat(), *controller.constants_of(model)]), (len(rows), 1))
             if not controller.passive:
                 behind[:, LAW_SEED] += np.arange(len(rows))
             rows = np.hstack([rows, behind])
-        return respond(rows, formula_table_of(model), steps, geometry_of(model).deployed_height_m)
+        return respond(rows, formula_table_of(model), pace, geometry_of(model).deployed_height_m)
 
 
 def deployed(answers: Array) -> NDArray[np.bool_]:

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from measure.common.arrays import Array
+from simulate.dispatch import lane_functions as lane_functions
 from simulate.dispatch.compiled_code import compiled_once
 from simulate.dispatch.formulas import LANE_SIGNATURES, SIGNATURES, FormulaTable, address, lanes_form
 from simulate.model.effect import Effect
@@ -30,8 +31,8 @@ def _formula_table(effects: tuple[type[Effect], ...], first_parameter: int) -> F
             formula = getattr(effect, kind)
             if formula is not None:
                 alone = address(formula, kind)
-                lanes = lanes_form(formula, kind).address if kind in LANE_SIGNATURES else 0
-                found.append((alone, place, lanes))
+                lanes = lanes_form(formula, kind) if kind in LANE_SIGNATURES else None
+                found.append((alone, place, 0 if lanes is None else lanes.address))
         place += len(effect.flat_names()) + effect.constants
     tables = {kind: np.array(found, dtype=np.int64).reshape(-1, 3) for kind, found in rows.items()}
     return FormulaTable(**tables, control=np.empty((0, 3), dtype=np.int64))

@@ -22,21 +22,6 @@ def _shifted(typingctx: Any, numbers: Any, by: Any) -> Any:
     return numbers(numbers, by), generate
 
 
-def _reread(kind: Any, source: Any) -> Any:
-    """A function for kernels that reads the bits of a number as another kind of number."""
-
-    def typed(typingctx: Any, value: Any) -> Any:
-        del typingctx, value
-
-        def generate(context: Any, builder: Any, signature: Any, given: Any) -> Any:
-            del signature
-            return builder.bitcast(given[0], context.get_value_type(kind))
-
-        return kind(source), generate
-
-    return intrinsic(typed)
-
-
 def caller(signature: Any) -> Any:
     """A function for kernels that calls a formula of this signature: call(address, numbers or pointers ...)."""
 
@@ -100,8 +85,6 @@ def _uncounted(typingctx: Any, array: Any) -> Any:
 
 
 shifted: Any = _shifted
-bits_of: Any = _reread(types.int64, types.float64)
-number_of: Any = _reread(types.float64, types.int64)
 pointer: Any = _pointer
 uncounted: Any = _uncounted
 whole_at: Any = _whole_at

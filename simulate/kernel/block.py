@@ -13,6 +13,7 @@ from measure.common.arrays import Array
 from simulate.dispatch.formulas import call_stage
 from simulate.dispatch.intrinsics import pointer
 from simulate.kernel.layout import (
+    BEYOND,
     CONTROL_MEMORY,
     CONTROL_ROWS,
     ELONGATION,
@@ -21,10 +22,9 @@ from simulate.kernel.layout import (
     LEG_SIZE,
     LEGS,
     NEVER,
-    PARAMETERS,
     POSITION,
+    QUATERNION,
     RIGID,
-    ROTATION,
     ROWS,
     SCRATCH,
     START_FORCE,
@@ -36,9 +36,9 @@ from simulate.kernel.layout import (
     TRIAL,
     TURNED,
 )
-from simulate.kernel.rigid_body import rotate
+from simulate.kernel.rigid_body import rotation_matrix
 
-BEYOND = 1e6  # a state outside of this has diverged
+CACHE_LINE = 8  # numbers
 
 
 class Block(NamedTuple):
@@ -54,68 +54,79 @@ class Block(NamedTuple):
 
 
 @njit(cache=True, error_model="numpy")
-def rows_of_block(values: Array, first: int, n: int) -> Array:
-    """Rows of a block one after the other; the last one fills lanes that have none."""
-    size, last = values.shape[1], values.shape[0] - 1
-    by_run = np.empty(n * size)
-    for i in range(n):
-        by_run[i * size : (i + 1) * size] = values[min(first + i, last)]
-    return by_run
+def block_memory(size: int, n: int, with_power: int, controllers: int) -> tuple[Array, Array, Array]:
+    """Memory of a block, its parameters as rows and run after run, `size` numbers each, with room for the work of so many formulas."""
+    rows = ROWS * n + SCRATCH + 3 * with_power * n + controllers * (CONTROL_ROWS + CONTROL_MEMORY) * n
+    return on_cache_line(rows), on_cache_line(size * n), np.empty(n * size)
 
 
 @njit(cache=True, error_model="numpy")
-def lane_rows(by_run: Array, n: int) -> Array:
-    """The parameters of a block as rows, those of effects left out."""
-    size = len(by_run) // n
-    by_lane = np.empty(PARAMETERS * n)
-    for i in range(n):
-        for k in range(PARAMETERS):
-            by_lane[k * n + i] = by_run[i * size + k]
-    return by_lane
+def on_cache_line(size: int) -> Array:
+    """Zeros that begin where a cache line does, so that no row of eight runs lies across two."""
+    room = np.zeros(size + CACHE_LINE - 1)
+    first = -(pointer(room, 0) // 8) % CACHE_LINE
+    return room[first : first + size]
 
 
 @njit(cache=True, error_model="numpy")
-def memory_at_release(by_lane: Array, n: int, with_power: int, controllers: int = 0) -> Array:
-    """Memory of a block at the release, with room for the work of so many formulas, and for a controller where there is one."""
-    w = np.zeros(ROWS * n + SCRATCH + 3 * with_power * n + controllers * (CONTROL_ROWS + CONTROL_MEMORY) * n)
-    for k in range(RIGID * n):
-        w[STATE * n + k] = w[TRIAL * n + k] = by_lane[POSITION * n + k]
-    rotate(w, n)
-    for i in range(n):
-        for leg in range(LEGS):
-            at, squared = LEG + leg * LEG_SIZE, 0.0
-            for k in range(3):
-                reach = w[(STATE + k) * n + i] - by_lane[(at + k) * n + i]
-                for j in range(3):
-                    reach += w[(ROTATION + 3 * k + j) * n + i] * by_lane[(at + JOINT + j) * n + i]
-                squared += reach * reach
-            u = math.sqrt(squared) - by_lane[(at + STOWED) * n + i]
-            w[(ELONGATION + leg) * n + i] = w[(STRIP + leg) * n + i] = u
-            w[(STORED + leg) * n + i] = by_lane[(at + START_FORCE) * n + i]
-            w[(TURNED + leg) * n + i] = NEVER
-    return w
+def release(block: Block, i: int, values: Array) -> None:
+    """Lane i stands at the release of the run with these numbers, whatever it did before."""
+    n, w, by_lane = block.n, block.w, block.by_lane
+    block.by_run[i * len(values) : (i + 1) * len(values)] = values
+    for k in range(len(values)):
+        by_lane[k * n + i] = values[k]
+    for row in range(ROWS):
+        w[row * n + i] = 0.0
+    control = ROWS * n + SCRATCH + (3 * block.with_power + CONTROL_ROWS) * n + i * CONTROL_MEMORY
+    w[control : control + CONTROL_MEMORY] = 0.0  # behind the end, and nothing, without a controller
+    for k in range(RIGID):
+        w[(STATE + k) * n + i] = w[(TRIAL + k) * n + i] = values[POSITION + k]
+    for leg in range(LEGS):
+        u = elongation_at_release(values, LEG + leg * LEG_SIZE)
+        w[(ELONGATION + leg) * n + i] = w[(STRIP + leg) * n + i] = u
+        w[(STORED + leg) * n + i] = values[LEG + leg * LEG_SIZE + START_FORCE]
+        w[(TURNED + leg) * n + i] = NEVER
 
 
 @njit(cache=True, error_model="numpy")
-def first_stage(block: Block, time: float, step: float) -> None:
-    """End the step before, whose length is given, and compute the rates at the start of this one."""
-    run_stage(block, time, 0.0, step)
+def elongation_at_release(values: Array, leg: int) -> float:
+    """Elongation of the leg whose numbers start there, m."""
+    matrix = rotation_matrix(values[QUATERNION], values[QUATERNION + 1], values[QUATERNION + 2], values[QUATERNION + 3])
+    squared = 0.0
+    for k in range(3):
+        reach = values[POSITION + k] - values[leg + k]
+        for j in range(3):
+            reach += matrix[3 * k + j] * values[leg + JOINT + j]
+        squared += reach * reach
+    return math.sqrt(squared) - values[leg + STOWED]
 
 
 @njit(cache=True, error_model="numpy")
-def later_stages(block: Block, time: float, step: float) -> None:
-    """The other three stages of the step; the next one's start ends it."""
-    run_stage(block, time, 0.5 * step, step)
-    run_stage(block, time, 0.5 * step, step)
-    run_stage(block, time, step, step)
+def first_stage(block: Block) -> None:
+    """End the step before, whose length stands in STEP, and compute the rates at the start of this one, at TIME."""
+    run_stage(block, 0.0)
 
 
 @njit(cache=True, error_model="numpy")
-def run_stage(block: Block, time: float, reach: float, step: float) -> None:
-    """One stage of a step, by its address."""
+def later_stages(block: Block) -> None:
+    """The other three stages of the step, whose length stands in STEP now; the next one's start ends it."""
+    run_stage(block, 0.5)
+    run_stage(block, 0.5)
+    run_stage(block, 1.0)
+
+
+@njit(cache=True, error_model="numpy")
+def run_stage(block: Block, ahead: float) -> None:
+    """The stage that looks ahead by this part of the step, by its address."""
     numbers, parameters, every = pointer(block.w, 0), pointer(block.by_lane, 0), pointer(block.by_run, 0)
     sizes = len(block.w), len(block.by_run)
-    call_stage(block.stage, (numbers, sizes[0], parameters, every, sizes[1], pointer(block.pointers, 0), time, reach, step))
+    call_stage(block.stage, (numbers, sizes[0], parameters, every, sizes[1], pointer(block.pointers, 0), ahead))
+
+
+@njit(cache=True, error_model="numpy")
+def fill(block: Block, row: int, value: float) -> None:
+    """The same number for all runs."""
+    block.w[row * block.n : (row + 1) * block.n] = value
 
 
 @njit(cache=True, error_model="numpy")

@@ -19,12 +19,14 @@ from simulate.dispatch.formulas import (
     call_leg_transverse,
     call_platform_mass,
     call_platform_wrench,
+    call_platform_wrench_lanes,
     call_strip_elongation,
     formula_at,
     lanes_formula_at,
     parameter_place,
 )
 from simulate.dispatch.intrinsics import pointer
+from simulate.dispatch.lanes import Rows, from_row
 from simulate.kernel.layout import (
     ADDED,
     AXIAL_MASS,
@@ -38,6 +40,7 @@ from simulate.kernel.layout import (
     LEG_VALUE,
     LENGTH,
     LEVER,
+    MANY,
     RIGHT,
     ROWS,
     SCRATCH,
@@ -50,6 +53,8 @@ from simulate.kernel.layout import (
     STOWED,
     STRIP_NOW,
     SYSTEM,
+    TIME_BEFORE,
+    TIME_NOW,
     TRIAL,
     G,
     H,
@@ -79,32 +84,28 @@ def control_place(formulas: FormulaPointers, n: int, with_work: bool) -> int:
 
 
 @njit(cache=True, error_model="numpy", forceinline=True)
-def keep_leg_for_control(w: Array, formulas: FormulaPointers, leg: int, n: int, with_work: bool) -> None:
+def keep_leg_for_control(w: Rows, formulas: FormulaPointers, leg: int, n: int, with_work: bool) -> None:
     """Direction, lever and c of the leg at hand, for a controller that acts when all legs are known."""
-    at = control_place(formulas, n, with_work)
-    for k in range(6 * n):
-        axis = w[AXIS * n + k] if k < 3 * n else w[LEVER * n + k - 3 * n]
-        w[at + (CONTROL_AXIS + 6 * leg) * n + k] = axis
-    for i in range(n):
-        w[at + (CONTROL_BIAS + leg) * n + i] = w[BIAS * n + i]
+    kept = from_row(w, control_place(formulas, n, with_work) // n)
+    for k in range(3):
+        kept[CONTROL_AXIS + 6 * leg + k], kept[CONTROL_AXIS + 6 * leg + 3 + k] = w[AXIS + k], w[LEVER + k]
+    kept[CONTROL_BIAS + leg] = w[BIAS]
 
 
 @njit(cache=True, error_model="numpy", forceinline=True)
-def add_control(w: Array, by_run: Array, formulas: FormulaPointers, t: float, reach: float, n: int, with_work: bool) -> None:
+def add_control(w: Array, by_run: Array, formulas: FormulaPointers, reach: float, n: int, with_work: bool) -> None:
     """Forces of a controller along the legs, when all legs are known, and their power."""
     at = control_place(formulas, n, with_work)
     power = power_row(count_working(formulas) - 1, n) if with_work else -1
     law, place, loop = formula_at(formulas.control, 0), parameter_place(formulas.control, 0), lanes_formula_at(formulas.control, 0)
     every = len(by_run)
-    call_control(loop, (pointer(w, 0), len(w), pointer(by_run, 0), every, place, law, at, power, n, t, reach))
+    call_control(loop, (pointer(w, 0), len(w), pointer(by_run, 0), every, place, law, at, power, n, reach))
 
 
 @njit(cache=True, error_model="numpy", forceinline=True)
 def uncoil_strip(w: Array, by_run: Array, formulas: FormulaPointers, n: int) -> None:
     """What of the elongation of the leg at hand reaches its strip."""
     size = len(by_run) // n
-    for i in range(n):
-        w[STRIP_NOW * n + i] = w[U * n + i]
     for row in range(formulas.strip_elongation[1]):
         formula, first = formula_at(formulas.strip_elongation, row), parameter_place(formulas.strip_elongation, row)
         for i in range(n):
@@ -113,7 +114,7 @@ def uncoil_strip(w: Array, by_run: Array, formulas: FormulaPointers, n: int) -> 
 
 
 @njit(cache=True, error_model="numpy", forceinline=True)
-def move_asymptotes(w: Array, by_run: Array, formulas: FormulaPointers, t0: float, t: float, n: int) -> None:
+def move_asymptotes(w: Array, by_run: Array, formulas: FormulaPointers, n: int) -> None:
     """Asymptotes of the leg at hand as effects move them, before and now."""
     scratch, size = ROWS * n + SCRATCH_PAIR, len(by_run) // n
     for row in range(formulas.leg_asymptotes[1]):
@@ -122,37 +123,37 @@ def move_asymptotes(w: Array, by_run: Array, formulas: FormulaPointers, t0: floa
             p = pointer(by_run, i * size + first)
             v = w[V * n + i]
             w[scratch], w[scratch + 1] = w[H * n + i], w[(H + 1) * n + i]
-            call_leg_asymptotes(formula, (w[(LEG_BEFORE + 3) * n + i], v, t0, p, pointer(w, scratch)))
+            call_leg_asymptotes(formula, (w[(LEG_BEFORE + 3) * n + i], v, w[TIME_BEFORE * n + i], p, pointer(w, scratch)))
             w[H * n + i], w[(H + 1) * n + i] = w[scratch], w[scratch + 1]
             w[scratch], w[scratch + 1] = w[(H + 2) * n + i], w[(H + 3) * n + i]
-            call_leg_asymptotes(formula, (w[STRIP_NOW * n + i], v, t, p, pointer(w, scratch)))
+            call_leg_asymptotes(formula, (w[STRIP_NOW * n + i], v, w[TIME_NOW * n + i], p, pointer(w, scratch)))
             w[(H + 2) * n + i], w[(H + 3) * n + i] = w[scratch], w[scratch + 1]
 
 
 @njit(cache=True, error_model="numpy", forceinline=True)
-def add_leg_forces(w: Array, by_run: Array, formulas: FormulaPointers, t: float, n: int, with_work: bool) -> None:
+def add_leg_forces(w: Rows, flat: Array, by_lane: Rows, by_run: Array, formulas: FormulaPointers, n: int, with_work: bool) -> None:
     """Forces and axial inertia that effects add to the leg at hand, and the power of each."""
-    size = len(by_run) // n
-    u, v, stored, turned = pointer(w, U * n), pointer(w, V * n), pointer(w, R * n), pointer(w, (LEG_BEFORE + 2) * n)
+    size, powers = len(by_run) // n, from_row(w, power_row(0, n) // n)
+    u, v, stored, turned = pointer(flat, U * n), pointer(flat, V * n), pointer(flat, R * n), pointer(flat, (LEG_BEFORE + 2) * n)
+    now, each = pointer(flat, TIME_NOW * n), pointer(flat, EACH * n)
     for row in range(formulas.leg_force[1]):
         p = pointer(by_run, parameter_place(formulas.leg_force, row))
-        w[EACH * n : (EACH + 1) * n] = 0.0
         if n == 1:
-            travel = w[U] - w[LEG_BEFORE + 2]
-            w[EACH] = call_leg_force(formula_at(formulas.leg_force, row), (w[U], w[V], t, w[R], travel, p))
+            travel = flat[U] - flat[LEG_BEFORE + 2]
+            force = call_leg_force(formula_at(formulas.leg_force, row), (flat[U], flat[V], flat[TIME_NOW], flat[R], travel, p))
+            flat[EACH] = force
         else:
-            call_leg_force_lanes(lanes_formula_at(formulas.leg_force, row), (u, v, t, stored, turned, p, size, pointer(w, EACH * n), n))
-        for i in range(n):
-            w[ADDED * n + i] += w[EACH * n + i]
+            rows, together = from_row(by_lane, parameter_place(formulas.leg_force, row)), int(n == MANY and not with_work)
+            call_leg_force_lanes(lanes_formula_at(formulas.leg_force, row), (u, v, now, stored, turned, p, size, rows, each, n, together))
+        w[ADDED] += w[EACH]
         if with_work:
-            for i in range(n):
-                w[power_row(row, n) + i] += w[EACH * n + i] * w[V * n + i]
+            powers[row] += w[EACH] * w[V]
     for row in range(formulas.leg_mass[1]):
         p = pointer(by_run, parameter_place(formulas.leg_mass, row))
         if n == 1:
-            w[AXIAL_MASS] += call_leg_mass(formula_at(formulas.leg_mass, row), (w[U], p))
+            flat[AXIAL_MASS] += call_leg_mass(formula_at(formulas.leg_mass, row), (flat[U], p))
         else:
-            call_leg_mass_lanes(lanes_formula_at(formulas.leg_mass, row), (u, p, size, pointer(w, AXIAL_MASS * n), n))
+            call_leg_mass_lanes(lanes_formula_at(formulas.leg_mass, row), (u, p, size, pointer(flat, AXIAL_MASS * n), n))
 
 
 @njit(cache=True, error_model="numpy", forceinline=True)
@@ -203,10 +204,16 @@ def change_platform_mass(w: Array, by_run: Array, formulas: FormulaPointers, n: 
 
 
 @njit(cache=True, error_model="numpy", forceinline=True)
-def add_platform_wrenches(w: Array, by_run: Array, formulas: FormulaPointers, t: float, n: int, with_work: bool) -> None:
+def add_platform_wrenches(w: Array, by_lane: Rows, by_run: Array, formulas: FormulaPointers, n: int, with_work: bool) -> None:
     """Wrenches of effects into the right side, the power of each into the energy balance."""
     scratch, size = ROWS * n, len(by_run) // n
     for row in range(formulas.platform_wrench[1]):
+        together = lanes_formula_at(formulas.platform_wrench, row)
+        if n == MANY and not with_work and together != 0:
+            p, now = from_row(by_lane, parameter_place(formulas.platform_wrench, row)), pointer(w, TIME_NOW * n)
+            pose, twist, right = pointer(w, TRIAL * n), pointer(w, (TRIAL + 7) * n), pointer(w, RIGHT * n)
+            call_platform_wrench_lanes(together, (now, pose, twist, p, right))
+            continue
         power = power_row(formulas.leg_force[1] + formulas.joint_resistance[1] + row, n)
         for i in range(n):
             for k in range(13):
@@ -219,7 +226,7 @@ def add_platform_wrenches(w: Array, by_run: Array, formulas: FormulaPointers, t:
                 pointer(w, scratch + SCRATCH_TWIST),
                 pointer(w, scratch + SCRATCH_WRENCH),
             )
-            call_platform_wrench(formula_at(formulas.platform_wrench, row), (t, pose, twist, p, wrench))
+            call_platform_wrench(formula_at(formulas.platform_wrench, row), (w[TIME_NOW * n + i], pose, twist, p, wrench))
             for k in range(6):
                 w[(RIGHT + k) * n + i] += w[scratch + SCRATCH_WRENCH + k]
             if with_work:

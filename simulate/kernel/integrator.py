@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from measure.common.arrays import Array
 from simulate.dispatch.formulas import FormulaTable, count_with_power, pointers_of
 from simulate.dispatch.intrinsics import uncounted
-from simulate.kernel.block import Block, bounded, first_stage, lane_rows, later_stages, memory_at_release, rows_of_block
+from simulate.kernel.block import Block, block_memory, bounded, fill, first_stage, later_stages, release
 from simulate.kernel.layout import (
     BY_LEGS,
     CENTRE,
@@ -39,6 +39,8 @@ from simulate.kernel.layout import (
     SCRATCH,
     SPENT,
     STATE,
+    STEP,
+    TIME,
 )
 from simulate.kernel.step_division import StepDivision, parts_of_step
 
@@ -100,10 +102,11 @@ def deploy_block(
 ) -> None:
     """One block of deployments, from run `first` on. divides : the first run of the block chooses the division and writes it down."""
     runs = min(n, values.shape[0] - first)
-    by_run = rows_of_block(values, first, n)
-    by_lane = lane_rows(by_run, n)
-    w, pointers = memory_at_release(by_lane, n, count_with_power(table), len(table.control)), pointers_of(table)
-    block = Block(uncounted(w), uncounted(by_lane), uncounted(by_run), uncounted(pointers), stage, n, count_with_power(table))
+    with_power, pointers = count_with_power(table), pointers_of(table)
+    w, by_lane, by_run = block_memory(values.shape[1], n, with_power, len(table.control))
+    block = Block(uncounted(w), uncounted(by_lane), uncounted(by_run), uncounted(pointers), stage, n, with_power)
+    for i in range(n):
+        release(block, i, values[first + min(i, runs - 1)])
     deploy_runs(block, step, stride, division, divides, samples[first : first + runs], finite[first : first + runs])
     w[0], by_lane[0], by_run[0], pointers[0] = 0.0, 0.0, 0.0, 0  # kept alive until here
 
@@ -114,13 +117,14 @@ def deploy_runs(
 ) -> None:
     """The deployments of one block, from the release on."""
     count, runs = samples.shape[1], samples.shape[0]
-    part = step
+    fill(block, STEP, step)
     finite[:] = count
     for sample in range(count):
         for j in range(stride):
             place = sample * stride + j
             time = place * step
-            first_stage(block, time, part)
+            fill(block, TIME, time)
+            first_stage(block)
             if j == 0:
                 for i in range(runs):
                     if finite[i] == count and not write_sample(block, i, samples[i, sample]):
@@ -132,10 +136,12 @@ def deploy_runs(
                 division[place] = parts_of_step(block.w, block.by_lane, 0, block.n, step)
             parts = division[place] if place < len(division) else 1
             part = step / parts
-            later_stages(block, time, part)
+            fill(block, STEP, part)
+            later_stages(block)
             for k in range(1, parts):
-                first_stage(block, time + k * part, part)
-                later_stages(block, time + k * part, part)
+                fill(block, TIME, time + k * part)
+                first_stage(block)
+                later_stages(block)
 
 
 @njit(cache=True, error_model="numpy")

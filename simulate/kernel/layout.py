@@ -8,6 +8,7 @@ stands in an array of its own, laid out alike. `docs/theory/kernel.md` shows the
 from __future__ import annotations
 
 LEGS = 6
+BEYOND = 1e6  # a state outside of this has diverged
 NEVER = -1e9  # elongation at the last reversal where there was none
 LEAST_TRAVEL = 1e-12  # m in a step; what is less is rounding, and no direction
 
@@ -49,16 +50,18 @@ LEG_BEFORE = LEG_VALUE + LEG_SIZE  # elongation, hysteretic force, elongation at
 LENGTH = LEG_BEFORE + 4
 U, V, BIAS, ARM, AXIS, LEVER = LENGTH + 1, LENGTH + 2, LENGTH + 3, LENGTH + 4, LENGTH + 7, LENGTH + 10
 H = LENGTH + 13  # lower and upper asymptote before, lower and upper now
-R, STOP_FORCE, ADDED, AXIAL_MASS, G, SLOPE, EACH, STRIP_NOW = H + 4, H + 5, H + 6, H + 7, H + 8, H + 9, H + 10, H + 11
+R, STOP_FORCE, ADDED, AXIAL_MASS, G, SLOPE, EACH, STRIP_NOW, EASED = range(H + 4, H + 13)
 # What the legs do, six rows each: elongation, speed, hysteretic, stop and whole force, elongation of the strip.
-OUT = H + 12
+OUT = EASED + 1
 OUT_V, OUT_R, OUT_STOP, OUT_FORCE, OUT_STRIP = OUT + LEGS, OUT + 2 * LEGS, OUT + 3 * LEGS, OUT + 4 * LEGS, OUT + 5 * LEGS
-ROWS = OUT + 6 * LEGS
+# Time at the start of the step at hand and length of the step; when the legs stood as kept, and when they are looked at.
+TIME, STEP, TIME_BEFORE, TIME_NOW = range(OUT + 6 * LEGS, OUT + 6 * LEGS + 4)
+ROWS = TIME_NOW + 1
 
 # Behind the rows: room for what a formula wants to see as plain vectors, and then the work of effects, three rows for each
 # formula that does any (its power, the sum over the stages, what it has done so far).
 SCRATCH_POSE, SCRATCH_TWIST, SCRATCH_WRENCH, SCRATCH_MATRIX, SCRATCH_PAIR = 0, 7, 13, 19, 55
-SCRATCH = 57
+SCRATCH = 64  # a whole number of rows whatever the width
 
 # Parameters of a controller, its gains behind them.
 (

@@ -14,8 +14,9 @@ from numba import njit
 
 from measure.common.arrays import Array
 from simulate.dispatch.formulas import FormulaPointers
+from simulate.dispatch.lanes import Rows, chosen
 from simulate.kernel.contributions import base_mass, sum_base_forces
-from simulate.kernel.layout import BASE, BASE_FORCE, BASE_ROW, BASE_SYSTEM, KINETIC, RATE, RIGHT, STATES, SYSTEM, TRIAL, WEIGHT
+from simulate.kernel.layout import BASE, BASE_FORCE, BASE_ROW, BASE_SYSTEM, EACH, KINETIC, RATE, RIGHT, STATES, SYSTEM, TRIAL, WEIGHT
 
 Z, VZ = 2, 9  # places of the height and of its rate in a state
 
@@ -27,63 +28,60 @@ def place_in_row(k: int) -> int:
 
 
 @njit(cache=True, error_model="numpy", forceinline=True)
-def look_from_base(w: Array, n: int) -> None:
+def look_from_base(w: Rows) -> None:
     """Before the legs: the platform as it is seen from the base, and what of the system is not the legs'."""
-    for i in range(n):
-        for k in range(6):
-            w[(BASE_ROW + k) * n + i] = w[(SYSTEM + place_in_row(k)) * n + i]
-        w[BASE_FORCE * n + i] = w[(RIGHT + Z) * n + i]
-        w[(TRIAL + Z) * n + i] -= w[(TRIAL + BASE) * n + i]
-        w[(TRIAL + VZ) * n + i] -= w[(TRIAL + BASE + 1) * n + i]
+    for k in range(6):
+        w[BASE_ROW + k] = w[SYSTEM + place_in_row(k)]
+    w[BASE_FORCE] = w[RIGHT + Z]
+    w[TRIAL + Z] -= w[TRIAL + BASE]
+    w[TRIAL + VZ] -= w[TRIAL + BASE + 1]
 
 
 @njit(cache=True, error_model="numpy", forceinline=True)
-def stand_on_base(w: Array, by_lane: Array, by_run: Array, formulas: FormulaPointers, n: int, with_work: bool) -> None:
+def stand_on_base(w: Rows, flat: Array, by_lane: Rows, by_run: Array, formulas: FormulaPointers, n: int, with_work: bool) -> None:
     """Behind the legs: the base's row of the system, from what the legs have added to the platform's."""
     for i in range(n):
-        place, speed, weight = w[(TRIAL + BASE) * n + i], w[(TRIAL + BASE + 1) * n + i], by_lane[(WEIGHT + Z) * n + i]
-        w[(TRIAL + Z) * n + i] += place
-        w[(TRIAL + VZ) * n + i] += speed
-        for k in range(6):
-            w[(BASE_ROW + k) * n + i] -= w[(SYSTEM + place_in_row(k)) * n + i]
-        mass = base_mass(by_run, formulas, i, n)
-        w[BASE_SYSTEM * n + i] = mass - w[(BASE_ROW + Z) * n + i] if mass > 0.0 else 0.0
-        force = sum_base_forces(w, by_run, formulas, i, n, place, speed, with_work)
-        w[BASE_FORCE * n + i] += force - weight - w[(RIGHT + Z) * n + i]
-        if with_work:
-            w[(RATE + STATES + 2) * n + i] -= weight * speed
+        place, speed = flat[(TRIAL + BASE) * n + i], flat[(TRIAL + BASE + 1) * n + i]
+        flat[BASE_SYSTEM * n + i] = base_mass(by_run, formulas, i, n)
+        flat[EACH * n + i] = sum_base_forces(flat, by_run, formulas, i, n, place, speed, with_work)
+    w[TRIAL + Z] += w[TRIAL + BASE]
+    w[TRIAL + VZ] += w[TRIAL + BASE + 1]
+    for k in range(6):
+        w[BASE_ROW + k] -= w[SYSTEM + place_in_row(k)]
+    mass, weight = w[BASE_SYSTEM], by_lane[WEIGHT + Z]
+    w[BASE_SYSTEM] = chosen(mass > 0.0, mass - w[BASE_ROW + Z], 0.0)
+    w[BASE_FORCE] += w[EACH] - weight - w[RIGHT + Z]
+    if with_work:
+        w[RATE + STATES + 2] -= weight * w[TRIAL + BASE + 1]
 
 
 @njit(cache=True, error_model="numpy", forceinline=True)
-def base_energy(w: Array, n: int) -> None:
+def base_energy(w: Rows) -> None:
     """Kinetic energy of a moving base, and what the legs have less for standing on it, J."""
-    for i in range(n):
-        speed = w[(TRIAL + BASE + 1) * n + i]
-        along = 0.5 * w[BASE_SYSTEM * n + i] * speed
-        for k in range(6):
-            along += w[(BASE_ROW + k) * n + i] * w[(TRIAL + 7 + k) * n + i]
-        w[KINETIC * n + i] += along * speed
+    speed = w[TRIAL + BASE + 1]
+    along = 0.5 * w[BASE_SYSTEM] * speed
+    for k in range(6):
+        along += w[BASE_ROW + k] * w[TRIAL + 7 + k]
+    w[KINETIC] += along * speed
 
 
 @njit(cache=True, error_model="numpy", forceinline=True)
-def eliminate_base(w: Array, n: int) -> None:
+def eliminate_base(w: Rows) -> None:
     """The platform's system with the base's acceleration put in."""
-    for i in range(n):
-        per = 1.0 / w[BASE_SYSTEM * n + i] if w[BASE_SYSTEM * n + i] > 0.0 else 0.0
-        for j in range(6):
-            share = w[(BASE_ROW + j) * n + i] * per
-            w[(RIGHT + j) * n + i] -= share * w[BASE_FORCE * n + i]
-            for k in range(j + 1):
-                w[(SYSTEM + j * (j + 1) // 2 + k) * n + i] -= share * w[(BASE_ROW + k) * n + i]
+    per = chosen(w[BASE_SYSTEM] > 0.0, 1.0 / w[BASE_SYSTEM], 0.0)
+    for j in range(6):
+        share = w[BASE_ROW + j] * per
+        w[RIGHT + j] -= share * w[BASE_FORCE]
+        for k in range(j + 1):
+            w[SYSTEM + j * (j + 1) // 2 + k] -= share * w[BASE_ROW + k]
 
 
 @njit(cache=True, error_model="numpy", forceinline=True)
-def base_rates(w: Array, n: int) -> None:
+def base_rates(w: Rows) -> None:
     """Rates of the base's place and speed, from the platform's accelerations."""
-    for i in range(n):
-        per = 1.0 / w[BASE_SYSTEM * n + i] if w[BASE_SYSTEM * n + i] > 0.0 else 0.0
-        force = w[BASE_FORCE * n + i]
-        for k in range(6):
-            force -= w[(BASE_ROW + k) * n + i] * w[(RIGHT + k) * n + i]
-        w[(RATE + BASE) * n + i] = w[(TRIAL + BASE + 1) * n + i]
-        w[(RATE + BASE + 1) * n + i] = force * per
+    per = chosen(w[BASE_SYSTEM] > 0.0, 1.0 / w[BASE_SYSTEM], 0.0)
+    force = w[BASE_FORCE]
+    for k in range(6):
+        force -= w[BASE_ROW + k] * w[RIGHT + k]
+    w[RATE + BASE] = w[TRIAL + BASE + 1]
+    w[RATE + BASE + 1] = force * per

@@ -15,6 +15,7 @@ from numba.np.numpy_support import carray
 from measure.common.arrays import Array
 from simulate.dispatch.compiled_code import compiled_once
 from simulate.dispatch.formulas import STAGE, FormulaPointers, pointers_at
+from simulate.dispatch.lanes import Rows, chosen, from_row, larger, rows_at
 from simulate.kernel.contributions import add_control, add_platform_wrenches, count_working, keep_leg_for_control, power_row
 from simulate.kernel.layout import (
     ELONGATION,
@@ -24,13 +25,16 @@ from simulate.kernel.layout import (
     OUT,
     OUT_R,
     OUT_STRIP,
-    PARAMETERS,
     POWERS,
     RATE,
     STATE,
     STATES,
+    STEP,
     STORED,
     STRIP,
+    TIME,
+    TIME_BEFORE,
+    TIME_NOW,
     TOTAL,
     TRIAL,
     TURNED,
@@ -50,119 +54,124 @@ from simulate.kernel.transverse import add_transverse
 
 @compiled_once
 def compiled_stage(n: int, with_work: bool) -> Any:
-    """The compiled stage for n runs side by side; `.address` is what kernels want. It must outlive their calls, and does."""
-    return cfunc(STAGE, cache=True, error_model="numpy")(_stage(n, with_work))
+    """The compiled stage for n runs side by side; `.address` is what kernels want. It must outlive their calls, and does.
+
+    One that keeps no account of work is for sweeps, and may round a product and its sum at once.
+    """
+    return cfunc(STAGE, cache=True, error_model="numpy")(_stage(n, with_work, not with_work))
 
 
-def _stage(n: int, with_work: bool) -> Any:
-    def compute(memory: Any, size: int, rows: Any, every: Any, each: int, pointers: int, time: float, reach: float, step: float) -> None:
-        """The stage of the step at `time` that looks ahead by `reach`; the one that looks ahead by nothing ends the step before.
+def _stage(n: int, with_work: bool, fused: bool) -> Any:
+    def compute(memory: Any, size: int, rows: Any, every: Any, each: int, pointers: int, ahead: float) -> None:
+        """The stage that looks ahead by a part of the step at hand; the one that looks ahead by nothing ends the step before.
 
         memory : `size` numbers, the rows of `layout`. rows : parameters of the runs as rows, read only. every : the same run
         after run, `each` in all, for the formulas of effects. pointers : address of the table of formulas.
         """
-        w, by_lane, by_run = carray(memory, size), carray(rows, PARAMETERS * n), carray(every, each)
-        formulas = pointers_at(pointers)
-        if reach == 0.0:
-            finish_step(w, formulas, step, n, with_work)
-            derivative(w, by_lane, by_run, formulas, max(time - step, 0.0), time, 0.0, n, with_work)
-            carry_legs(w, n)
+        w, by_lane = rows_at(memory, n, fused), rows_at(rows, n, fused)
+        flat, by_run, formulas = carray(memory, size), carray(every, each), pointers_at(pointers)
+        if ahead == 0.0:
+            finish_step(w, formulas, n, with_work)
+            w[TIME_BEFORE], w[TIME_NOW] = larger(w[TIME] - w[STEP], 0.0), w[TIME]
         else:
-            set_trial_state(w, reach, n)
-            derivative(w, by_lane, by_run, formulas, time, time + reach, reach, n, with_work)
-        accumulate(w, formulas, reach, step, n, with_work)
+            set_trial_state(w, ahead)
+            w[TIME_BEFORE], w[TIME_NOW] = w[TIME], w[TIME] + ahead * w[STEP]
+        derivative(w, flat, by_lane, by_run, formulas, ahead, n, with_work)
+        if ahead == 0.0:
+            carry_legs(w)
+        accumulate(w, formulas, ahead, n, with_work)
 
     return compute
 
 
 @njit(cache=True, error_model="numpy", forceinline=True)
 def derivative(
-    w: Array, by_lane: Array, by_run: Array, formulas: FormulaPointers, t0: float, t: float, reach: float, n: int, with_work: bool
+    w: Rows, flat: Array, by_lane: Rows, by_run: Array, formulas: FormulaPointers, ahead: float, n: int, with_work: bool
 ) -> None:
-    """Rates of the trial states, and of the work done where account of it is kept, into the rows RATE; what the legs do into OUT.
-
-    t0 : time at which the legs stood as the rows ELONGATION and STORED say. reach : how far the stage looks ahead in its step.
-    """
-    rotate(w, n)
-    assemble_platform(w, by_lane, by_run, formulas, n)
+    """Rates of the trial states, and of the work done where account of it is kept, into the rows RATE; what the legs do into OUT."""
+    rotate(w)
+    assemble_platform(w, flat, by_lane, by_run, formulas, n)
     if with_work:
-        w[power_row(0, n) : power_row(count_working(formulas), n)] = 0.0
+        flat[power_row(0, n) : power_row(count_working(formulas), n)] = 0.0
     if formulas.base_mass[1] > 0:
-        look_from_base(w, n)
+        look_from_base(w)
     for leg in range(LEGS):
-        load_leg(w, by_lane, leg, n)
-        leg_kinematics(w, n)
-        leg_forces(w, by_lane, by_run, formulas, t0, t, n, with_work)
-        add_leg(w, formulas, n, with_work)
+        load_leg(w, by_lane, leg)
+        leg_kinematics(w)
+        leg_forces(w, flat, by_lane, by_run, formulas, n, with_work)
+        add_leg(w, formulas, with_work)
         if formulas.leg_transverse[1] + formulas.joint_resistance[1] > 0:
-            add_transverse(w, by_run, formulas, n, with_work)
+            add_transverse(w, flat, by_run, formulas, n, with_work)
         if formulas.control[1] > 0:
             keep_leg_for_control(w, formulas, leg, n, with_work)
-        store_leg(w, leg, n)
+        store_leg(w, leg)
     if formulas.control[1] > 0:
-        add_control(w, by_run, formulas, t, reach, n, with_work)
+        add_control(flat, by_run, formulas, ahead, n, with_work)
     if formulas.base_mass[1] > 0:
-        stand_on_base(w, by_lane, by_run, formulas, n, with_work)
-    add_platform_wrenches(w, by_run, formulas, t, n, with_work)
+        stand_on_base(w, flat, by_lane, by_run, formulas, n, with_work)
+    add_platform_wrenches(flat, by_lane, by_run, formulas, n, with_work)
     if with_work:
-        kinetic_energy(w, n)
+        kinetic_energy(w)
         if formulas.base_mass[1] > 0:
-            base_energy(w, n)
+            base_energy(w)
     if formulas.base_mass[1] > 0:
-        eliminate_base(w, n)
-        solve(w, n)
-        base_rates(w, n)
+        eliminate_base(w)
+        solve(w)
+        base_rates(w)
     else:
-        solve(w, n)
-    state_rates(w, n)
+        solve(w)
+    state_rates(w)
 
 
 @njit(cache=True, error_model="numpy", forceinline=True)
-def finish_step(w: Array, formulas: FormulaPointers, step: float, n: int, with_work: bool) -> None:
+def finish_step(w: Rows, formulas: FormulaPointers, n: int, with_work: bool) -> None:
     """Add what the stages of the step before gathered (nothing at the release), and take the state for the trial state."""
-    for k in range((STATES + POWERS) * n):
-        w[STATE * n + k] += step / 6.0 * w[TOTAL * n + k]
+    part = w[STEP] / 6.0
+    for k in range(STATES + POWERS):
+        w[STATE + k] += part * w[TOTAL + k]
     if with_work:
-        for k in range(power_row(count_working(formulas), n) - power_row(0, n)):
-            w[power_row(2 * count_working(formulas), n) + k] += step / 6.0 * w[power_row(count_working(formulas), n) + k]
-    for i in range(n):
-        a, b, c, d = w[(STATE + 3) * n + i], w[(STATE + 4) * n + i], w[(STATE + 5) * n + i], w[(STATE + 6) * n + i]
-        per = 1.0 / math.sqrt(a * a + b * b + c * c + d * d)
-        w[(STATE + 3) * n + i], w[(STATE + 4) * n + i] = a * per, b * per
-        w[(STATE + 5) * n + i], w[(STATE + 6) * n + i] = c * per, d * per
-    for k in range(STATES * n):
-        w[TRIAL * n + k] = w[STATE * n + k]
+        working = count_working(formulas)
+        powers = from_row(w, power_row(0, n) // n)
+        for k in range(working):
+            powers[2 * working + k] += part * powers[working + k]
+    a, b, c, d = w[STATE + 3], w[STATE + 4], w[STATE + 5], w[STATE + 6]
+    per = 1.0 / math.sqrt(a * a + b * b + c * c + d * d)
+    w[STATE + 3], w[STATE + 4], w[STATE + 5], w[STATE + 6] = a * per, b * per, c * per, d * per
+    for k in range(STATES):
+        w[TRIAL + k] = w[STATE + k]
 
 
 @njit(cache=True, error_model="numpy", forceinline=True)
-def carry_legs(w: Array, n: int) -> None:
+def carry_legs(w: Rows) -> None:
     """Carry the legs to the start of the step: elongation, hysteretic force, last reversal, the strip."""
-    for k in range(LEGS * n):
-        before, turned, heading = w[ELONGATION * n + k], w[TURNED * n + k], w[HEADING * n + k]
-        travel = w[OUT * n + k] - before
+    for leg in range(LEGS):
+        before, heading = w[ELONGATION + leg], w[HEADING + leg]
+        travel = w[OUT + leg] - before
         moved = abs(travel) > LEAST_TRAVEL
-        w[TURNED * n + k] = before if moved & (travel * heading < 0.0) else turned
-        w[HEADING * n + k] = travel if moved else heading
-        w[ELONGATION * n + k] = w[OUT * n + k]
-        w[STORED * n + k] = w[OUT_R * n + k]
-        w[STRIP * n + k] = w[OUT_STRIP * n + k]
+        w[TURNED + leg] = chosen(moved & (travel * heading < 0.0), before, w[TURNED + leg])
+        w[HEADING + leg] = chosen(moved, travel, heading)
+        w[ELONGATION + leg] = w[OUT + leg]
+        w[STORED + leg] = w[OUT_R + leg]
+        w[STRIP + leg] = w[OUT_STRIP + leg]
 
 
 @njit(cache=True, error_model="numpy", forceinline=True)
-def set_trial_state(w: Array, reach: float, n: int) -> None:
+def set_trial_state(w: Rows, ahead: float) -> None:
     """The trial state along the rates of the last stage."""
-    for k in range(STATES * n):
-        w[TRIAL * n + k] = w[STATE * n + k] + reach * w[RATE * n + k]
+    reach = ahead * w[STEP]
+    for k in range(STATES):
+        w[TRIAL + k] = w[STATE + k] + reach * w[RATE + k]
 
 
 @njit(cache=True, error_model="numpy", forceinline=True)
-def accumulate(w: Array, formulas: FormulaPointers, reach: float, step: float, n: int, with_work: bool) -> None:
+def accumulate(w: Rows, formulas: FormulaPointers, ahead: float, n: int, with_work: bool) -> None:
     """Weigh the rates of a stage into the sums of the step: 1, 2, 2, 1."""
-    keep = 0.0 if reach == 0.0 else 1.0
-    weight = 1.0 if reach == 0.0 or reach == step else 2.0
-    for k in range((STATES + POWERS) * n):
-        w[TOTAL * n + k] = keep * w[TOTAL * n + k] + weight * w[RATE * n + k]
+    keep = 0.0 if ahead == 0.0 else 1.0
+    weight = 2.0 if ahead == 0.5 else 1.0
+    for k in range(STATES + POWERS):
+        w[TOTAL + k] = keep * w[TOTAL + k] + weight * w[RATE + k]
     if with_work:
-        for k in range(power_row(count_working(formulas), n) - power_row(0, n)):
-            summed = power_row(count_working(formulas), n) + k
-            w[summed] = keep * w[summed] + weight * w[power_row(0, n) + k]
+        working = count_working(formulas)
+        powers = from_row(w, power_row(0, n) // n)
+        for k in range(working):
+            powers[working + k] = keep * powers[working + k] + weight * powers[k]

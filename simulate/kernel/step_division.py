@@ -1,8 +1,11 @@
 """Where the steps of a deployment have to be shorter: as a leg runs into a stop.
 
-A stop sets in within its smoothing length, which a fast leg crosses in less than a step. There a step is divided until a part
-of it covers no more than 3 % of that length. Runs that are compared to the last digit, as for derivatives, have to be
-divided alike, so the division is chosen in one run and followed by the others.
+A stop sets in within its smoothing length, which a fast leg crosses in less than a step. Where a run is compared with a
+measurement, a step there is divided until a part of it covers no more than 3 % of that length. Runs that are compared to the
+last digit, as for derivatives, have to be divided alike, so the division is chosen in one run and followed by the others.
+
+In a sweep each run goes in steps of its own: long ones in flight, one that ends where a stop begins, short ones until it has
+set in. They depend on the run alone, so its neighbours change no digit.
 """
 
 from __future__ import annotations
@@ -12,11 +15,14 @@ from numba import njit
 from numpy.typing import NDArray
 
 from measure.common.arrays import Array
+from simulate.dispatch.lanes import Lanes, Rows, chosen, larger, smaller
 from simulate.kernel.layout import FULL, LEG, LEG_SIZE, LEGS, LOWEST, OUT, OUT_V, STOP
 
 MOST_PARTS = 64
 _A_PART = 0.03  # of the smoothing length
 _SET_IN = 3.0  # smoothing lengths behind which a stop is a plain spring and damper
+_BEHIND = 0.02  # smoothing lengths: a step that is to end at a stop ends so far behind its beginning
+_AT_REST = 1e-9  # m/s, so that a leg at rest is divided by
 
 StepDivision = NDArray[np.int64]
 
@@ -37,3 +43,30 @@ def parts_of_step(w: Array, by_lane: Array, i: int, n: int, step: float) -> int:
         if min(abs(over), abs(under)) < travel or 0.0 < max(over, under) < _SET_IN * smoothing:
             parts = max(parts, min(MOST_PARTS, int(travel / (_A_PART * smoothing)) + 1))
     return parts
+
+
+@njit(cache=True, error_model="numpy", forceinline=True)
+def own_step(w: Rows, by_lane: Rows, longest: float, at_stops: float, part: float) -> Lanes:
+    """How far each run may go in its next step, s, by where its legs stand and how fast they are.
+
+    longest, at_stops : limits in flight, and while a leg is at a stop. part : of the smoothing length, at most so much of it in a step.
+    """
+    smoothing, step = by_lane[STOP + 2], longest + 0.0 * by_lane[STOP + 2]
+    for leg in range(LEGS):
+        numbers = LEG + leg * LEG_SIZE
+        over, under = w[OUT + leg] - by_lane[numbers + FULL], by_lane[numbers + LOWEST] - w[OUT + leg]
+        inside, inwards = larger(over, under), chosen(over > under, w[OUT_V + leg], -w[OUT_V + leg])
+        way = way_at_stop(inside, inwards, smoothing, part)
+        step = smaller(way / (abs(inwards) + _AT_REST), step)
+        step = chosen(inside > 0.0, smaller(step, at_stops), step)
+    return step
+
+
+@njit(cache=True, error_model="numpy", forceinline=True)
+def way_at_stop(inside: Lanes, inwards: Lanes, smoothing: Lanes, part: float) -> Lanes:
+    """How far a leg may move in a step that stands so far inside a stop and moves inwards so fast, m."""
+    setting_in, behind = _SET_IN * smoothing, _BEHIND * smoothing
+    short, free = part * smoothing, 1e9
+    ahead = chosen(inside < 0.0, behind - inside, chosen(inside < setting_in, short, free))
+    back = chosen(inside < 0.0, free, chosen(inside < setting_in, smaller(inside + behind, short), larger(inside - setting_in, short)))
+    return chosen(inwards > 0.0, ahead, back)

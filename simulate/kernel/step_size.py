@@ -3,17 +3,22 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
 from measure.common.errors import InputError
+from simulate.kernel.response_kernel import Pace
 from simulate.model.effect import Effect
 from simulate.model.model import Model
 from simulate.model.rig import LEGS, longest_arm
 
 LONGEST_STEP_S = 5.0e-4
+LONGEST_FLIGHT_S = 2.0e-3  # of a sweep's runs, whose steps are their own
+_SETTING_IN = 0.35  # of a stop's smoothing length, in one of them
+_AT_STOPS = 2.0  # times the step of a single deployment, which has the same for flight and stops
 _STEPS_A_RADIAN = 5.0
 _MOST_STEPS = 5_000_000  # some 20 s on one core; the run is repeated with half the step
 _MOST_SAMPLES = 2_000_000  # some 600 MB
@@ -23,6 +28,11 @@ _SLOW = 1e-5  # m/s and m: small against what eases friction in
 def unhurried_step() -> float:
     """The step of a model in which nothing is stiff, s."""
     return LONGEST_STEP_S
+
+
+def longest_flight() -> float:
+    """The longest step of a sweep's runs, s."""
+    return LONGEST_FLIGHT_S
 
 
 def step_of(model: Model, longest: float = LONGEST_STEP_S) -> float:
@@ -93,6 +103,39 @@ def _asks_for_so_many(model: Model, step: float, longest: float) -> str:
     soft = replace(bare, end_stop=replace(at.end_stop, stiffness_N_per_m=0.0))
     name = "stiffness_N_per_m" if step_of(soft, longest) > 2.0 * step else "damping_N_s_per_m"
     return f"end_stop.{name} ({getattr(at.end_stop, name):g}), or the platform's mass and inertia: so stiff a stop needs so small a step"
+
+
+def pace_of(model: Model, longest: float = LONGEST_FLIGHT_S) -> Pace:
+    """The steps of a sweep's runs: in flight as long as told where nothing is stiff, at a stop as its stiffness asks.
+
+    All steps are in proportion to `longest`, so that half of it halves them. A model that gives a step gives both. A controller acts at
+    the start of a step; with one, none is longer than in a single deployment.
+
+    Raises
+    ------
+    InputError
+        As `grid`.
+    """
+    _, _, samples = grid(model)
+    given, between = model.simulation.step_s, 1.0 / model.simulation.sample_rate_Hz
+    fineness = min(1.0, (given or longest) / LONGEST_FLIGHT_S)
+    if given:
+        return Pace(_beside_samples(given, between), given, _SETTING_IN * fineness, between, samples)
+    flying = replace(model, end_stop=replace(model.end_stop, stiffness_N_per_m=0.0, damping_N_s_per_m=0.0))
+    frame = step_of(flying, LONGEST_FLIGHT_S if model.controller is None else LONGEST_STEP_S)
+    at_stops = _AT_STOPS * step_of(model, math.inf)
+    return Pace(_beside_samples(fineness * frame, between), fineness * at_stops, _SETTING_IN * fineness, between, samples)
+
+
+def _beside_samples(step: float, between: float) -> float:
+    """The longest step, not above the given one, that is a multiple or a fraction of the time between two samples."""
+    return between * math.floor(step / between + 1e-9) if step >= between else between / math.ceil(between / step - 1e-9)
+
+
+def finest(paces: Iterable[Pace]) -> Pace:
+    """The finest of the paces of models that share duration and sampling."""
+    frames, at_stops, parts, between, samples = zip(*paces, strict=True)
+    return Pace(min(frames), min(at_stops), min(parts), between[0], samples[0])
 
 
 def grid(model: Model, longest: float = LONGEST_STEP_S) -> tuple[float, int, int]:

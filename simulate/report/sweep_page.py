@@ -90,7 +90,7 @@ def _summary(result: SweepResult, report: Mapping[str, Any], sentences: Sequence
         f"{failed:.3g} % fail" + ended,
         "bad" if report["diverged"] else "good" if failed < _MOST_FAILED else "doubt",
         f"{failed:.3g} % of {report['runs']} runs turn beyond {limit:g} deg{sure}{ended}.",
-        [f"Step {1e3 * step['step_s']:.3g} ms, {exact}; {sensitive:.0f} % of the runs are sensitive to the release."],
+        [f"Steps up to {1e3 * step['step_s']:.3g} ms, {exact}; {sensitive:.0f} % of the runs are sensitive to the release."],
         numbers,
         sentences,
         facts_of(report["provenance"], rig=result.sweep.model.name, data=f"simulated, seed {report['provenance'].get('seed', 0)}"),

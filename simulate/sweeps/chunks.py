@@ -28,7 +28,7 @@ _OURS = re.compile(r"key|\d{9}\.npy")
 def key_of(sweep: Sweep) -> str:
     """What a piece depends on: model, factors, design with its seed, the effects' formulas, and version, as one hash."""
     formulas = [sha256(Path(inspect.getfile(type(effect)))) for effect in sweep.model.effects]
-    parts = [document_of(sweep.model), [asdict(factor) for factor in sweep.factors], asdict(sweep.design), formulas]
+    parts = [document_of(sweep.model), [asdict(factor) for factor in sweep.factors], asdict(sweep.design), sweep.longest_s, formulas]
     return hashlib.sha256(json.dumps([*parts, metadata.version("unspool")]).encode()).hexdigest()
 
 

@@ -1,4 +1,4 @@
-"""The step of a sweep, found by trying: the longest one that half of it does not change, on runs taken from all over the design."""
+"""The steps of a sweep, found by trying: the longest ones that half of them does not change, on runs taken from all over the design."""
 
 from __future__ import annotations
 
@@ -10,13 +10,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from measure.common.arrays import Array
-from simulate.kernel.step_size import grid
 from simulate.model import responses
 from simulate.model.model import Model
 from simulate.model.rig import Nuisance
 from simulate.sweeps.sweep import Sweep, responses_of
 
-LONGEST_STEP_S = 1e-3
 ERROR_DEG = 0.05
 _PROBES = 64
 _MOST_HALVINGS = 5
@@ -51,7 +49,7 @@ class StepChoice:
         """As the JSON of a sweep gives it."""
         steady, sensitive = self.error_deg[~self.sensitive], self.error_deg[self.sensitive]
         return {
-            "step_s": self.sweep.grid[0],
+            "step_s": self.sweep.pace.frame,
             "probes": len(self.error_deg),
             "largest_error_deg": float(steady.max()) if len(steady) else None,
             "sensitive_probes": len(sensitive),
@@ -61,7 +59,7 @@ class StepChoice:
 
 
 def choose_step(sweep: Sweep, failure_deg: float) -> StepChoice:
-    """The sweep with the longest step that is fine enough, or, where the model gives a step, with that; never longer than stiffness allows.
+    """The sweep with the longest steps that are fine enough, or, where the model gives a step, with that.
 
     Sensitive is a run that a release off by its nuisance spread can turn beyond the failure angle, to first order; a small step changes
     its answer too, and no step makes it right.
@@ -71,8 +69,8 @@ def choose_step(sweep: Sweep, failure_deg: float) -> StepChoice:
     models = [sweep.model_at(sweep.design.piece(run, run + 1)[0]) for run in runs.tolist()]
     spread = sweep.model.nuisance.release_theta_rad or Nuisance().release_theta_rad
     limit = np.radians(failure_deg) / spread
-    given = sweep.model.simulation.step_s is not None
-    step = sweep.grid[0] if given else min(grid(model, LONGEST_STEP_S)[0] for model in models)
+    given = sweep.model.simulation.step_s
+    step = given or sweep.longest_s
     found, halvings = _tried(sweep, models, step, limit), 0
     while not (found.good or given or halvings == _MOST_HALVINGS):
         step, halvings = step / 2, halvings + 1
@@ -81,16 +79,18 @@ def choose_step(sweep: Sweep, failure_deg: float) -> StepChoice:
 
 
 def _tried(sweep: Sweep, models: Sequence[Model], step: float, limit: float) -> StepChoice:
-    here, finer = (_theta_z([_stepped(model, s) for model in models]) for s in (step, step / 2))
-    turned = _theta_z([_turned(_stepped(model, step)) for model in models])
+    here, finer = (_theta_z(models, s) for s in (step, step / 2))
+    turned = _theta_z([_turned(model) for model in models], step)
     both = np.isnan(here) & np.isnan(finer)
     error = np.where(both, 0.0, np.nan_to_num(np.degrees(np.abs(here - finer)), nan=np.inf))
     growth = np.nan_to_num(np.abs(turned - here) / _TURN_RAD, nan=0.0)
-    return StepChoice(replace(sweep, model=_stepped(sweep.model, step)), error, growth, limit)
+    return StepChoice(replace(sweep, longest_s=step), error, growth, limit)
 
 
-def _theta_z(models: Sequence[Model]) -> Array:
-    return responses_of(models)[:, responses.THETA_Z]
+def _theta_z(models: Sequence[Model], step: float) -> Array:
+    """(runs,) theta_z at its largest in steps of at most so many seconds, where the models give a step as where they give none."""
+    stepped = [_stepped(model, step) if model.simulation.step_s else model for model in models]
+    return responses_of(stepped, step)[:, responses.THETA_Z]
 
 
 def _stepped(model: Model, step: float) -> Model:

@@ -18,9 +18,9 @@ from measure.common.errors import InputError
 from simulate.dispatch.formulas import FormulaTable
 from simulate.kernel.layout import MANY
 from simulate.kernel.model_rows import formula_table_of, row_of, seed_column, without_idle
-from simulate.kernel.response_kernel import respond_on_all_cores, respond_on_one_core
+from simulate.kernel.response_kernel import Pace, respond_block, respond_on_all_cores
 from simulate.kernel.runge_kutta import compiled_stage
-from simulate.kernel.step_size import grid
+from simulate.kernel.step_size import finest, longest_flight, pace_of
 from simulate.model import responses
 from simulate.model.model import Model
 from simulate.model.possible import impossible
@@ -31,6 +31,7 @@ from simulate.sweeps.factors import Factor
 PIECE = 512
 _MOST_STEPS = 1e11  # of all runs; two days on one core
 _CORES = get_num_threads()
+_BLOCKS = 2  # on each core, of runs computed together
 _AHEAD = 64  # pieces handed to an executor before the first has come back
 
 
@@ -43,15 +44,19 @@ class LinearRows(NamedTuple):
 
 @dataclass(frozen=True)
 class Sweep:
-    """What is swept: the model, its factors, and the design that combines them. Plain data: any process can be sent it."""
+    """What is swept: the model, its factors, and the design that combines them. Plain data: any process can be sent it.
+
+    longest_s : the longest step in flight.
+    """
 
     model: Model
     factors: tuple[Factor, ...]
     design: Design
+    longest_s: float = longest_flight()
 
     def __getstate__(self) -> dict[str, Any]:
         """What is sent: what was computed from it holds addresses, which are those of one process."""
-        return {"model": self.model, "factors": self.factors, "design": self.design}
+        return {"model": self.model, "factors": self.factors, "design": self.design, "longest_s": self.longest_s}
 
     def require_runnable(self) -> None:
         """Refuse what no run of it can do, before anything is written.
@@ -67,10 +72,10 @@ class Sweep:
                 raise InputError(f"a level of the sweep cannot be: {wrong[0]}")
             row_of(model)
         self.rows_at(self.design.piece(0, 1))
-        _, stride, samples = self.grid
-        if self.design.runs * stride * samples > _MOST_STEPS:
+        steps = self.pace.between / min(self.pace.frame, self.pace.at_stops) * self.pace.samples
+        if self.design.runs * steps > _MOST_STEPS:
             raise InputError(
-                f"{self.design.runs} runs of {stride * samples:.3g} steps take days. Give fewer --runs or factors, shorten "
+                f"{self.design.runs} runs of {steps:.3g} steps take days. Give fewer --runs or factors, shorten "
                 "simulation.duration_s, or soften what needs so small a step."
             )
 
@@ -91,7 +96,7 @@ class Sweep:
         """Responses of rows; of noisy sensors each run, counted from `first`, has noise of its own."""
         if self._seed is not None:
             rows[:, self._seed] += np.arange(first, first + len(rows))
-        return respond(rows, self._formulas, self.grid, geometry_of(self.model).deployed_height_m, alone)
+        return respond(rows, self._formulas, self.pace, geometry_of(self.model).deployed_height_m, alone)
 
     def rows_at(self, coded: Array) -> Array:
         """Rows of runs at these coded levels for the compiled kernel."""
@@ -107,9 +112,9 @@ class Sweep:
         return model
 
     @cached_property
-    def grid(self) -> tuple[float, int, int]:
-        """Step, steps between samples, samples: the finest step that any single factor, as far out as it goes, asks for."""
-        return min((grid(model) for model in self._extremes), key=lambda found: found[0])
+    def pace(self) -> Pace:
+        """The steps of all runs: the finest that any single factor, as far out as it goes, asks for."""
+        return finest(pace_of(model, self.longest_s) for model in self._extremes)
 
     @cached_property
     def _seed(self) -> int | None:
@@ -150,24 +155,28 @@ def _same_shape(model: Model, factors: tuple[Factor, ...]) -> bool:
     return all(factor.applied(model, 1.0).simulation == model.simulation for factor in factors)
 
 
-def responses_of(models: Sequence[Model]) -> Array:
-    """Responses of models that share the kinds of their effects, duration and sampling.
+def responses_of(models: Sequence[Model], longest_s: float = longest_flight()) -> Array:
+    """Responses of models that share the kinds of their effects, duration and sampling, in steps of at most so many seconds.
 
     Returns
     -------
     (models, responses.COUNT) in SI units, NaN where there is none.
     """
     acting = without_idle(models)
-    finest = min((grid(model) for model in models), key=lambda found: found[0])
+    pace = finest(pace_of(model, longest_s) for model in models)
     rows = np.array([row_of(model) for model in acting])
-    return respond(rows, formula_table_of(acting[0]), finest, geometry_of(models[0]).deployed_height_m)
+    return respond(rows, formula_table_of(acting[0]), pace, geometry_of(models[0]).deployed_height_m)
 
 
-def respond(rows: Array, formulas: FormulaTable, steps: tuple[float, int, int], full_height: float, alone: bool = False) -> Array:
-    """Responses (runs, responses.COUNT) of rows of models, SI; `steps` as from `kernel.step_size.grid`. On all cores, or alone on one."""
+def respond(rows: Array, formulas: FormulaTable, pace: Pace, full_height: float, alone: bool = False) -> Array:
+    """Responses (runs, responses.COUNT) of rows of models, SI; steps as from `kernel.step_size.pace_of`. On all cores, or alone on one."""
     answers = np.empty((len(rows), responses.COUNT))
-    kernel = respond_on_one_core if alone else respond_on_all_cores
-    kernel(rows, formulas, compiled_stage(MANY, False).address, MANY, *steps, full_height, answers)
+    stage = compiled_stage(MANY, False).address
+    if alone:
+        respond_block(rows, formulas, stage, pace, full_height, answers)
+    else:
+        size = max(MANY, math.ceil(len(rows) / (_BLOCKS * get_num_threads())))
+        respond_on_all_cores(rows, formulas, stage, size, pace, full_height, answers)
     return answers
 
 

@@ -96,7 +96,7 @@ def test_slopes_have_no_influence(full):
 def test_no_run_of_the_design_is_sensitive_and_all_are_exact_to_a_tenth_of_a_degree(full):
     sweep, answers, _ = full
     assert choose_step(sweep, 30.0).report["sensitive_probes"] == 0
-    fine = replace(sweep, model=replace(sweep.model, simulation=replace(sweep.model.simulation, step_s=sweep.grid[0] / 8)))
+    fine = replace(sweep, longest_s=sweep.longest_s / 8)
     drawn = np.random.default_rng(1).permutation(4096)[:192]
     exact = fine.responses_at(np.vstack([sweep.design.piece(run, run + 1) for run in drawn]))
     assert np.max(np.degrees(np.abs(exact - answers[drawn])[:, responses.THETA_Z])) < 0.1

@@ -9,8 +9,9 @@ import pytest
 from simulate.deployment.deploy import deploy
 from simulate.dispatch.formulas import count_with_power, pointers_of
 from simulate.effects import CATALOGUE
-from simulate.kernel.block import Block, first_stage, lane_rows, later_stages, memory_at_release, rows_of_block
-from simulate.kernel.layout import ALONE, RATE
+from simulate.kernel.block import Block, block_memory, fill, first_stage, later_stages, release
+from simulate.kernel.layout import ALONE, RATE, TIME
+from simulate.kernel.layout import STEP as STEP_ROW
 from simulate.kernel.model_rows import formula_table_of, row_of
 from simulate.kernel.reference import Reference, carried
 from simulate.kernel.runge_kutta import compiled_stage
@@ -46,11 +47,11 @@ def drawn(lopsided, seed, kinds):
 
 def kernel_block(model):
     table = formula_table_of(model)
-    by_run = rows_of_block(row_of(model)[None], 0, ALONE)
-    by_lane = lane_rows(by_run, ALONE)
-    count = count_with_power(table)
-    w = memory_at_release(by_lane, ALONE, count)
-    return Block(w, by_lane, by_run, pointers_of(table), compiled_stage(ALONE, True).address, ALONE, count)
+    row, count = row_of(model), count_with_power(table)
+    block = Block(*block_memory(len(row), ALONE, count, 0), pointers_of(table), compiled_stage(ALONE, True).address, ALONE, count)
+    release(block, 0, row)
+    fill(block, STEP_ROW, STEP)
+    return block
 
 
 def require_same_accelerations(model, steps=4):
@@ -59,14 +60,15 @@ def require_same_accelerations(model, steps=4):
     state, legs = reference.release(), reference.legs_at_release()
     for k in range(steps):
         t = k * STEP
-        first_stage(block, t, STEP)
+        fill(block, TIME, t)
+        first_stage(block)
         first, u, force = reference.rate(state, t, legs, max(t - STEP, 0.0))
         theirs = np.concatenate([first.velocity, first.spin])
         ours = block.w[RATE + 7 : RATE + 13]
         assert np.max(np.abs(ours - theirs)) < 1e-9 * np.max(np.abs(theirs)), (k, ours, theirs)
         legs = carried(legs, u, force, reference.strip(u, legs))
         state = reference.later(state, first, t, STEP, legs)
-        later_stages(block, t, STEP)
+        later_stages(block)
 
 
 def test_accelerations_agree_with_all_effects_at_once(lopsided):

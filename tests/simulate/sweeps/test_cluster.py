@@ -43,7 +43,7 @@ def test_a_sweep_that_has_computed_something_is_sent_as_plain_data(prototype):
     sweep = sweep_of(prototype, 20)
     answers = sweep.responses(0, 20)
     sent = pickle.loads(pickle.dumps(sweep))
-    assert set(vars(sent)) == {"model", "factors", "design"}
+    assert set(vars(sent)) == {"model", "factors", "design", "longest_s"}
     np.testing.assert_array_equal(piece_of(sent, 0, 20)[1], answers)
 
 

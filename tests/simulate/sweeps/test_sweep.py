@@ -23,6 +23,10 @@ def swept(model, words, kind="full", runs=None, seed=0):
     return sweep, np.concatenate([answers for _, answers in run_on(sweep)])
 
 
+def stepped(model, step_s):
+    return replace(model, simulation=replace(model.simulation, step_s=step_s))
+
+
 STORED_FORCES = [f"actuator.stored_force_N[{leg}]=+-10%" for leg in range(6)]
 ALTERNATING = (1, -1, 1, -1, 1, -1)
 
@@ -67,14 +71,14 @@ def test_most_combinations_of_the_stored_forces_fail(stored_forces):
 def test_a_sweeps_run_is_the_deployment_of_its_model(prototype):
     sweep, answers = swept(prototype, [*STORED_FORCES[:2], "platform.mass_kg=+-5%"])
     for run in (1, 6):
-        deployed = deploy(sweep.model_at(sweep.design.piece(run, run + 1)[0]))
+        deployed = deploy(stepped(sweep.model_at(sweep.design.piece(run, run + 1)[0]), 6.25e-5))
         theta = deployed.channels["theta_z_rad"]
-        assert answers[run, responses.THETA_Z] == pytest.approx(theta[np.argmax(np.abs(theta))], abs=1e-9)
+        assert answers[run, responses.THETA_Z] == pytest.approx(theta[np.argmax(np.abs(theta))], abs=np.radians(0.015))
         assert answers[run, responses.FULL_HEIGHT] == deployed.time_to_full_height_s
         lateral = np.hypot(deployed.channels["x_m"], deployed.channels["y_m"])
-        assert answers[run, responses.LATERAL] == pytest.approx(lateral.max(), abs=1e-9)
+        assert answers[run, responses.LATERAL] == pytest.approx(lateral.max(), abs=3e-5)
         tilt = np.hypot(deployed.channels["theta_x_rad"], deployed.channels["theta_y_rad"])
-        assert answers[run, responses.TILT] == pytest.approx(tilt.max(), abs=1e-7)
+        assert answers[run, responses.TILT] == pytest.approx(tilt.max(), abs=np.radians(0.01))
 
 
 def test_factors_that_bend_the_row_are_not_taken_for_straight_linear_rows(prototype):
@@ -84,7 +88,7 @@ def test_factors_that_bend_the_row_are_not_taken_for_straight_linear_rows(protot
     assert sweep._linear_rows is None
     for run in range(8):
         theta = deploy(sweep.model_at(sweep.design.piece(run, run + 1)[0])).channels["theta_z_rad"]
-        assert answers[run, responses.THETA_Z] == pytest.approx(theta[np.argmax(np.abs(theta))], abs=1e-9)
+        assert answers[run, responses.THETA_Z] == pytest.approx(theta[np.argmax(np.abs(theta))], abs=1e-6)
 
 
 @pytest.mark.parametrize("workers", [1, 2])

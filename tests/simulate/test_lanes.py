@@ -1,0 +1,72 @@
+"""Numbers of runs side by side: the same operators and functions as of one number."""
+
+import math
+
+import numpy as np
+import pytest
+from numba import njit
+
+from simulate.dispatch import lane_functions as lane_functions
+from simulate.dispatch.lanes import all_of, any_of, chosen, from_row, larger, rows_at, smaller
+
+N = 8
+LEFT = np.array([-30.0, -1.5, -1e-9, 0.0, 0.3, 2.0, 40.0, 650.0])
+RIGHT = np.array([0.5, -2.0, 3.0, 4.0, -0.25, 1.0, 7.0, 0.1])
+
+
+def computed(function):
+    """What a function of two rows gives, with each product rounded by itself."""
+
+    @njit
+    def run(memory):
+        w = rows_at(memory, N, False)
+        w[2] = function(w[0], w[1])
+
+    memory = np.concatenate([LEFT, RIGHT, np.zeros(N)])
+    run(memory)
+    return memory[2 * N :]
+
+
+@pytest.mark.parametrize(
+    "function",
+    [
+        njit(lambda a, b: a + 2.0 * b - a / b),
+        njit(lambda a, b: -a * b),
+        njit(lambda a, b: abs(a) + 1.0),
+        njit(lambda a, b: larger(a, b) - smaller(a, 1.0)),
+        njit(lambda a, b: max(a, 0.0) + min(b, 1.0)),
+        njit(lambda a, b: b**2),
+    ],
+)
+def test_operators_are_those_of_numbers_to_the_last_digit(function):
+    assert computed(function).tolist() == [function(a, b) for a, b in zip(LEFT, RIGHT, strict=True)]
+
+
+@pytest.mark.parametrize(
+    ("function", "exact"),
+    [
+        (njit(lambda a, b: math.exp(a)), np.exp(LEFT)),
+        (njit(lambda a, b: math.tanh(a)), np.tanh(LEFT)),
+        (njit(lambda a, b: math.sqrt(abs(a))), np.sqrt(np.abs(LEFT))),
+        (njit(lambda a, b: math.sin(a) + math.cos(b)), np.sin(LEFT) + np.cos(RIGHT)),
+        (njit(lambda a, b: math.log(abs(b))), np.log(np.abs(RIGHT))),
+        (njit(lambda a, b: abs(b) ** 1.5), np.abs(RIGHT) ** 1.5),
+        (njit(lambda a, b: abs(a) ** b), np.abs(LEFT) ** RIGHT),
+        (njit(lambda a, b: math.log(1.0 + 1e-9 * abs(b))), np.log(1.0 + 1e-9 * np.abs(RIGHT))),
+    ],
+)
+def test_functions_are_those_of_the_library_to_some_last_digits(function, exact):
+    np.testing.assert_allclose(computed(function), exact, rtol=5e-15, atol=0)
+
+
+def test_a_choice_is_made_lane_by_lane_and_a_mask_can_be_asked():
+    @njit
+    def run(memory):
+        w = rows_at(memory, N, False)
+        w[2] = chosen((w[0] > 0.0) & (w[1] < 1.0), w[0], -1.0)
+        behind = from_row(w, 1)
+        return any_of(behind[0] >= 7.0), all_of(behind[0] > -2.0), all_of(behind[0] >= -2.0)
+
+    memory = np.concatenate([LEFT, RIGHT, np.zeros(N)])
+    assert run(memory) == (True, False, True)
+    assert memory[2 * N :].tolist() == np.where((LEFT > 0) & (RIGHT < 1), LEFT, -1.0).tolist()
