@@ -7,7 +7,7 @@ from importlib import import_module
 
 import pytest
 from command_server import MAINS
-from fuzzing import ROUND, drawn
+from fuzzing import drawn, drawn_for
 from hypothesis import strategies as st
 from judging import Tally, restored, tree
 from odd_inputs import INPUTS, NAMES, around
@@ -99,8 +99,9 @@ def test_a_drawn_command_line_ends_in_a_result_or_a_sentence(commands, bench, se
 
 @pytest.mark.calibrate
 def test_ten_minutes_of_drawn_command_lines_end_in_results_or_sentences(commands, bench, share_of, calibration_seed, validation_table):
-    tally, begun, rounds = Tally(), time.monotonic(), 0
-    while time.monotonic() - begun < share_of(60 * MINUTES):
-        drawn(lines(), check_of(commands, bench, tally), ROUND, calibration_seed + rounds)
-        rounds += 1
-    validation_table("Drawn command lines", [tally.row("command lines")], "All that stands between tries and refused is to be 0.")
+    tally, begun = Tally(), time.monotonic()
+    try:
+        drawn_for(lines(), check_of(commands, bench, tally), share_of(60 * MINUTES), calibration_seed)
+    finally:
+        row = {"in minutes": (time.monotonic() - begun) / 60, **tally.row("command lines")}
+        validation_table("Drawn command lines", [row], "All that stands between tries and refused is to be 0.")
