@@ -29,6 +29,7 @@ MAINS = {
     "simulate-deployment": "simulate.commands.simulate_deployment",
     "sweep-deployments": "simulate.commands.sweep_deployments",
     "design-control": "simulate.commands.design_control",
+    "design-deployment": "simulate.commands.design_deployment",
     "compare-model": "identify.commands.compare_model",
     "explain-gap": "identify.commands.explain_gap",
     "unspool": "identify.commands.unspool",

@@ -54,6 +54,12 @@ def test_a_file_that_may_not_be_read_is_refused(tmp_path):
     assert "may not be read" in refusal(existing_file, tmp_path / "a.csv", what="a loop")
 
 
+def test_a_file_that_only_others_may_read_is_said_to_be(tmp_path, monkeypatch):
+    (tmp_path / "a.csv").write_text("")
+    monkeypatch.setattr(os, "access", lambda path, mode: mode != os.R_OK)  # the superuser may read everything
+    assert "may not be read" in refusal(existing_file, tmp_path / "a.csv", what="a loop")
+
+
 @pytest.mark.parametrize("read", [read_columns, lambda path: decoded(path, None), lambda path: read_toml(path, what="a model", advice="")])
 @pytest.mark.parametrize("size", [LARGEST_TABLE + 1, 10**12])
 def test_a_sparse_file_of_a_terabyte_is_refused_before_it_is_read(tmp_path, read, size):

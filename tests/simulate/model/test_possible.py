@@ -170,3 +170,15 @@ def test_a_run_that_nobody_waits_for_is_refused_with_the_key_to_change(prototype
         model = with_value(model, name, value)
     with pytest.raises(InputError, match=key.replace(".", "[.]")):
         deploy(model)
+
+
+def test_a_name_that_fills_a_page_is_refused(prototype):
+    with pytest.raises(InputError, match="name: has 1000 characters"):
+        read_back(replace(prototype, name="x" * 1000))
+
+
+def test_a_platform_that_is_deployed_below_its_stowed_height_is_refused(prototype):
+    document = document_of(prototype)
+    document["geometry"]["deployed_height_m"] = document["geometry"]["stowed_height_m"]
+    with pytest.raises(InputError, match="deployed_height_m must be above"):
+        model_from(document, "rig.toml")
