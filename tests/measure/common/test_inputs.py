@@ -95,7 +95,7 @@ def toml_refusal(text):
         ("x = " + "[" * 50 + "]" * 50, "nested"),
         ("x = " + "[" * 20000 + "]" * 20000, "nested"),
         ("x = " + "{a = " * 900 + "1" + "}" * 900, "nested"),
-        ("x = " + "9" * 5000, "digits"),
+        ("x = " + "9" * 5000, "thousands of digits"),
         ("x = " + "9" * 4000, "beyond 64 bits"),
         ("x = 0x" + "f" * 100000, "beyond 64 bits"),
         ("x = [1, 99999999999999999999]", "beyond 64 bits"),
@@ -171,6 +171,7 @@ def test_of_a_foreign_file_no_more_than_a_cell_is_shown(tmp_path, seed):
 
 def test_what_was_found_is_shown_in_short():
     assert [found(value) for value in ([1] * 9, {"a": 1}, "é", True)] == ["a list of 9", "a table of 1", "'é'", "True"]
+    assert found("x" * 1000) == "'" + "x" * 59 + "... (1002 characters)"
     assert found(10**5000) == "a whole number of some 5000 digits"
 
 
