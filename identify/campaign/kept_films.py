@@ -34,8 +34,16 @@ def is_current(table: Path, sources: Iterable[Path]) -> bool:
     note = Path(f"{table}.provenance.json")
     if not (table.is_file() and note.is_file()):
         return False
-    made_from = {entry["sha256"] for entry in json.loads(note.read_text(encoding="utf-8"))["inputs"]}
+    made_from = _made_from(note)
     return all(path.exists() and sha256(path) in made_from for path in sources)
+
+
+def _made_from(note: Path) -> set[str]:
+    """The hashes in a note of provenance; none where it is damaged."""
+    try:
+        return {str(entry["sha256"]) for entry in json.loads(note.read_text(encoding="utf-8"))["inputs"]}
+    except (OSError, ValueError, KeyError, TypeError, RecursionError):
+        return set()
 
 
 def kept(row: ListedRun, folder: Path) -> Path:

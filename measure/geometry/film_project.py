@@ -14,10 +14,13 @@ from measure.common.errors import InputError, clipped, nearest
 from measure.common.inputs import read_toml
 from measure.common.output import write_text
 
-Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
-NotNegative = Annotated[float, Field(ge=0, allow_inf_nan=False)]
+# Numbers are written as numbers: no true, no "1.0".
+Number = Annotated[float, Field(strict=True)]
+Whole = Annotated[int, Field(strict=True)]
+Positive = Annotated[Number, Field(gt=0, allow_inf_nan=False)]
+NotNegative = Annotated[Number, Field(ge=0, allow_inf_nan=False)]
 Sigma = NotNegative
-Pixels = Annotated[float, Field(gt=-1e9, lt=1e9)]
+Pixels = Annotated[Number, Field(gt=-1e9, lt=1e9)]
 Point = tuple[Pixels, Pixels]
 Line = tuple[Pixels, Pixels, Pixels, Pixels]
 KnownLength = tuple[Pixels, Pixels, Pixels, Pixels, Positive]
@@ -41,14 +44,14 @@ class Film(Section):
     exposure_s: Positive | None = _key(None, "exposure time, s; fast marks are blurred by it")
     from_s: NotNegative | None = _key(None, "film time from which on the film is used, s; it is zero at the first frame of the film")
     to_s: NotNegative | None = _key(None, "film time up to which the film is used, s")
-    fields: bool = _key(False, "whether an interlaced film is split into its fields, each a picture of its own")
+    fields: bool = _key(False, "whether an interlaced film is split into its fields, each a picture of its own", strict=True)
 
 
 class MarkList(Section):
     """The marks in the first frame."""
 
     place_px: tuple[Point, ...] = _key((), "reference points [x, y], px; without them marks are found")
-    subset_px: int = _key(31, "side of the subset that is compared, odd, px", ge=9, le=301)
+    subset_px: Whole = _key(31, "side of the subset that is compared, odd, px", ge=9, le=301)
     mask: str | None = _key(None, "picture as large as the film's, white where marks are in the first frame; relative to the project file")
     warp: Literal["translation", "euclidean", "affine"] = _key("affine", "richest warp of a subset")
 
@@ -59,12 +62,12 @@ class Scale(Section):
     mm_per_px: Positive | None = _key(None, "size of a pixel at the depth of the platform's origin, mm")
     from_px_mm: KnownLength | None = _key(None, "two points and the length between them: x1, y1, x2, y2 in px, length in mm")
     rule_px_mm: KnownLength | None = _key(None, "a line across the graduation of a rule: x1, y1, x2, y2 in px, pitch in mm")
-    relative_sigma: float = _key(0.0, "uncertainty of the scale, one standard deviation; common to all lengths of the film", ge=0, lt=1)
+    relative_sigma: Number = _key(0.0, "uncertainty of the scale, one standard deviation; common to all lengths of the film", ge=0, lt=1)
     point_sigma_px: Sigma = _key(0.5, "uncertainty of each coordinate of the two points, px")
     length_sigma_mm: Sigma = _key(0.0, "uncertainty of the length, mm")
-    depth_mm: float = _key(0.0, "how much farther from the camera than the platform's origin the length or rule is, mm")
+    depth_mm: Number = _key(0.0, "how much farther from the camera than the platform's origin the length or rule is, mm")
     depth_sigma_mm: Sigma = _key(0.0, "uncertainty of depth_mm, mm")
-    up_deg: float = _key(0.0, "direction of up in the picture, clockwise from the picture's own, deg", ge=-360, le=360)
+    up_deg: Number = _key(0.0, "direction of up in the picture, clockwise from the picture's own, deg", ge=-360, le=360)
     plumb_px: Line | None = _key(None, "two points near a plumb line, x1, y1, x2, y2 in px; it shows where up is")
 
 
@@ -72,7 +75,7 @@ class PlatformSection(Section):
     """The platform in the first frame."""
 
     origin_px: Point | None = _key(None, "its origin, px; by default the mean of the marks")
-    start_height_m: float = _key(0.0, "height of its origin, m")
+    start_height_m: Number = _key(0.0, "height of its origin, m")
     radius_m: Positive | None = _key(None, "radius of the upright cylinder that carries the marks, m; absent: they lie in one plane")
 
 
@@ -87,7 +90,7 @@ class CameraSection(Section):
     focal_px: Positive | None = _key(None, "focal length of a calibration, px")
     focal_sigma_px: Sigma = _key(0.0, "uncertainty of focal_px, px")
     readout_s: NotNegative = _key(0.0, "time from reading the first row of the picture to reading the last one, s; 0: all rows at once")
-    distortion: tuple[float, ...] = _key((), "distortion k1, k2, p1, p2, k3 of a calibration", max_length=5)
+    distortion: tuple[Number, ...] = _key((), "distortion k1, k2, p1, p2, k3 of a calibration", max_length=5)
 
 
 class Project(Section):
@@ -99,7 +102,7 @@ class Project(Section):
     True
     """
 
-    schema_: int = _key(1, "version of this file format", alias="schema", ge=1, le=1)
+    schema_: Whole = _key(1, "version of this file format", alias="schema", ge=1, le=1)
     film: Film = Film()
     marks: MarkList = MarkList()
     scale: Scale = Scale()

@@ -29,6 +29,7 @@ MAINS = {
     "simulate-deployment": "simulate.commands.simulate_deployment",
     "sweep-deployments": "simulate.commands.sweep_deployments",
     "design-control": "simulate.commands.design_control",
+    "design-deployment": "simulate.commands.design_deployment",
     "compare-model": "identify.commands.compare_model",
     "explain-gap": "identify.commands.explain_gap",
     "unspool": "identify.commands.unspool",
@@ -146,9 +147,13 @@ def served() -> None:
 def tried(asked: dict[str, Any]) -> dict[str, Any]:
     """Run one command in a child."""
     pipes = [os.pipe() for _ in range(3)]  # standard output, standard error, acts of writing
+    measured, begin = os.pipe()  # the child begins when its memory is known; a quick one would have ended before
     child = os.fork()
     if not child:
         with contextlib.suppress(BaseException):
+            os.close(begin)
+            os.read(measured, 1)
+            os.close(measured)
             for k, (reading, writing) in enumerate(pipes[:2]):
                 os.close(reading)
                 os.dup2(writing, k + 1)
@@ -157,6 +162,8 @@ def tried(asked: dict[str, Any]) -> dict[str, Any]:
         os._exit(70)
     pages = int(Path(f"/proc/{child}/statm").read_text(encoding="utf-8").split()[1])
     asked["at_start_mb"] = pages * resource.getpagesize() / 2**20
+    os.close(measured)
+    os.close(begin)
     for _, writing in pipes:
         os.close(writing)
     return waited_for(child, [reading for reading, _ in pipes], asked)

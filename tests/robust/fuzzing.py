@@ -69,7 +69,6 @@ def drawn_for(strategy, check, seconds, seed):
     while time.monotonic() - begun < seconds:
         drawn(strategy, check, ROUND, seed + rounds)
         rounds += 1
-    return rounds * ROUND
 
 
 WORDS = (

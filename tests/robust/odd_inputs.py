@@ -39,6 +39,10 @@ def lay_out(folder):
     (folder / "campaign.toml").write_text('[[run]]\nfile = "test.csv"\n[[run]]\nfile = "loop.csv"\nhold_out = true\n')
     write_film(folder / "film.avi", moving_pictures(chance))
     (folder / "film.toml").write_text("schema = 1\n[film]\nfps = 250.0\n")
+    measured = "[marks]\nplace_px = [[30.0, 24.0]]\nsubset_px = 15\n[scale]\nmm_per_px = 0.5\n"
+    (folder / "measured.toml").write_text((folder / "film.toml").read_text() + measured)
+    film = '[[run]]\nfile = "film.avi"\nproject = "measured.toml"\nhold_out = true\n'
+    (folder / "films.toml").write_text(f'{film}[[run]]\nfile = "test.csv"\n[[run]]\nfile = "loop.csv"\n')
 
 
 def moving_pictures(chance):
@@ -56,6 +60,7 @@ def write_table(path, columns):
 
 
 TRACK = ["track-video", "film.avi", "--fps", "250", "--mm-per-px", "0.5", "--subset", "15", "--mark", "30,24"]
+DESIGN = ["--free", "end_stop.damping_N_s_per_m=5..80", "--minimise", "worst:theta_z_deg", "--evaluations", "16", "--draws", "2"]
 ENTRIES = {  # the words of a command, with HERE for the file that is tried
     "model of a deployment": ["simulate-deployment", "HERE", "-o", "out.csv"],
     "measured on a page": ["simulate-deployment", "model.toml", "-o", "out.csv", "--page", "p.html", "--measured", "HERE"],
@@ -73,6 +78,7 @@ ENTRIES = {  # the words of a command, with HERE for the file that is tried
     "mask": [*TRACK, "--mask", "HERE", "-o", "out.csv"],
     "controlled model": ["design-control", "HERE", "-o", "out.toml", "--draws", "16"],
     "controlled effects": ["design-control", "rig.toml", "-o", "out.toml", "--draws", "16", "--effects", "HERE"],
+    "designed model": ["design-deployment", "HERE", *DESIGN, "-o", "out.toml"],
     "checked": ["unspool", "check", "HERE"],
     "catalogue of effects": ["unspool", "effects", "--effects", "HERE", "-o", "out.txt"],
     "campaign from raw files": ["unspool", "run", "HERE", "--model", "model.toml", "-o", "out"],
@@ -221,6 +227,7 @@ OUTPUTS = {
     "compare-model": (["compare-model", "model.toml", "campaign.toml"], ("--json", "--page")),
     "explain-gap": (["explain-gap", "model.toml", "campaign.toml"], ("--json",)),
     "design-control": (["design-control", "rig.toml", "--draws", "16"], ("--json", "--page")),
+    "design-deployment": (["design-deployment", "rig.toml", *DESIGN], ("--json",)),
     "unspool": (["unspool", "check", "model.toml", "campaign.toml"], ("--json",)),
 }
 NAMES = (

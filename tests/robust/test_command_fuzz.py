@@ -7,10 +7,10 @@ from importlib import import_module
 
 import pytest
 from command_server import MAINS
-from fuzzing import ROUND, drawn
+from fuzzing import drawn, drawn_for
 from hypothesis import strategies as st
 from judging import Tally, restored, tree
-from odd_inputs import INPUTS, NAMES, around
+from odd_inputs import DESIGN, INPUTS, NAMES, around
 
 pytestmark = pytest.mark.xdist_group("commands")
 MINUTES = 10
@@ -32,11 +32,12 @@ GIVEN = {  # what a command needs at least; PLACE for a file
     "compare-model": ["PLACE", "PLACE"],
     "explain-gap": ["PLACE", "PLACE"],
     "design-control": ["PLACE", "--draws", "16"],
+    "design-deployment": ["PLACE", *DESIGN],
     "unspool check": ["PLACE"],
     "unspool run": ["PLACE", "--model", "model.toml"],
 }
 FIRST = {"track-video": "film.avi", "fit-actuator": "loop.csv", "unspool check": "loop.csv", "unspool run": "campaign.toml"}
-LONG = {"--runs", "--draws", "--workers", "--dask", "--budget"}  # these may ask for hours, which is no fault
+LONG = {"--runs", "--draws", "--evaluations", "--workers", "--dask", "--budget"}  # these may ask for hours, which is no fault
 WORDS = (
     *("", "-1", "0", "1", "2", "nan", "inf", "1e999", "1_0", "0x1", "1,2", "1,2,3", "30,24", "0,0,9,9,1", "1e9", "1e-300", "9" * 20, "200"),
     *("platform.mass_kg=1", "platform.mass_kg=+-5%", "actuator.b_l_N[0]=3", "x=", "=", "beta_per_m=1..2", "beta_per_m", "hub-inertia"),
@@ -63,7 +64,7 @@ def value_of(action):
 def lines(draw):
     """A command line, and the files that it reads."""
     name = draw(st.sampled_from(sorted(PARSERS)))
-    first = iter([FIRST.get(name, "rig.toml" if name == "design-control" else "model.toml"), "test.csv"])
+    first = iter([FIRST.get(name, "rig.toml" if name.startswith("design-") else "model.toml"), "test.csv"])
     words = [draw(st.one_of(st.just(next(first)), st.sampled_from(PLACES))) if word == "PLACE" else word for word in GIVEN.get(name, [])]
     for action in draw(st.lists(st.sampled_from(options_of(name)), max_size=4)):
         option = draw(st.sampled_from(action.option_strings))
@@ -99,8 +100,9 @@ def test_a_drawn_command_line_ends_in_a_result_or_a_sentence(commands, bench, se
 
 @pytest.mark.calibrate
 def test_ten_minutes_of_drawn_command_lines_end_in_results_or_sentences(commands, bench, share_of, calibration_seed, validation_table):
-    tally, begun, rounds = Tally(), time.monotonic(), 0
-    while time.monotonic() - begun < share_of(60 * MINUTES):
-        drawn(lines(), check_of(commands, bench, tally), ROUND, calibration_seed + rounds)
-        rounds += 1
-    validation_table("Drawn command lines", [tally.row("command lines")], "All that stands between tries and refused is to be 0.")
+    tally, begun = Tally(), time.monotonic()
+    try:
+        drawn_for(lines(), check_of(commands, bench, tally), share_of(60 * MINUTES), calibration_seed)
+    finally:
+        row = {"in minutes": (time.monotonic() - begun) / 60, **tally.row("command lines")}
+        validation_table("Drawn command lines", [row], "All that stands between tries and refused is to be 0.")

@@ -11,8 +11,8 @@ import pytest
 from command_server import MAINS
 from judging import tree
 from odd_inputs import ROOT, lay_out
-from test_killed_commands import COMMANDS as WHOLE
-from test_killed_commands import demonstration as _demonstration
+from test_kills import COMMANDS as WHOLE
+from test_kills import demonstration as _demonstration
 from test_write_faults import COMMANDS as QUICK
 
 pytestmark = pytest.mark.xdist_group("commands")

@@ -11,7 +11,7 @@ import random
 import pytest
 from command_server import REMOVING
 from judging import restored, tree
-from odd_inputs import TRACK
+from odd_inputs import DESIGN, TRACK
 
 pytestmark = pytest.mark.xdist_group("commands")
 COMMANDS = {
@@ -30,8 +30,12 @@ COMMANDS = {
     "compare-model": ["compare-model", "model.toml", "test.csv", "-o", "out.png", "--json", "out.json"],
     "explain-gap": ["explain-gap", "model.toml", "test.csv", "-o", "outs", "--json", "out.json"],
     "design-control": ["design-control", "rig.toml", "--draws", "16", "-o", "out.toml", "--json", "out.json", "--page", "out.html"],
-    "unspool": ["unspool", "init", "outs"],
+    "design-deployment": ["design-deployment", "rig.toml", *DESIGN, "-o", "out.toml", "--json", "out.json"],
+    "unspool init": ["unspool", "init", "outs"],
+    "unspool run": ["unspool", "run", "films.toml", "--model", "rig.toml", "-o", "outs", "--json", "out.json"],
 }
+NEVER_OVER_OLD = ("unspool init",)  # templates are never written over
+STEP_BY_STEP = ("unspool run",)  # it types the other commands: what those before the fault have written stands
 MOST = 1000  # acts of writing that fail in each way; a command has fewer
 FAULTS = ("full", "denied", "kill", "small")
 KEY, PIECES = b".unspool-", b"outs.part"  # the pieces of a sweep stay whatever happens, for --resume
@@ -65,12 +69,12 @@ def look(commands, bench, name, hows, most, chance):
         for place in places(how, acts, results, chance, most):
             tries += 1
             restored(bench, before)
-            lay_old(bench, {} if name == "unspool" else results)  # templates are never written over
+            lay_old(bench, {} if name in NEVER_OVER_OLD else results)
             old = tree(bench)
             given = {kind: {"folder": str(bench), **what} if kind == "fault" else what for kind, what in place.items()}
             ended = commands.run(COMMANDS[name], bench, **given)
-            found = found_wrong(ended, how, old, tree(bench), whole)
-            if how == "kill" and name != "unspool":
+            found = found_wrong(ended, how, old, tree(bench), whole, name in STEP_BY_STEP)
+            if how == "kill" and name not in NEVER_OVER_OLD:
                 again = commands.run(COMMANDS[name], bench)
                 found += [f"the next run: {again.status} {again.error!r}"] * (again.status not in (0, 1))
                 found += ["the next run has other results"] * (tree(bench) != whole)
@@ -87,20 +91,26 @@ def lay_old(bench, results):
             (bench / path.decode()).write_bytes(b"old")
 
 
-def found_wrong(ended, how, old, left, whole):
+def found_wrong(ended, how, old, left, whole, step_by_step):
     """What may not be after a fault."""
     if how == "kill":
-        half = [path for path, content in left.items() if KEY not in path and content not in (old.get(path), whole.get(path))]
-        half = [path for path in half if PIECES not in path]
-        return [f"half written: {half}"] * bool(half) + ["lost"] * (not set(old) <= set(left))
+        return half_written(old, {path: content for path, content in left.items() if KEY not in path}, whole)
     if ended.status in (0, 1):
         return [] if left == whole else ["done, but the results are not those of an undisturbed run"]
     said = [] if ended.status == 2 and ended.error.strip() else [f"status {ended.status}, {ended.error[-300:]!r}"]
+    if step_by_step:
+        return said + half_written(old, left, whole)
     changed = sorted(path for path in {*left, *old} if left.get(path) != old.get(path) and PIECES not in path)
     return said + [f"left or changed: {changed}"] * bool(changed)
 
 
-@pytest.mark.parametrize(("name", "how"), [*zip(sorted(COMMANDS), FAULTS * 2, strict=True)])
+def half_written(old, left, whole):
+    """What is neither as before nor as in the end, and what is gone."""
+    half = [path for path, content in left.items() if content not in (old.get(path), whole.get(path)) and PIECES not in path]
+    return [f"half written: {half}"] * bool(half) + ["lost"] * (not set(old) <= set(left))
+
+
+@pytest.mark.parametrize(("name", "how"), [*zip(sorted(COMMANDS), FAULTS * 3, strict=False)])
 def test_a_write_that_fails_leaves_everything_as_it_was(commands, bench, name, how):
     assert look(commands, bench, name, [how], 1, random.Random(name)) == (1, [])
 

@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from identify.campaign.campaign_file import Campaign, ListedRun
 
 NAME = "unspool run"
+_FITTED, _COMPARED = "model.toml", "comparison.png"
 DOES = "Measure the films of a list of runs, fit the force law to its loops, compare with the model, and name the effect it lacks."
 
 
@@ -38,16 +39,18 @@ def _work(arguments: Sequence[str]) -> int:
     listed, folder = read_list(given.campaign), given.campaign.parent
     model = _model(given, listed)
     _require_usable(given, model)
-    given.output.mkdir(parents=True, exist_ok=True)
+    given.output.mkdir(exist_ok=True)
     status = _films_measured(given, listed, folder, model)
     if status:
         return status
-    model = _law_fitted(given, listed, folder, model)
+    fitting, model = _law_fitted(given, listed, folder, model)
+    if fitting:
+        return fitting
     from identify.commands import compare_model, explain_gap
 
     own = [word for path in given.effects for word in ("--effects", str(path))]
     both = [str(model), str(given.campaign), *own]
-    status = _typed(given, compare_model.main, [compare_model.NAME, *both, "-o", str(given.output / "comparison.png")])
+    status = _typed(given, compare_model.main, [compare_model.NAME, *both, "-o", str(given.output / _COMPARED)])
     if status not in (0, VERDICT_BAD):
         return status
     wanted = [*both, "-o", str(given.output), "--budget", given.budget, *(["--json", str(given.json)] if given.json else [])]
@@ -68,15 +71,17 @@ def _model(given: Namespace, listed: Campaign) -> Path:
 
 
 def _require_usable(given: Namespace, model: Path) -> None:
-    """Everything that is wrong with the files of the list, or with --json, before the long work begins."""
+    """Everything that is wrong with the files of the list, or with what the commands will write, before the long work begins."""
     from identify.campaign.runs import files_of
+    from identify.commands.explain_gap import WRITTEN
     from identify.commands.subcommands.understood import understood
     from measure.common.output_gate import Outputs
     from measure.readers.column_mapping import ColumnMapping
     from simulate.files.own_effects import catalogue_with
 
     understood(given.campaign, ColumnMapping(), catalogue_with(given.effects))
-    Outputs({"--json": given.json}, inputs=[model, *given.effects, *files_of([given.campaign])]).require_usable()
+    folders = {"--output": (given.output, (_FITTED, _COMPARED, *WRITTEN))}
+    Outputs({"--json": given.json}, folders, [model, *given.effects, *files_of([given.campaign])]).require_usable()
 
 
 def _films_measured(given: Namespace, listed: Campaign, folder: Path, model: Path) -> int:
@@ -97,19 +102,22 @@ def _films_measured(given: Namespace, listed: Campaign, folder: Path, model: Pat
     return 0
 
 
-def _law_fitted(given: Namespace, listed: Campaign, folder: Path, model: Path) -> Path:
-    """The model with the force law of the loops, where all of them are of one actuator as the model has it; else the model itself."""
+def _law_fitted(given: Namespace, listed: Campaign, folder: Path, model: Path) -> tuple[int, Path]:
+    """The model with the force law of the loops, where all of them are of one actuator as the model has it; else the model itself.
+
+    With it 0, or the status of a fit that cannot be used: an answer with the law as it was before would look like one with the new law.
+    """
     from identify.commands import fit_actuator
 
     loops = [row for row in listed.run if not row.is_film(folder) and not row.hold_out and _is_loop(row, folder)]
     mappings = {row.mapping for row in loops}
     if not loops or len(mappings) > 1 or any(row.model for row in loops):
-        return model
-    fitted = given.output / "model.toml"
+        return 0, model
+    fitted = given.output / _FITTED
     how = [word for name in mappings if name is not None for word in ("--mapping", str(folder / name))]
     files = [str(folder / row.file) for row in loops]
     status = _typed(given, fit_actuator.main, [fit_actuator.NAME, *files, *how, "--model", str(model), "-o", str(fitted)])
-    return fitted if status in (0, VERDICT_BAD) else model
+    return (0, fitted) if status in (0, VERDICT_BAD) else (status, model)
 
 
 def _is_loop(row: ListedRun, folder: Path) -> bool:

@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from identify.campaign.campaign_file import read_list
 from identify.campaign.runs import read_campaign
 from identify.commands import compare_model, explain_gap
 from measure.common.errors import InputError
@@ -140,3 +141,10 @@ def test_a_run_that_is_no_table_is_named_by_its_number(tmp_path):
     first, second = str(caught.value).splitlines()
     assert "[[run]] number 1 is 1; give a table" in first
     assert "[[run]] number 2 is 'loop.csv'; give a table" in second
+
+
+@pytest.mark.parametrize("value", ["1", '"true"', '"yes"', "0.0"])
+def test_held_out_is_a_truth_value_and_nothing_like_one(tmp_path, value):
+    (tmp_path / "runs.toml").write_text(f'[[run]]\nfile = "a.csv"\nhold_out = {value}\n')
+    with pytest.raises(InputError, match="give true or false"):
+        read_list(tmp_path / "runs.toml")

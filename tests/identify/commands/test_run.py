@@ -86,6 +86,21 @@ def test_loops_of_two_benches_are_left_to_the_common_fit(rig, typed):
     assert typed[-1][1] == str(rig / "model.toml")
 
 
+def test_where_the_law_cannot_be_fitted_nothing_is_explained_with_the_old_one(rig, typed, monkeypatch):
+    monkeypatch.setattr(fit_actuator, "main", lambda words: 2)
+    assert run(rig) == 2
+    assert [words[0] for words in typed] == ["track-video"]
+
+
+@pytest.mark.parametrize("text", ["", "{", "[]", '{"inputs": 1}', '{"inputs": [{}]}', "[" * 100_000, "\udcff"])
+def test_a_film_whose_note_is_damaged_is_measured_anew(rig, typed, text):
+    run(rig)
+    note = next((rig / "measured").glob("*.provenance.json"))
+    note.write_text(text, encoding="utf-8", errors="surrogateescape")
+    run(rig)
+    assert [words[0] for words in typed].count("track-video") == 2
+
+
 def test_nothing_is_begun_while_a_file_is_wrong(rig, typed, capsys):
     (rig / "deployment-2.csv").unlink()
     (rig / "bench.toml").write_text("delimitter = 'semicolon'\n")

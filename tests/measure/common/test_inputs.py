@@ -54,6 +54,12 @@ def test_a_file_that_may_not_be_read_is_refused(tmp_path):
     assert "may not be read" in refusal(existing_file, tmp_path / "a.csv", what="a loop")
 
 
+def test_a_file_that_only_others_may_read_is_said_to_be(tmp_path, monkeypatch):
+    (tmp_path / "a.csv").write_text("")
+    monkeypatch.setattr(os, "access", lambda path, mode: mode != os.R_OK)  # the superuser may read everything
+    assert "may not be read" in refusal(existing_file, tmp_path / "a.csv", what="a loop")
+
+
 @pytest.mark.parametrize("read", [read_columns, lambda path: decoded(path, None), lambda path: read_toml(path, what="a model", advice="")])
 @pytest.mark.parametrize("size", [LARGEST_TABLE + 1, 10**12])
 def test_a_sparse_file_of_a_terabyte_is_refused_before_it_is_read(tmp_path, read, size):
@@ -89,7 +95,7 @@ def toml_refusal(text):
         ("x = " + "[" * 50 + "]" * 50, "nested"),
         ("x = " + "[" * 20000 + "]" * 20000, "nested"),
         ("x = " + "{a = " * 900 + "1" + "}" * 900, "nested"),
-        ("x = " + "9" * 5000, "digits"),
+        ("x = " + "9" * 5000, "thousands of digits"),
         ("x = " + "9" * 4000, "beyond 64 bits"),
         ("x = 0x" + "f" * 100000, "beyond 64 bits"),
         ("x = [1, 99999999999999999999]", "beyond 64 bits"),
@@ -165,6 +171,7 @@ def test_of_a_foreign_file_no_more_than_a_cell_is_shown(tmp_path, seed):
 
 def test_what_was_found_is_shown_in_short():
     assert [found(value) for value in ([1] * 9, {"a": 1}, "é", True)] == ["a list of 9", "a table of 1", "'é'", "True"]
+    assert found("x" * 1000) == "'" + "x" * 59 + "... (1002 characters)"
     assert found(10**5000) == "a whole number of some 5000 digits"
 
 

@@ -53,6 +53,12 @@ def test_paths_and_letters_of_formulas_are_written_as_they_are():
     assert output.json_text({"file": Path("a") / "b.csv", "of": "β"}) == '{\n  "file": "a/b.csv",\n  "of": "β"\n}\n'
 
 
+@pytest.mark.parametrize("name", ["caf\udce9.csv", Path("caf\udce9.csv")])
+def test_a_name_that_is_not_utf8_is_written_escaped(tmp_path, name):
+    output.write_json(tmp_path / "r.json", {"file": name, str(name): [name]})
+    assert json.loads((tmp_path / "r.json").read_bytes()) == {"file": "caf\\udce9.csv", "caf\\udce9.csv": ["caf\\udce9.csv"]}
+
+
 def test_the_same_result_gives_the_same_bytes(tmp_path):
     for name in ("first.json", "second.json"):
         output.write_json(tmp_path / name, {"a": np.arange(3.0), "b": {"c": float("nan")}})

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import random
+import signal
 import subprocess
 import sys
 from pathlib import Path
@@ -241,3 +242,31 @@ def test_drawn_paths_end_in_a_sentence_or_in_whole_files_and_never_in_a_lost_inp
     except InputError:
         assert tree(tmp_path) == before
     assert (tmp_path / "in.csv").read_text() == "the measurement"
+
+
+def test_a_write_protected_file_is_said_to_be(tmp_path, monkeypatch):
+    (tmp_path / "a.csv").write_text("old")
+    monkeypatch.setattr(os, "access", lambda path, mode: mode != os.W_OK)  # the superuser may write everything
+    refused(Outputs({"--output": tmp_path / "a.csv"}), "is write-protected")
+
+
+def test_a_folder_that_takes_nothing_is_found_before_the_work(tmp_path, monkeypatch):
+    def denied(**given):
+        raise OSError(30, "Read-only file system")
+
+    monkeypatch.setattr("tempfile.TemporaryFile", denied)
+    refused(Outputs({"--output": tmp_path / "a.csv"}), r"nothing can be written there \(Read-only file system\)")
+
+
+def test_a_signal_while_results_take_their_names_waits_until_all_have_theirs(tmp_path, monkeypatch):
+    real = os.replace
+
+    def replace(source, target):
+        os.kill(os.getpid(), signal.SIGINT)
+        real(source, target)
+
+    monkeypatch.setattr(output.os, "replace", replace)
+    paths = [tmp_path / "a.csv", tmp_path / "b.csv"]
+    with pytest.raises(KeyboardInterrupt):
+        write_all(Outputs({"--output": paths[0], "--json": paths[1]}), paths)
+    assert tree(tmp_path) == {"a.csv": b"new", "b.csv": b"new"}

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import struct
+import time
 
 import cv2
 import numpy as np
@@ -122,3 +123,42 @@ def test_a_cine_that_claims_a_gigapixel_is_refused(tmp_path):
     (tmp_path / "big.cine").write_bytes(header + bitmap + bytes(64))
     with pytest.raises(InputError, match="60000 x 60000"):
         open_footage(tmp_path / "big.cine")
+
+
+NOTES = {
+    "Record Rate(fps)": "500",
+    "Shutter Speed(s)": "1/2000",
+    "Total Frame": "3",
+    "Image Width": "32",
+    "Image Height": "20",
+    "Color Bit": "8",
+}
+
+
+def with_notes(folder, **odd):
+    """A film of three dark pictures with a line of its notes changed."""
+    (folder / "film.mraw").write_bytes(bytes(3 * 20 * 32))
+    lines = {**NOTES, **{key.replace("_", " "): value for key, value in odd.items()}}
+    (folder / "film.cih").write_text("#Camera Information Header\n" + "".join(f"{key} : {value}\n" for key, value in lines.items()))
+    return folder / "film.cih"
+
+
+@pytest.mark.parametrize("shutter", ["1e999999999", "1/1e999999999", "1e999999999/1", "9" * 100_000, "1_0", "nan"])
+def test_a_shutter_that_no_camera_has_is_unknown_at_once(tmp_path, shutter):
+    begun = time.process_time()
+    assert open_footage(with_notes(tmp_path, **{"Shutter Speed(s)": shutter})).exposure_s is None
+    assert time.process_time() - begun < 0.5
+
+
+@pytest.mark.parametrize("key", ["Total_Frame", "Image_Width", "Color_Bit"])
+@pytest.mark.parametrize("value", ["1e999", "1_0", "nan", "٣", "9" * 100_000])
+def test_a_note_that_is_no_plain_number_is_refused_by_its_name(tmp_path, key, value):
+    with pytest.raises(InputError, match=f"{key.replace('_', ' ')} is .*not a number"):
+        open_footage(with_notes(tmp_path, **{key: value}))
+
+
+def test_notes_that_declare_entities_are_refused(tmp_path):
+    path = with_notes(tmp_path).with_suffix(".cihx")
+    path.write_text('junk<cih><!ENTITY b "c">&b;</cih>')
+    with pytest.raises(InputError, match="declares entities"):
+        open_footage(path)

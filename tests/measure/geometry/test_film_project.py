@@ -90,3 +90,21 @@ def test_the_schema_names_every_key_and_says_what_it_is():
         for key, rules in section["properties"].items():
             assert len(rules["description"]) > 3, key
     assert set(schema["properties"]) == {"schema", "film", "marks", "scale", "platform", "camera"}
+
+
+@pytest.mark.parametrize(
+    ("section", "key", "value"),
+    [
+        *(("film", "fps", value) for value in (True, "250", "1_0", [250.0])),
+        *(("marks", "subset_px", value) for value in (True, "31", 31.5)),
+        ("marks", "place_px", [[True, 2.0]]),
+        ("scale", "from_px_mm", [0.0, 0.0, 9.0, 9.0, "1"]),
+        *((section, key, True) for section, key in (("scale", "up_deg"), ("platform", "start_height_m"), ("camera", "focal_px"))),
+        ("camera", "distortion", [0.1, True]),
+        ("film", "fields", 1),
+        ("film", "fields", "yes"),
+    ],
+)
+def test_a_number_is_no_truth_value_and_not_in_quotes(section, key, value):
+    with pytest.raises(InputError, match=f"{section}.{key}"):
+        make_project({section: {key: value}})

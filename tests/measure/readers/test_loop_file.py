@@ -310,3 +310,12 @@ def test_a_real_matlab_file_holds_what_its_table_holds():
     table, _ = read_loop_file(REAL / "f0.840Hz_A12.19mm.csv")
     assert loop.elongation_m == pytest.approx(table.elongation_m, abs=1e-9)
     assert loop.force_N == pytest.approx(table.force_N, abs=1e-3)
+
+
+def test_a_table_in_json_is_refused_from_a_size_on_that_would_fill_the_memory(tmp_path):
+    path = tmp_path / "bench.json"
+    with open(path, "wb") as file:
+        file.write(b'[{"time_s": 0.0,')
+        file.truncate(300_000_000)
+    with pytest.raises(InputError, match="has 300 MB, and a table in JSON has at most 200 MB"):
+        read_loop_file(path)

@@ -267,3 +267,13 @@ def test_a_channel_that_is_none_is_answered_with_the_nearest():
 def test_a_status_for_some_rows_only_is_refused():
     with pytest.raises(InputError, match="status has 1 rows and time_s 2"):
         Trajectory(np.array([0.0, 0.1]), {"z_m": np.zeros(2)}, status=["ok"])
+
+
+def test_a_table_of_thousands_of_columns_is_refused(file):
+    with pytest.raises(InputError, match="5000 columns; a table has at most 2000"):
+        read_table(file(",".join(f"c{k}" for k in range(5000)) + "\n"))
+
+
+def test_a_quoted_cell_without_an_end_is_refused_in_a_sentence(file):
+    with pytest.raises(InputError, match="a cell has more than 131072 characters"):
+        read_table(file(f'time_s,x_m\n0,"{"1" * 200_000}"\n'))

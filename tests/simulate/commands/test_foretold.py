@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 
+from simulate.commands import design_control
 from simulate.commands.sweep_deployments import main
 from simulate.control import design as design_of_control
 from simulate.files.model_file import read_model
@@ -41,3 +42,11 @@ def test_the_command_says_it_on_standard_error(monkeypatch, tmp_path, capsys):
     factor = ["--factor", "platform.mass_kg=+-5%"]
     assert main([str(MODEL), *factor, "--set", "simulation.duration_s=0.05", "-o", str(tmp_path / "sweep")]) == 0
     assert "sweep-deployments: this takes about 53 min" in capsys.readouterr().err
+
+
+def test_a_design_of_a_controller_that_ends_never_is_refused_before_it_begins(monkeypatch, tmp_path, capsys):
+    monkeypatch.setattr(design_of_control, "timed", lambda work: 1e12)
+    monkeypatch.setattr(design_of_control, "_found", lambda *given: pytest.fail("begun"))
+    assert design_control.main([str(MODEL), "-o", str(tmp_path / "designed.toml")]) == 2
+    assert "this would take for ever. Give fewer --draws" in capsys.readouterr().err
+    assert not list(tmp_path.iterdir())

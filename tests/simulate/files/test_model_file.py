@@ -147,6 +147,12 @@ def test_a_value_that_cannot_be_is_refused_by_its_key(text, named):
     assert named in refused(text)
 
 
+@pytest.mark.parametrize("schema", [True, "1", 2, [1]])
+def test_another_schema_is_refused(prototype, schema):
+    with pytest.raises(InputError, match="this program reads schema = 1"):
+        model_from({**document_of(prototype), "schema": schema}, "rig.toml")
+
+
 def test_a_missing_force_law_is_answered_with_the_lines_to_add():
     with pytest.raises(InputError) as caught:
         model_from({"schema": 1}, "bad.toml")

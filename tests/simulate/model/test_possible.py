@@ -10,6 +10,7 @@ import pytest
 from measure.common.errors import InputError
 from simulate.deployment.deploy import deploy, deploy_checked
 from simulate.files.model_file import document_of, model_from
+from simulate.kernel.step_size import grid
 from simulate.model.model import Geometry, Simulation, with_value
 from simulate.model.possible import condition_at, impossible, warnings_of
 
@@ -170,3 +171,25 @@ def test_a_run_that_nobody_waits_for_is_refused_with_the_key_to_change(prototype
         model = with_value(model, name, value)
     with pytest.raises(InputError, match=key.replace(".", "[.]")):
         deploy(model)
+
+
+def test_a_name_that_fills_a_page_is_refused(prototype):
+    with pytest.raises(InputError, match="name: has 1000 characters"):
+        read_back(replace(prototype, name="x" * 1000))
+
+
+def test_a_platform_that_is_deployed_below_its_stowed_height_is_refused(prototype):
+    document = document_of(prototype)
+    document["geometry"]["deployed_height_m"] = document["geometry"]["stowed_height_m"]
+    with pytest.raises(InputError, match="deployed_height_m must be above"):
+        model_from(document, "rig.toml")
+
+
+def test_a_step_that_is_longer_than_the_run_is_refused(prototype):
+    with pytest.raises(InputError, match=r"simulation.step_s: 0.5 s is longer than duration_s, 0.1 s"):
+        read_back(replace(prototype, simulation=Simulation(0.1, 1000.0, 0.5)))
+
+
+def test_more_samples_than_fit_into_memory_are_refused(prototype):
+    with pytest.raises(InputError, match=r"3e\+06 samples; at most 2e\+06 are kept"):
+        grid(replace(prototype, simulation=Simulation(1.0, 3e6)))

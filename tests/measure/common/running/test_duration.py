@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import pytest
 
-from measure.common.command_line import foretell
+from measure.common.command_line import foretell, progress
 from measure.common.errors import InputError
+from measure.common.running import duration
 from measure.common.running.duration import LONGEST_S, foretold, in_words, timed
 
 
@@ -74,3 +75,10 @@ def test_it_is_said_on_standard_error_and_not_where_quiet_is_asked_for(capsys):
     foretell("explain-gap", True)(190.0)
     out, error = capsys.readouterr()
     assert (out, error) == ("", "explain-gap: this takes about 3 min\n")
+
+
+def test_items_that_take_longer_than_anybody_waits_end_in_a_sentence(monkeypatch):
+    for name, value in {"_SAMPLE_S": 0.0, "_WORTH_S": 0.0, "LONGEST_S": 0.0}.items():
+        monkeypatch.setattr(duration, name, value)
+    with pytest.raises(InputError, match="Give fewer marks"):
+        list(progress(range(9), what="frames", total=9, change="Give fewer marks."))
