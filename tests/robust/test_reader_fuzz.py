@@ -5,9 +5,11 @@ from __future__ import annotations
 import copy
 import json
 import tomllib
+import warnings
 from dataclasses import dataclass
 from typing import Any
 
+import c3d
 import cv2
 import h5py
 import numpy as np
@@ -57,6 +59,11 @@ def text_kinds(folder):
     yield Kind(text_tables(), ".csv", lambda path: read_loop_file(path, ColumnMapping()))
     yield Kind(text_tables(), ".txt", lambda path: read_loop_file(path, MAPPED))
     yield Kind(text_tables(), ".csv", read_measurement)
+    trc = "PathFileType\t4\t(X/Y/Z)\ta.trc\nDataRate\tUnits\n100\tmm\nFrame#\tTime\tA\t\t\tB\t\t\tC\n\t\tX1\tY1\tZ1\n\n"
+    trc += "\n".join(f"{k}\t{k / 100}\t0\t1\t{k}\t100\t0\t{k}\t0\t100\t{k}" for k in range(1, 9))
+    yield Kind(damaged([trc.encode()]), ".trc", lambda path: read_measurement(path, ColumnMapping(up="z")))
+    track = "mass_A\t\t\nt\tx\ty\n" + "\n".join(f"{k / 100:.9E}\t1.0E-1\t{k / 10:.9E}" for k in range(9))
+    yield Kind(damaged([track.encode()]), ".txt", lambda path: read_measurement(path, ColumnMapping(units={"position": "m"})))
     yield Kind(damaged(seeds), ".json", lambda path: read_loop_file(path, ColumnMapping()))
 
 
@@ -94,8 +101,19 @@ def read_apart_kinds(folder):
     with h5py.File(folder / "a.h5", "w") as file:
         for name, values in table.items():
             file[name] = values
+    write_points(folder / "a.c3d")
+    yield Kind(damaged([(folder / "a.c3d").read_bytes()]), ".c3d", read_measurement)
     for name in ("a.mat", "a.h5"):
         yield Kind(damaged([(folder / name).read_bytes()]), name[1:], lambda path: read_loop_file(path, ColumnMapping()))
+
+
+def write_points(path):
+    writer = c3d.Writer(point_rate=100.0)
+    writer.set_point_labels(["A", "B", "C"])
+    place = np.array([[0.0, 0.0, 0.0], [100.0, 0.0, 0.0], [0.0, 100.0, 0.0]])
+    writer.add_frames([(np.pad(place + k, ((0, 0), (0, 2))).astype(np.float32), np.zeros((0, 0))) for k in range(8)])
+    with open(path, "wb") as file, warnings.catch_warnings(action="ignore"):
+        writer.write(file)
 
 
 def written(path, text):
