@@ -31,6 +31,7 @@ if TYPE_CHECKING:
     from simulate.model.model import Platform as Platform
     from simulate.model.model import Release as Release
     from simulate.model.model import Simulation as Simulation
+    from simulate.sweeps.dataset import write_sweep as write_sweep
     from simulate.sweeps.result import SweepResult as SweepResult
     from simulate.sweeps.run_sweep import sweep as sweep
     from simulate.sweeps.tolerance import tolerance_of as tolerance_of
@@ -58,6 +59,7 @@ _HOMES = {
     "deploy_many": "deployment.deploy",
     "Deployment": "deployment.result",
     "sweep": "sweeps.run_sweep",
+    "write_sweep": "sweeps.dataset",
     "SweepResult": "sweeps.result",
     "tolerance_of": "sweeps.tolerance",
 }
@@ -87,6 +89,7 @@ __all__ = [
     "sweep",
     "tolerance_of",
     "write_model",
+    "write_sweep",
 ]
 
 __getattr__ = loaded_late(__name__, _HOMES)
