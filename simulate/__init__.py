@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from simulate.deployment.deploy import deploy_checked as deploy_checked
     from simulate.deployment.deploy import deploy_many as deploy_many
     from simulate.deployment.result import Deployment as Deployment
+    from simulate.files.leg_fmu import write_fmu as write_fmu
     from simulate.files.model_file import read_model as read_model
     from simulate.files.model_file import write_model as write_model
     from simulate.loop import loop_force as loop_force
@@ -52,6 +53,7 @@ _HOMES = {
     "PlatformEffect": "model.effect",
     "parameter": "model.effect",
     "read_model": "files.model_file",
+    "write_fmu": "files.leg_fmu",
     "write_model": "files.model_file",
     "loop_force": "loop",
     "deploy": "deployment.deploy",
@@ -88,6 +90,7 @@ __all__ = [
     "read_model",
     "sweep",
     "tolerance_of",
+    "write_fmu",
     "write_model",
     "write_sweep",
 ]
