@@ -99,7 +99,7 @@ pins:
 	rm -rf out/pins
 	$(PYTHON) -m venv out/pins
 	out/pins/bin/python -m pip install --quiet --upgrade pip
-	out/pins/bin/python -m pip install --quiet hatchling editables --group dev --editable '.[dask,excel,hdf5,indices,labview,uff]'
+	out/pins/bin/python -m pip install --quiet hatchling editables --group dev --editable '.[c3d,dask,excel,fmu,hdf5,indices,labview,uff]'
 	out/pins/bin/python -m pip freeze --all --exclude unspool --exclude setuptools > constraints.txt
 	out/pins/bin/python -m pip install --quiet uv
 	out/pins/bin/python supply-chain/make_supply_chain.py

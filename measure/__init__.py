@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from measure.notebook.watching import progress_of as progress_of
     from measure.readers.column_mapping import ColumnMapping as ColumnMapping
     from measure.readers.loop_file import read_loop_file as read_loop_file
+    from measure.readers.measurement import read_measurement as read_measurement
     from measure.synthetic.made_film import deployment_scene as deployment_scene
     from measure.synthetic.made_film import project_for as project_for
     from measure.synthetic.made_film import render as render
@@ -50,6 +51,7 @@ _HOMES = {
     "write_trajectory": "tables.trajectory",
     "ColumnMapping": "readers.column_mapping",
     "read_loop_file": "readers.loop_file",
+    "read_measurement": "readers.measurement",
     "open_footage": "footage.formats",
     "from_array": "footage.footage",
     "Project": "geometry.film_project",
@@ -80,6 +82,7 @@ __all__ = [
     "project_for",
     "read_loop",
     "read_loop_file",
+    "read_measurement",
     "read_project",
     "read_table",
     "read_trajectory",

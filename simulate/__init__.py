@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from simulate.deployment.deploy import deploy_checked as deploy_checked
     from simulate.deployment.deploy import deploy_many as deploy_many
     from simulate.deployment.result import Deployment as Deployment
+    from simulate.files.leg_fmu import write_fmu as write_fmu
     from simulate.files.model_file import read_model as read_model
     from simulate.files.model_file import write_model as write_model
     from simulate.loop import loop_force as loop_force
@@ -31,6 +32,7 @@ if TYPE_CHECKING:
     from simulate.model.model import Platform as Platform
     from simulate.model.model import Release as Release
     from simulate.model.model import Simulation as Simulation
+    from simulate.sweeps.dataset import write_sweep as write_sweep
     from simulate.sweeps.result import SweepResult as SweepResult
     from simulate.sweeps.run_sweep import sweep as sweep
     from simulate.sweeps.tolerance import tolerance_of as tolerance_of
@@ -51,6 +53,7 @@ _HOMES = {
     "PlatformEffect": "model.effect",
     "parameter": "model.effect",
     "read_model": "files.model_file",
+    "write_fmu": "files.leg_fmu",
     "write_model": "files.model_file",
     "loop_force": "loop",
     "deploy": "deployment.deploy",
@@ -58,6 +61,7 @@ _HOMES = {
     "deploy_many": "deployment.deploy",
     "Deployment": "deployment.result",
     "sweep": "sweeps.run_sweep",
+    "write_sweep": "sweeps.dataset",
     "SweepResult": "sweeps.result",
     "tolerance_of": "sweeps.tolerance",
 }
@@ -86,7 +90,9 @@ __all__ = [
     "read_model",
     "sweep",
     "tolerance_of",
+    "write_fmu",
     "write_model",
+    "write_sweep",
 ]
 
 __getattr__ = loaded_late(__name__, _HOMES)

@@ -3,17 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
-from pydantic import BaseModel, ConfigDict, ValidationError
+from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from measure.common.errors import InputError, found, nearest
+from measure.readers.column_mapping import ColumnMapping, read_mapping
 from simulate.files.model_file import read_document
 
 _CONTAINERS = ".avi .mp4 .mov .mkv .wmv .mpg .ts .gif .y4m .h264 .hevc"
 _FILMS = frozenset(f"{_CONTAINERS} .mraw .cih .cihx .cine .tif .tiff".split())
 
+_Axis = Annotated[str, Field(pattern="^[+-]?[xyz]$")]
 _CLOSED = ConfigDict(extra="forbid", frozen=True, strict=True, use_attribute_docstrings=True)
 
 
@@ -28,11 +31,17 @@ class ListedRun(BaseModel):
     model_config = _CLOSED
 
     file: str
-    """film (file, or folder of numbered pictures), trajectory (CSV), or loop (CSV, text, workbook, MATLAB, LabVIEW)"""
+    """film (file, or folder of pictures), trajectory (CSV, C3D, TRC, table of Tracker), or loop (CSV, text, workbook, MATLAB, LabVIEW)"""
     hold_out: bool = False
     """true: never used for fitting or naming, only for showing the gap"""
     mapping: str | None = None
-    """of a loop: the file that says what its columns are"""
+    """of a loop or a foreign trajectory: the file that says how it is to be read"""
+    up: _Axis | None = None
+    """of a file of markers (C3D, TRC): the axis that points up, x, y or z, or with a minus the other way"""
+    across: _Axis | None = None
+    """of a file of markers: the axis that becomes x_m; x where it is not given, y where x points up"""
+    markers: list[str] = []
+    """of a file of markers: those on the platform; all where none is named"""
     project: str | None = None
     """of a film: the file with its rate, scale and marks"""
     model: dict[str, Any] = {}
@@ -41,6 +50,21 @@ class ListedRun(BaseModel):
     def is_film(self, folder: Path) -> bool:
         """Whether it must be measured first; `folder` is that of the list."""
         return self.project is not None or is_film(folder / self.file)
+
+    def reading(self, folder: Path, otherwise: ColumnMapping | None = None) -> ColumnMapping:
+        """How its file is read: by the mapping file that it names, else as `otherwise`, its own axes and markers put over it.
+
+        Raises
+        ------
+        InputError
+            The mapping file cannot be used, or a marker is named twice.
+        """
+        base = read_mapping(folder / self.mapping) if self.mapping else otherwise or ColumnMapping()
+        own = {"up": self.up, "across": self.across, "markers": tuple(self.markers)}
+        try:
+            return replace(base, **{key: value for key, value in own.items() if value})
+        except InputError as error:
+            raise InputError(f"[[run]] {self.file}: {error}") from None
 
 
 class Campaign(BaseModel):
@@ -82,6 +106,9 @@ def read_list(path: Path) -> Campaign:
 _WANTED = {
     "file": 'give the name of a film or a table, such as file = "test1.csv".',
     "mapping": 'give the name of a mapping file, such as mapping = "bench.toml".',
+    "up": 'give the axis of the file that points up, such as up = "z".',
+    "across": 'give the axis of the file that becomes x_m, such as across = "x".',
+    "markers": 'give the names of the markers on the platform, such as markers = ["A", "B", "C"].',
     "project": 'give the name of a project file, such as project = "film.toml".',
     "hold_out": "give true or false.",
     "model": "give a table of values to change, such as model.platform.mass_kg = 1.0.",

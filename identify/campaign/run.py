@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -34,7 +35,7 @@ class Run:
     @property
     def label(self) -> str:
         """The name without its ending, with which the run's own parameters begin: `test2` of test2.csv."""
-        return self.name.removesuffix(".csv")
+        return re.sub(r"\.(csv|c3d|trc)$", "", self.name)
 
     @property
     def is_loop(self) -> bool:

@@ -13,7 +13,7 @@ from identify.loops.sign import oriented
 from measure.common.errors import InputError
 from measure.common.every_error import for_each
 from measure.common.output import sha256
-from measure.readers.column_mapping import ColumnMapping, read_mapping
+from measure.readers.column_mapping import ColumnMapping
 from measure.readers.measurement import read_measurement
 from measure.tables.loop import Loop
 
@@ -23,7 +23,7 @@ def read_campaign(paths: Iterable[Path], mapping: ColumnMapping | None = None) -
 
     Parameters
     ----------
-    mapping : how loops are to be read that are not in the project's own columns, where a run names no mapping file of its own.
+    mapping : how tables are to be read that are not in the project's own columns, where a run says nothing itself.
 
     Raises
     ------
@@ -87,8 +87,8 @@ def _listed_run(folder: Path, row: ListedRun, mapping: ColumnMapping | None) -> 
     if row.is_film(folder):
         table = kept(row, folder)
         return Run(read_measurement(table), row.model, row.hold_out, name=table.name, path=table)
-    mapping = read_mapping(folder / row.mapping) if row.mapping else mapping
-    return Run(read_measurement(folder / row.file, mapping), row.model, row.hold_out, name=row.file, path=folder / row.file)
+    table = read_measurement(folder / row.file, row.reading(folder, mapping))
+    return Run(table, row.model, row.hold_out, name=row.file, path=folder / row.file)
 
 
 def _require_distinct(runs: Sequence[Run]) -> None:

@@ -8,6 +8,9 @@ from pathlib import Path
 
 from measure.common.errors import InputError
 
+DATASET_ENDINGS = (".h5", ".nc")
+"""Of files that hold a whole data set: HDF5 and netCDF."""
+
 DECODER_BYTES = 3 * 2**30
 """What decoding may take on top of what the process has: the largest picture taken is 64 megapixels, a few copies of it fit."""
 

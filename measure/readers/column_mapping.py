@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
@@ -10,26 +11,30 @@ from typing import Annotated, Any
 
 from pydantic import AfterValidator, BaseModel, ConfigDict, ValidationError
 
-from measure.common.errors import InputError, found, nearest
+from measure.common.errors import InputError, clipped, found, nearest
 from measure.common.inputs import read_toml
 from measure.common.output import write_text
 from measure.tables.units import turned, unit_of
 
 QUANTITIES = ("time", "elongation", "force")
+_WITH_UNIT = (*QUANTITIES, "position", "angle")
+_AXIS = re.compile("[+-]?[xyz]")
 
 
 @dataclass(frozen=True)
 class ColumnMapping:
-    """How the files of a rig are to be read; whatever is left out is found from the file.
+    """How the files of a rig, loops and foreign trajectories, are to be read; whatever is left out is found from the file.
 
     columns : name or number (from one) of the column, by quantity. units : by quantity, see `units.unit_of`.
     delimiter, decimal : names as in `text.dialect`. header : False for a file without names. sample_period_s : where no time stands.
     name_pattern : conditions that stand in the names of the files, such as "KDN_{pressure_bar}bar". sheet : of a workbook.
+    up, across : of a file of markers, the axis that points up (z_m) and the one across the view (x_m): "z", "-y". markers : those on the
+    platform, by name; all of them where none is named.
 
     Raises
     ------
     InputError
-        Everything that is wrong with quantities, units and the sample period.
+        Everything that is wrong with quantities, units, the sample period, axes and markers.
     """
 
     columns: Mapping[str, str | int] = field(default_factory=dict)
@@ -41,15 +46,19 @@ class ColumnMapping:
     sample_period_s: float | None = None
     name_pattern: str | None = None
     sheet: str | None = None
+    up: str | None = None
+    across: str | None = None
+    markers: Sequence[str] = ()
 
     def __post_init__(self) -> None:
         wrong = [*_wrong_columns(self.columns), *_wrong_units(self.units), *_wrong_period(self.sample_period_s)]
+        wrong += [*wrong_axis("--up", self.up), *wrong_axis("--across", self.across), *wrong_markers("--markers", self.markers)]
         if wrong:
             raise InputError("\n".join(wrong))
 
 
 def _wrong_columns(columns: Mapping[str, Any]) -> list[str]:
-    return [_no_quantity("--column", quantity) for quantity in columns if quantity not in QUANTITIES]
+    return [_no_quantity("--column", quantity, QUANTITIES) for quantity in columns if quantity not in QUANTITIES]
 
 
 def _wrong_units(units: Mapping[str, str]) -> list[str]:
@@ -57,8 +66,8 @@ def _wrong_units(units: Mapping[str, str]) -> list[str]:
 
 
 def _wrong_unit(quantity: str, text: str) -> str:
-    if quantity not in QUANTITIES:
-        return _no_quantity("--unit", quantity)
+    if quantity not in _WITH_UNIT:
+        return _no_quantity("--unit", quantity, _WITH_UNIT)
     try:
         unit_of(quantity, text)
     except InputError as error:
@@ -66,8 +75,22 @@ def _wrong_unit(quantity: str, text: str) -> str:
     return ""
 
 
-def _no_quantity(option: str, quantity: str) -> str:
-    return f"{option} {quantity}=...: a loop has no {quantity}; {nearest(quantity, QUANTITIES)}"
+def _no_quantity(option: str, quantity: str, known: Sequence[str]) -> str:
+    return f"{option} {quantity}=...: a loop has no {quantity}; {nearest(quantity, known)}"
+
+
+def wrong_axis(option: str, axis: str | None) -> list[str]:
+    """What is wrong with an axis of a file of markers, in a sentence; `option` is what it was given by."""
+    if axis is None or _AXIS.fullmatch(axis):
+        return []
+    return [f'{option} {clipped(axis)}: give an axis of the file, x, y or z, with a minus where it points the other way: "-y".']
+
+
+def wrong_markers(option: str, markers: Sequence[str]) -> list[str]:
+    """What is wrong with the names of markers, in a sentence."""
+    if all(markers) and len(set(markers)) == len(markers):
+        return []
+    return [f"{option} {clipped(','.join(markers))}: name each marker once, with a comma between two."]
 
 
 def _wrong_period(period_s: float | None) -> list[str]:
@@ -112,7 +135,7 @@ class _MappingFile(BaseModel):
     columns: Annotated[dict[str, str | int], AfterValidator(_checked(_wrong_columns))] = {}
     """column of time, elongation and force: its name, or its number counted from 1"""
     units: Annotated[dict[str, str], AfterValidator(_checked(_wrong_units))] = {}
-    """unit of time, elongation and force; what is left out must stand in the header"""
+    """unit of time, elongation and force, and of position and angle of a trajectory; what is left out must stand in the file"""
     delimiter: str = ""
     """tab, semicolon, comma, bar or space"""
     decimal: str = ""
@@ -127,6 +150,12 @@ class _MappingFile(BaseModel):
     """conditions in the names of the files, such as "KDN_{pressure_bar}bar"; they become columns"""
     sheet: str = ""
     """of a workbook with tables in several"""
+    up: Annotated[str, AfterValidator(_checked(lambda axis: wrong_axis("up", axis)))] = ""
+    """of a file of markers: the axis that points up, x, y or z, or with a minus the other way"""
+    across: Annotated[str, AfterValidator(_checked(lambda axis: wrong_axis("across", axis)))] = ""
+    """of a file of markers: the axis that becomes x_m; x where it is not given, y where x points up"""
+    markers: Annotated[list[str], AfterValidator(_checked(lambda names: wrong_markers("markers", names)))] = []
+    """of a file of markers: those on the platform; all where none is named"""
 
 
 def json_schema() -> dict[str, Any]:
@@ -156,7 +185,7 @@ def write_mapping(mapping: ColumnMapping, path: Path) -> None:
     import tomli_w
 
     document = {item.name: getattr(mapping, item.name) for item in fields(ColumnMapping)}
-    write_text(Path(path), tomli_w.dumps({key: value for key, value in document.items() if value not in (None, {})}))
+    write_text(Path(path), tomli_w.dumps({key: value for key, value in document.items() if value not in (None, {}, (), [])}))
 
 
 def with_sign_turned(mapping: ColumnMapping, quantity: str, units: Collection[str]) -> ColumnMapping:

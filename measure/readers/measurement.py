@@ -1,4 +1,4 @@
-"""A measurement in whatever form it comes: a trajectory in the project's columns, or a loop as a laboratory wrote it."""
+"""A measurement in whatever form it comes: a trajectory, of this project or another program, or a loop as a laboratory wrote it."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ from pathlib import Path
 
 from measure.readers.column_mapping import ColumnMapping
 from measure.readers.loop_file import read_loop_file
+from measure.readers.trajectories.foreign import read_foreign_trajectory
 from measure.tables.loop import LOOP_COLUMNS, Loop
 from measure.tables.loop_or_trajectory import read_table
 from measure.tables.trajectory import CHANNELS, Trajectory
@@ -15,14 +16,18 @@ _FIRST_BYTES = 10_000
 
 
 def read_measurement(path: Path, mapping: ColumnMapping | None = None) -> Loop | Trajectory:
-    """Read a trajectory or a loop; the mapping concerns loops and leaves trajectories as they are.
+    """Read a trajectory or a loop; the mapping concerns loops and trajectories of other programs, not those in the project's columns.
 
     Raises
     ------
     InputError
-        What `read_table` refuses of the project's own tables, and `read_loop_file` of all others.
+        What `read_table` refuses of the project's own tables, `read_foreign_trajectory` of those of other programs, and
+        `read_loop_file` of all others.
     """
     path, wanted = Path(path), mapping or ColumnMapping()
+    foreign = read_foreign_trajectory(path, wanted)
+    if foreign is not None:
+        return foreign
     header = _first_cells(path)
     own_loop = wanted == ColumnMapping() and set(LOOP_COLUMNS) <= header
     if not path.is_file() or own_loop or _is_trajectory(header, wanted):

@@ -54,6 +54,9 @@ _SPELLINGS = {
 }
 _WRITTEN = {q: {word: unit for unit, words in table.items() for word in words} for q, table in _SPELLINGS.items()}
 SI = {"time": "s", "elongation": "m", "force": "N"}
+# What trajectories of others are in; apart, for no column of a loop is an angle.
+_OF_TRAJECTORIES = {"position": FACTORS["elongation"], "angle": {"rad": 1.0, "deg": math.pi / 180.0, "°": math.pi / 180.0}}
+_SI_OF_TRAJECTORIES = {"position": "m", "angle": "rad"}
 _BRACKETED = re.compile(r"^(?P<name>.*?)\s*[\[(（]\s*(?P<unit>[^\[\]()（）]*?)\s*[\])）]$")
 
 
@@ -77,9 +80,10 @@ def unit_of(quantity: str, text: str) -> Unit:
     factor = _factor(quantity, text, factor_text) if star else 1.0
     if symbol == "V":
         if not star:
-            raise InputError(f"--unit {quantity}=V: volts need a factor; give {quantity}=V*FACTOR with FACTOR in {SI[quantity]} per volt.")
+            si = {**SI, **_SI_OF_TRAJECTORIES}[quantity]
+            raise InputError(f"--unit {quantity}=V: volts need a factor; give {quantity}=V*FACTOR with FACTOR in {si} per volt.")
         return Unit(text, factor)
-    table = FACTORS[quantity]
+    table = _factors(quantity)
     known = known_unit(quantity, symbol)
     if not known:
         raise InputError(f'--unit {quantity}={text}: "{symbol}" is no unit of {quantity} known here; {nearest(symbol, [*table, "V"])}')
@@ -88,7 +92,12 @@ def unit_of(quantity: str, text: str) -> Unit:
 
 def known_unit(quantity: str, text: str) -> str:
     """The unit of a quantity as `FACTORS` has it, for whatever way it is written in: `Sec`, `Newton`, `毫米`; or nothing."""
-    return text if text in FACTORS[quantity] else _WRITTEN[quantity].get(text.strip().lower(), "")
+    written = _WRITTEN.get("elongation" if quantity == "position" else quantity, {})
+    return text if text in _factors(quantity) else written.get(text.strip().lower(), "")
+
+
+def _factors(quantity: str) -> dict[str, float]:
+    return FACTORS.get(quantity) or _OF_TRAJECTORIES[quantity]
 
 
 def turned(text: str) -> str:

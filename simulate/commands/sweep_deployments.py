@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 from measure.common.command_line import DONE, VERDICT_BAD, examples, foretell, next_command, parser, progress, run, say
 from measure.common.errors import InputError
 from measure.common.inputs import number, whole
+from measure.common.limits import DATASET_ENDINGS
 from measure.common.output_gate import Outputs
 from simulate.files.options import add_model_options, model_from_options
 from simulate.sweeps.limits import DESIGNS, FAILURE_DEG, FEWEST_RARE, INDICES
@@ -33,7 +34,7 @@ def _parser() -> Any:
         NAME,
         "Simulate a design of deployments and regress a response on its factors. Without options: stored force and slope of each leg "
         "at +-10 %, all 4096 combinations.",
-        output="folder for the tables and the figure",
+        output="folder for the tables and the figure, or one file with all runs: NAME.nc (netCDF) or NAME.h5 (HDF5)",
         output_default="sweep",
     )
     add_model_options(made)
@@ -66,7 +67,7 @@ def _parser() -> Any:
     return examples(
         made,
         "sweep-deployments rig.toml -o sweep",
-        "sweep-deployments rig.toml --design sobol --runs 4096 --factor platform.mass_kg=+-5%",
+        "sweep-deployments rig.toml --design sobol --runs 4096 --factor platform.mass_kg=+-5% -o sweep.nc",
         "sweep-deployments rig.toml --indices sobol --factor platform.mass_kg=+-5% --factor end_stop.damping_N_s_per_m=+-30%",
     )
 
@@ -83,9 +84,15 @@ def _work(arguments: Sequence[str]) -> int:
 
 def _gate(options: Any) -> Outputs:
     """All that the command writes and reads; the pieces of the sweep stand in a folder beside that of the result."""
-    files = {"--json": options.json, "--page": options.page}
-    folders = {"--output": (options.output, TABLES), "the pieces": (_pieces(options), ())}
+    one = _is_one_file(options)
+    files = {"--json": options.json, "--page": options.page, "--output": options.output if one else None}
+    folders = {"--output": (None if one else options.output, TABLES), "the pieces": (_pieces(options), ())}
     return Outputs(files, folders, [options.model, *options.effects])
+
+
+def _is_one_file(options: Any) -> bool:
+    """Whether all runs go into one file instead of a folder; it is no folder of that name that is there already."""
+    return options.output.suffix in DATASET_ENDINGS and not options.output.is_dir()
 
 
 def _pieces(options: Any) -> Path:
@@ -128,6 +135,10 @@ def _check(options: Any) -> None:
     from simulate.model.responses import response_named
 
     response_named(options.response)
+    if _is_one_file(options):
+        from measure.tables.dataset_file import require_dataset_file
+
+        require_dataset_file(options.output)
     if options.indices is not None and options.design is not None:
         raise InputError(f"--design {options.design} and --indices {options.indices} both choose the runs; leave one out.")
     if options.dask is not None and options.effects:
@@ -177,7 +188,24 @@ def _without_how(arguments: Sequence[str]) -> list[str]:
 
 
 def _write(options: Any, result: SweepResult, report: dict[str, Any]) -> None:
-    from measure.common.output import replacing, write_json, write_provenance
+    from measure.common.output import write_json
+    from simulate.sweeps.dataset import write_sweep
+
+    if _is_one_file(options):
+        write_sweep(result, options.output, report["provenance"])
+    else:
+        _write_folder(options, result, report)
+    if options.json is not None:
+        write_json(options.json, report)
+    if options.page is not None:
+        from measure.common.output import write_text
+        from simulate.report.sweep_page import sweep_html
+
+        write_text(options.page, sweep_html(result, report, [line.strip() for line in _tolerance_sentences(report["tolerance"])]))
+
+
+def _write_folder(options: Any, result: SweepResult, report: dict[str, Any]) -> None:
+    from measure.common.output import replacing, write_provenance
     from measure.tables.csv_cells import write_columns
     from simulate.report.index_plots import indices_figure
     from simulate.report.plots import figure_bytes, sweep_figure
@@ -191,13 +219,6 @@ def _write(options: Any, result: SweepResult, report: dict[str, Any]) -> None:
     write_columns(result.run_columns(), responses)
     write_columns(result.coefficient_columns(), coefficients)
     write_provenance(responses, report["provenance"])
-    if options.json is not None:
-        write_json(options.json, report)
-    if options.page is not None:
-        from measure.common.output import write_text
-        from simulate.report.sweep_page import sweep_html
-
-        write_text(options.page, sweep_html(result, report, [line.strip() for line in _tolerance_sentences(report["tolerance"])]))
 
 
 def _sentences(report: dict[str, Any], wall_s: float, options: Any) -> str:

@@ -42,6 +42,10 @@ class Factor:
         """The coded level that no run goes beyond."""
         return FARTHEST if self.normal else 1.0
 
+    def value(self, coded: float) -> float:
+        """The value at a coded level, in the unit of the key."""
+        return (self.low + self.high) / 2 + coded * (self.high - self.low) / 2
+
     def applied(self, model: Model, coded: float) -> Model:
         """The model with this factor at a coded level.
 
@@ -50,7 +54,7 @@ class Factor:
         InputError
             The model cannot have such a value.
         """
-        value = (self.low + self.high) / 2 + coded * (self.high - self.low) / 2
+        value = self.value(coded)
         try:
             return with_value(model, self.key, value)
         except ValueError as error:  # InputError among them, and the model's own checks

@@ -6,9 +6,11 @@ import copy
 import json
 import time
 import tomllib
+import warnings
 from dataclasses import dataclass
 from typing import Any
 
+import c3d
 import cv2
 import h5py
 import numpy as np
@@ -60,6 +62,12 @@ def text_kinds(folder):
     yield Kind("loop", text_tables(), ".csv", lambda path: read_loop_file(path, ColumnMapping()))
     yield Kind("loop with a mapping", text_tables(), ".txt", lambda path: read_loop_file(path, MAPPED))
     yield Kind("loop or trajectory", text_tables(), ".csv", read_measurement)
+    trc = "PathFileType\t4\t(X/Y/Z)\ta.trc\nDataRate\tUnits\n100\tmm\nFrame#\tTime\tA\t\t\tB\t\t\tC\n\t\tX1\tY1\tZ1\n\n"
+    trc += "\n".join(f"{k}\t{k / 100}\t0\t1\t{k}\t100\t0\t{k}\t0\t100\t{k}" for k in range(1, 9))
+    yield Kind("TRC, damaged", damaged([trc.encode()]), ".trc", lambda path: read_measurement(path, ColumnMapping(up="z")))
+    track = "mass_A\t\t\nt\tx\ty\n" + "\n".join(f"{k / 100:.9E}\t1.0E-1\t{k / 10:.9E}" for k in range(9))
+    in_metres = ColumnMapping(units={"position": "m"})
+    yield Kind("Tracker's table, damaged", damaged([track.encode()]), ".txt", lambda path: read_measurement(path, in_metres))
     yield Kind("JSON or LabVIEW text, damaged", damaged(seeds), ".json", lambda path: read_loop_file(path, ColumnMapping()))
 
 
@@ -100,9 +108,20 @@ def read_apart_kinds(folder):
     with h5py.File(folder / "a.h5", "w") as file:
         for name, values in table.items():
             file[name] = values
+    write_points(folder / "a.c3d")
+    yield Kind("c3d points", damaged([(folder / "a.c3d").read_bytes()]), ".c3d", read_measurement)
     for name in ("a.mat", "a.h5"):
         content = (folder / name).read_bytes()
         yield Kind(f"{name[2:]} table", damaged([content]), name[1:], lambda path: read_loop_file(path, ColumnMapping()))
+
+
+def write_points(path):
+    writer = c3d.Writer(point_rate=100.0)
+    writer.set_point_labels(["A", "B", "C"])
+    place = np.array([[0.0, 0.0, 0.0], [100.0, 0.0, 0.0], [0.0, 100.0, 0.0]])
+    writer.add_frames([(np.pad(place + k, ((0, 0), (0, 2))).astype(np.float32), np.zeros((0, 0))) for k in range(8)])
+    with open(path, "wb") as file, warnings.catch_warnings(action="ignore"):
+        writer.write(file)
 
 
 KINDS = {"text": text_kinds, "documents": document_kinds, "films": film_kinds, "read apart": read_apart_kinds}

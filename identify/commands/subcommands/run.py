@@ -121,12 +121,10 @@ def _law_fitted(given: Namespace, listed: Campaign, folder: Path, model: Path) -
 
 
 def _is_loop(row: ListedRun, folder: Path) -> bool:
-    from measure.readers.column_mapping import read_mapping
     from measure.readers.measurement import read_measurement
     from measure.tables.loop import Loop
 
-    mapping = read_mapping(folder / row.mapping) if row.mapping else None
-    return isinstance(read_measurement(folder / row.file, mapping), Loop)
+    return isinstance(read_measurement(folder / row.file, row.reading(folder)), Loop)
 
 
 def _typed(given: Namespace, command: Callable[[Sequence[str]], int], words: Sequence[str]) -> int:

@@ -26,6 +26,7 @@ from simulate.model.model import Model, per_leg, stroke_of
 
 Found = tuple[str, list[str]]
 _FILM_TABLES = {"film", "marks", "scale", "camera"}
+_MAPPING_KEYS = {"columns", "units", "up", "across", "markers"}
 _MODEL_TABLES = {"actuator", "geometry", "end_stop", "gravity", "release", "simulation", "nuisance", "effect"}
 
 
@@ -52,7 +53,7 @@ def understood(path: Path, mapping: ColumnMapping, catalogue: Catalogue) -> Foun
         return "list of runs", _of_campaign(read_list(path), path.parent, mapping, catalogue)
     if _FILM_TABLES & set(document):
         return "film project", _of_project(read_project(path), path.parent)
-    if {"columns", "units"} & set(document) and not _MODEL_TABLES & set(document):
+    if _MAPPING_KEYS & set(document) and not _MODEL_TABLES & set(document):
         return "columns of a bench", _of_mapping(read_mapping(path))
     return "model", _of_model(read_model(path, catalogue))
 
@@ -115,7 +116,9 @@ def _of_mapping(mapping: ColumnMapping) -> list[str]:
         factor = unit_of(quantity, mapping.units[quantity]) if quantity in mapping.units else None
         lines.append(f"{quantity}: {column}, " + (f"1 {factor.text} = {factor.factor:g} {unit}" if factor else "unit from the header"))
     rest = [f"{name} {value}" for name, value in (("fields end with a", mapping.delimiter), ("decimal", mapping.decimal)) if value]
-    return [*lines, *(["; ".join(rest)] if rest else [])]
+    axes = [f"{name} is {axis} of the file" for name, axis in (("up", mapping.up), ("across", mapping.across)) if axis]
+    axes += [f"markers {', '.join(mapping.markers)}"] if mapping.markers else []
+    return [*lines, *("; ".join(part) for part in (rest, axes) if part)]
 
 
 def _of_table(path: Path, mapping: ColumnMapping) -> Found:
@@ -184,8 +187,7 @@ def _of_run(row: ListedRun, folder: Path, mapping: ColumnMapping) -> str:
             raise InputError(f"{path}: no such film. Names count from the folder of the list.")
         project = f", {_of_project(read_project(folder / row.project), folder)[0]}" if row.project else ""
         return f"{row.file}: film{project}{changes}{held}"
-    own = read_mapping(folder / row.mapping) if row.mapping else mapping
-    kind, lines = _of_table(path, own)
+    kind, lines = _of_table(path, row.reading(folder, mapping))
     said = next((line for line in lines if " rows, " in line and line[0].isdigit()), lines[0])
     return f"{row.file}: {kind}, {said}{changes}{held}"
 

@@ -1,4 +1,4 @@
-"""MATLAB and HDF5 files, workbooks and universal files, read in a process of its own.
+"""MATLAB, HDF5 and C3D files, workbooks and universal files, read in a process of its own.
 
 The libraries that read them may run for ever on a damaged file, or bring the interpreter down. They therefore work in a process that
 is ended after a time, and that may not take more memory than a loop needs.
@@ -85,6 +85,18 @@ def read_uff(path: Path) -> RawTable:
     return table_of(path, "universal file", _read_apart(path, "measure.readers.formats.universal_file", "universal file"))
 
 
+def c3d_vectors(path: Path) -> Vectors:
+    """Time and points of a C3D file; see `c3d_file.vectors`.
+
+    Raises
+    ------
+    InputError
+        c3d is not installed, a damaged or cut file, no rate.
+    """
+    required("c3d", path, "a file of markers (C3D)", "c3d", "export the markers as .trc")
+    return _read_apart(path, "measure.readers.formats.c3d_file", "C3D")
+
+
 def _read_apart(path: Path, module: str, kind: str, part: str = "") -> Vectors:
     """What `vectors` of a module finds in a file or a part of it, in a process that is ended where it takes too long."""
     require_size(path)
@@ -109,7 +121,13 @@ def _read_apart(path: Path, module: str, kind: str, part: str = "") -> Vectors:
 _OUT_OF_TIME = int(getattr(signal, "SIGXCPU", 24))
 
 
-_KINDS = {"hdf5": "HDF5", "matlab": "a MATLAB file", "workbook": "a workbook", "universal_file": "a universal file"}
+_KINDS = {
+    "c3d_file": "a C3D file",
+    "hdf5": "HDF5",
+    "matlab": "a MATLAB file",
+    "workbook": "a workbook",
+    "universal_file": "a universal file",
+}
 
 
 def _environment() -> dict[str, str]:

@@ -133,6 +133,57 @@ def test_a_laboratorys_file_without_its_mapping_is_refused_with_the_options_that
         read_campaign([laboratory])
 
 
+@pytest.fixture
+def markers(table):
+    """Four markers on a platform that rises as in the table, in millimetres with y up; the fourth stands on the ground."""
+    head = "PathFileType\t4\t(X/Y/Z)\tm.trc\nDataRate\tUnits\n250\tmm\nFrame#\tTime\tA\t\t\tB\t\t\tC\t\t\tD\t\t\n\t\tX1\n\n"
+    rows = []
+    for k in range(40):
+        z = 252.0 + 2e3 * (k / 250.0) ** 2
+        rows.append(f"{k}\t{k / 250.0}\t100\t{z}\t0\t-50\t{z}\t80\t-50\t{z}\t-80\t0\t1\t0")
+    (table.parent / "m.trc").write_text(head + "\n".join(rows))
+    return table.parent / "m.trc"
+
+
+def test_a_list_says_which_markers_are_on_the_platform_and_which_axis_is_up(markers):
+    text = '[[run]]\nfile = "m.trc"\nup = "y"\nmarkers = ["A", "B", "C"]\n'
+    (run,) = read_campaign([listed(markers, text)])
+    assert run.label == "m"
+    assert isinstance(run.table, Trajectory)
+    np.testing.assert_allclose(run.table.channels["z_m"], 2.0 * (np.arange(40) / 250.0) ** 2, atol=1e-12)
+
+
+def test_options_say_the_same_for_a_file_and_for_a_list_that_leaves_it_open(markers):
+    wanted = ColumnMapping(up="y", markers=("A", "B", "C"))
+    for path in (markers, listed(markers, '[[run]]\nfile = "m.trc"\n')):
+        (run,) = read_campaign([path], wanted)
+        assert isinstance(run.table, Trajectory)
+        assert np.ptp(run.table.channels["z_m"]) == pytest.approx(2.0 * (39 / 250.0) ** 2)
+
+
+@pytest.mark.parametrize(
+    ("text", "found"),
+    [
+        ('up = "w"\n', "up is 'w'; give the axis"),
+        ('up = "y"\nmarkers = "A"\n', "markers is 'A'; give the names"),
+        ('up = "y"\nmarkers = ["A", "A"]\n', "name each marker once"),
+        ('up = "y"\n', "do not move as one body"),
+        ("", "--up z or --up y"),
+    ],
+)
+def test_markers_in_a_list_that_cannot_be_used_are_refused_in_a_sentence(markers, text, found):
+    with pytest.raises(InputError, match=found):
+        read_campaign([listed(markers, f'[[run]]\nfile = "m.trc"\n{text}')])
+
+
+def test_a_file_of_markers_is_compared_like_the_table_of_the_same_motion(markers, table, tmp_path):
+    rmse = {}
+    for path, options in ((markers, ["--up", "y", "--markers", "A,B,C"]), (table, [])):
+        assert compare_model.main([str(PROTOTYPE), str(path), *options, "--quiet", "--json", str(tmp_path / "r.json")]) == 0
+        rmse[path.name] = json.loads((tmp_path / "r.json").read_text())["runs"][0]["channels"]["z_m"]["rmse"]
+    assert rmse["m.trc"] == pytest.approx(rmse["one.csv"], rel=0.2)
+
+
 def test_a_run_that_is_no_table_is_named_by_its_number(tmp_path):
     path = tmp_path / "runs.toml"
     path.write_text('run = [1, "loop.csv"]\n')

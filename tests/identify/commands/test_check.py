@@ -53,6 +53,22 @@ def test_what_a_run_changes_is_checked_against_the_model_of_the_list(capsys, tmp
     assert 'did you mean "stowed_height_m"?' in said
 
 
+def test_a_file_of_markers_is_a_trajectory_once_its_axes_are_known(capsys, tmp_path):
+    rows = "\n".join(f"{k}\t{k / 100}\t{k}\t0\t{2 * k}" for k in range(1, 10))
+    head = "PathFileType\t4\t(X/Y/Z)\ta.trc\nDataRate\tUnits\n100\tmm\nFrame#\tTime\tA\t\t\n\t\tX1\tY1\tZ1\n\n"
+    (tmp_path / "a.trc").write_text(head + rows)
+    status, said = checked(capsys, tmp_path / "a.trc")
+    assert status == 2
+    assert "--up z" in said
+    status, said = checked(capsys, tmp_path / "a.trc", options=["--up", "z"])
+    assert status == 0
+    assert "z_m 0 to 0.016, seen in 9 rows" in said
+    (tmp_path / "lab.toml").write_text('up = "z"\nmarkers = ["A"]\n')
+    status, said = checked(capsys, tmp_path / "lab.toml")
+    assert status == 0
+    assert "up is z of the file; markers A" in said
+
+
 NEXT = {"rig.toml": "simulate-deployment", "film.toml": "track-video", "film.avi": "track-video"}
 
 
