@@ -39,7 +39,7 @@ def lay_out(folder):
     (folder / "campaign.toml").write_text('[[run]]\nfile = "test.csv"\n[[run]]\nfile = "loop.csv"\nhold_out = true\n')
     write_film(folder / "film.avi", moving_pictures(chance))
     (folder / "film.toml").write_text("schema = 1\n[film]\nfps = 250.0\n")
-    measured = "[marks]\nplace_px = [[30.0, 24.0]]\nsubset_px = 15\n[scale]\nmm_per_px = 0.5\n"
+    measured = "[marks]\nplace_px = [[31.0, 40.0]]\nsubset_px = 15\n[scale]\nmm_per_px = 0.5\n"
     (folder / "measured.toml").write_text((folder / "film.toml").read_text() + measured)
     film = '[[run]]\nfile = "film.avi"\nproject = "measured.toml"\nhold_out = true\n'
     (folder / "films.toml").write_text(f'{film}[[run]]\nfile = "test.csv"\n[[run]]\nfile = "loop.csv"\n')

@@ -15,13 +15,13 @@ from odd_inputs import DESIGN, INPUTS, NAMES, around
 pytestmark = pytest.mark.xdist_group("commands")
 MINUTES = 10
 EXAMPLES = 8
-TASKS = ("check", "effects", "init", "completion", "run")
+TASKS = ("check", "effects", "fmu", "init", "completion", "run")
 PARSERS = {
     **{name: (module, "_parser") for name, module in MAINS.items() if name not in ("track-video", "unspool")},
     "track-video": ("measure.commands.track_video_options", "options"),
     **{
         f"unspool {task}": (f"identify.commands.subcommands.{task}", "_parser")
-        for task in ("check", "effects", "init", "completion", "run")
+        for task in ("check", "effects", "fmu", "init", "completion", "run")
     },
 }
 GIVEN = {  # what a command needs at least; PLACE for a file
@@ -34,6 +34,7 @@ GIVEN = {  # what a command needs at least; PLACE for a file
     "design-control": ["PLACE", "--draws", "16"],
     "design-deployment": ["PLACE", *DESIGN],
     "unspool check": ["PLACE"],
+    "unspool fmu": ["PLACE"],
     "unspool run": ["PLACE", "--model", "model.toml"],
 }
 FIRST = {"track-video": "film.avi", "fit-actuator": "loop.csv", "unspool check": "loop.csv", "unspool run": "campaign.toml"}

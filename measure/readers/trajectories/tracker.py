@@ -12,12 +12,13 @@ import numpy as np
 from measure.common.arrays import Array
 from measure.common.errors import InputError, OptionsMissing
 from measure.readers.column_mapping import ColumnMapping
+from measure.readers.column_names import likeness_of
 from measure.readers.text.encoding import decoded
 from measure.readers.trajectories.rows import numbers_below, require_every_time
 from measure.tables.number_columns import Dialect
 from measure.tables.text_lines import TextLines
 from measure.tables.trajectory import Trajectory
-from measure.tables.units import unit_of
+from measure.tables.units import quantity_of, split_unit, unit_of
 
 _QUANTITIES = {"t": "time", "x": "position", "y": "position", "theta": "angle"}
 _NAME = re.compile(r"(?P<name>[^\[(]*?)\s*(?:[\[(]\s*(?P<unit>[^\])]*?)\s*[\])])?")
@@ -38,15 +39,20 @@ class TrackerHead:
 
 
 def tracker_head(text: str) -> TrackerHead | None:
-    """The head of such a table, or None where the first lines hold no t, x and y."""
+    """The head of such a table, or None where the first lines hold no t, x and y, or a force beside them: that is a loop."""
     for line, shown in enumerate(text.split("\n", _MOST_ABOVE + 1)[: _MOST_ABOVE + 1]):
         for separator in "\t;,":
             cells = [cell.strip(' "\r') for cell in shown.split(separator)]
             named = [(k, _NAME.fullmatch(cell.replace("θ", "theta"))) for k, cell in enumerate(cells)]
             found = [(m["name"], k, m["unit"] or "") for k, m in named if m and m["name"] in _QUANTITIES]
-            if {"t", "x", "y"} <= {name for name, _, _ in found}:
+            if {"t", "x", "y"} <= {name for name, _, _ in found} and not any(map(_is_force, cells)):
                 return TrackerHead(line, separator, cells, found)
     return None
+
+
+def _is_force(cell: str) -> bool:
+    name, unit = split_unit(cell)
+    return quantity_of(unit) == "force" or likeness_of(name, "force") > 1
 
 
 def read_tracker_table(path: Path, wanted: ColumnMapping) -> Trajectory:

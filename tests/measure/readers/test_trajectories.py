@@ -265,3 +265,10 @@ def test_several_tracks_in_one_table_are_refused(tmp_path):
     path = tracker(tmp_path / "track.txt", ["#multi:", "\tA\t\tB\t", "t\tx\ty\tx"], X, Z, X)
     with pytest.raises(InputError, match="several tracks"):
         read(path, units={"position": "m"})
+
+
+@pytest.mark.parametrize("force", ["Load (kN)", "F", "Standardkraft"])
+def test_a_table_with_a_force_beside_x_and_y_is_a_loop(tmp_path, force):
+    path = tracker(tmp_path / "bench.txt", [f"t\tx\ty\t{force}"], X, Z, TURN)
+    with pytest.raises(InputError, match="elongation"):
+        read(path)
