@@ -8,7 +8,8 @@ from pathlib import Path
 
 from identify.campaign.campaign_file import ListedRun
 from measure.common.errors import InputError
-from measure.common.output import sha256
+from measure.common.output import provenance_beside, sha256, temporary_prefix
+from measure.common.output_gate import beside
 
 FOLDER = "measured"
 
@@ -30,12 +31,18 @@ def sources_of(row: ListedRun, folder: Path) -> list[Path]:
 
 
 def is_current(table: Path, sources: Iterable[Path]) -> bool:
-    """Whether a trajectory is there and was made from these files as they are now."""
-    note = Path(f"{table}.provenance.json")
-    if not (table.is_file() and note.is_file()):
+    """Whether a trajectory is there, whole with what stands beside it, and was made from these files as they are now."""
+    note = provenance_beside(table)
+    if not (table.is_file() and note.is_file()) or _left_half(table):
         return False
     made_from = _made_from(note)
     return all(path.exists() and sha256(path) in made_from for path in sources)
+
+
+def _left_half(table: Path) -> bool:
+    """Whether a run was killed while it gave the trajectory, its note, figure or project their names; the next one tidies up."""
+    written = (table, provenance_beside(table), beside(table, ".png"), beside(table, ".project.toml"))
+    return any(left for path in written for left in table.parent.glob(f"{temporary_prefix(path)}*"))
 
 
 def _made_from(note: Path) -> set[str]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import inspect
+import io
 import json
 import re
 from collections.abc import Iterable, Iterator
@@ -119,14 +120,25 @@ class Chunks:
     def keep(self, computed: Iterable[tuple[int, Array]]) -> Iterator[int]:
         """Write pieces as they come; their first runs, one by one."""
         for first, answers in computed:
-            with replacing(self._path(first)) as temporary, open(temporary, "wb") as file:
-                np.save(file, answers)
+            content = io.BytesIO()  # NumPy by itself says nothing of a disk that is full
+            np.save(content, answers)
+            with replacing(self._path(first)) as temporary:
+                temporary.write_bytes(content.getvalue())
             yield first
 
     def __iter__(self) -> Iterator[Array]:
-        """Responses piece by piece, in order; all must be there."""
+        """Responses piece by piece, in order; all must be there.
+
+        Raises
+        ------
+        InputError
+            A piece is damaged.
+        """
         for first, _ in self.sweep.pieces():
-            yield np.load(self._path(first), allow_pickle=False)
+            try:
+                yield np.load(self._path(first), allow_pickle=False)
+            except (ValueError, EOFError) as error:
+                raise InputError(f"{self._path(first)}: is damaged; remove it, and give --resume to have it computed anew.") from error
 
     def _path(self, first: int) -> Path:
         return self.folder / f"{first:09d}.npy"

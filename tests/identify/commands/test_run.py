@@ -15,7 +15,7 @@ from identify.commands import compare_model, explain_gap, fit_actuator
 from identify.commands.subcommands.shipped import shipped
 from identify.commands.unspool import main
 from measure.commands import track_video
-from measure.common.output import sha256
+from measure.common.output import sha256, temporary_prefix
 
 
 @pytest.fixture
@@ -90,6 +90,15 @@ def test_where_the_law_cannot_be_fitted_nothing_is_explained_with_the_old_one(ri
     monkeypatch.setattr(fit_actuator, "main", lambda words: 2)
     assert run(rig) == 2
     assert [words[0] for words in typed] == ["track-video"]
+
+
+@pytest.mark.parametrize("ending", [".csv", ".csv.provenance.json", ".png", ".project.toml"])
+def test_a_film_of_which_a_killed_run_has_left_a_file_without_its_name_is_measured_anew(rig, typed, ending):
+    run(rig)
+    kept = next((rig / "measured").glob("*.csv"))
+    (kept.parent / f"{temporary_prefix(kept.with_suffix(ending))}1234").write_text("half")
+    run(rig)
+    assert [words[0] for words in typed].count("track-video") == 2
 
 
 @pytest.mark.parametrize("text", ["", "{", "[]", '{"inputs": 1}', '{"inputs": [{}]}', "[" * 100_000, "\udcff"])

@@ -2,16 +2,20 @@
 
 import json
 import random
+import resource
 import signal
 import subprocess
 import sys
 import time
+from typing import Any
 
 import numpy as np
 import pytest
 
+from measure.common.errors import InputError
 from simulate.commands import sweep_deployments
 from simulate.files.model_file import write_model
+from simulate.sweeps.chunks import Chunks
 
 WORDS = ["prototype.toml", "--design", "random", "--runs", "12288", "--seed", "3", "--quiet", "--set", "simulation.duration_s=0.3"]
 RESULT = ("coefficients.csv", "responses.csv", "responses.csv.provenance.json", "sweep.png")
@@ -88,3 +92,33 @@ def test_pieces_of_another_model_or_design_are_refused(tmp_path, prototype, monk
 
 def _stopped(_):
     raise KeyboardInterrupt
+
+
+def test_a_damaged_piece_is_a_sentence_that_names_it(tmp_path, prototype, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    write_model(prototype, tmp_path / "prototype.toml")
+    words = ["prototype.toml", "--design", "random", "--runs", "600", "--set", "simulation.duration_s=0.05", "-o", "out", "--quiet"]
+    with monkeypatch.context() as patch:
+        patch.setattr("simulate.sweeps.result.SweepResult.report", property(_stopped))
+        assert sweep_deployments.main(words) == 130
+    piece = sorted((tmp_path / "out.part").glob("[0-9]*.npy"))[0]
+    content = piece.read_bytes()
+    for damaged in (content[:-8], content[:20], b"", b"x" * 500):
+        piece.write_bytes(damaged)
+        assert sweep_deployments.main([*words, "--resume"]) == 2
+        assert f"{piece.name}: is damaged; remove it" in capsys.readouterr().err
+    piece.unlink()
+    assert sweep_deployments.main([*words, "--resume"]) == 0
+
+
+@pytest.mark.parametrize("most", [50, 150, 1000])
+def test_a_piece_that_the_disk_takes_in_part_is_none(tmp_path, most):
+    pieces: Any = Chunks(tmp_path, None)  # type: ignore[arg-type]
+    before = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (most, before[1]))
+    try:
+        with pytest.raises(InputError, match="cannot be written"):
+            list(pieces.keep([(0, np.zeros((20, 9)))]))
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, before)
+    assert not list(tmp_path.iterdir())
