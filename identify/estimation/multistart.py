@@ -11,12 +11,11 @@ from dataclasses import replace
 
 import numpy as np
 
-from identify.criteria import GAP_P, NEAR, ROUGHLY, UNUSUAL_P
+from identify.criteria import CLOSE, GAP_P, NEAR, ROUGHLY, UNUSUAL_P
 from identify.estimation.horizons import before_the_stops, first_stop_s
 from identify.estimation.least_squares import laid_out, solve, to_the_end
-from identify.estimation.noise_model import spacing
 from identify.estimation.problem import Fit, Problem
-from identify.gap.gap_test import Series, gap_test, slow_p
+from identify.gap.gap_test import gap_test
 from measure.common.arrays import Array
 from simulate.dispatch.threads import side_by_side
 
@@ -45,20 +44,19 @@ def released_again(fit: Fit, free: Sequence[int] | None = None) -> Fit:
 
 
 def _missed_behind_the_stops(fit: Fit) -> list[int]:
-    """The films that are missed behind their stops, by more than noise or slowly; in a wrong local minimum also before these."""
+    """The films that are missed behind their stops; where the whole is hardly more than noise, every one that reaches them may be."""
     found = []
     for index, film in enumerate(fit.problem.films):
         stop = first_stop_s(replace(fit.problem, films=(film,)))
-        own = [block for block in fit.problem.blocks if block.run == film.run.name]
-        late = [(fit.part(block), block.samples, film.time_s[block.samples] >= stop) for block in own]
-        series = [Series(gaps[behind], spacing(samples[behind])) for gaps, samples, behind in late if behind.any()]
-        if series and (_rms(series) > _MET or slow_p([[one] for one in series]) < UNUSUAL_P):
+        parts = [(fit.part(block), film.time_s[block.samples]) for block in fit.problem.blocks if block.run == film.run.name]
+        late = np.concatenate([gaps[time >= stop] for gaps, time in parts])
+        if len(late) and (fit.rms < CLOSE or _rms(late) > _MET):
             found.append(index)
     return found
 
 
-def _rms(series: Sequence[Series]) -> float:
-    return float(np.sqrt(np.mean(np.concatenate([one.gaps for one in series]) ** 2)))
+def _rms(gaps: Array) -> float:
+    return float(np.sqrt(np.mean(gaps**2)))
 
 
 def from_elsewhere(fit: Fit, index: int, early: Array, spread: Array, free: Sequence[int] | None = None) -> Fit:
