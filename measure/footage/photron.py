@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -111,7 +110,8 @@ def _read_notes(path: Path) -> Mapping[str, str]:
     start, end = data.find(b"<cih>"), data.rfind(b"</cih>")
     if start >= 0 and end > start:
         return _from_xml(data[start : end + 6], path)
-    rows = dict(re.findall(r"^([^:\r\n#]+?)\s*:\s*(.*?)\s*$", data.decode("latin-1"), re.M))
+    pairs = [line.partition(":") for line in data.decode("latin-1").splitlines()]
+    rows = {name.strip(): value.strip() for name, sign, value in pairs if sign and name.strip() and "#" not in name}
     if not rows:
         raise InputError(f"{path}: is not a note of the camera; no <cih> and no lines of name : value. Copy it again from the camera.")
     return {key: rows[name] for key, (name, _) in _KEYS.items() if name in rows}

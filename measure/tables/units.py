@@ -57,6 +57,7 @@ SI = {"time": "s", "elongation": "m", "force": "N"}
 # What trajectories of others are in; apart, for no column of a loop is an angle.
 _OF_TRAJECTORIES = {"position": FACTORS["elongation"], "angle": {"rad": 1.0, "deg": math.pi / 180.0, "°": math.pi / 180.0}}
 _SI_OF_TRAJECTORIES = {"position": "m", "angle": "rad"}
+_LONGEST_HEADER = 1000
 _BRACKETED = re.compile(r"^(?P<name>.*?)\s*[\[(（]\s*(?P<unit>[^\[\]()（）]*?)\s*[\])）]$")
 
 
@@ -118,7 +119,7 @@ def _factor(quantity: str, text: str, factor_text: str) -> float:
 
 def split_unit(header: str) -> tuple[str, str]:
     """Name and unit of a column's header: `Load (kN)`, `Load [kN]`, `load_kN`; the unit is empty where none stands there."""
-    found = _BRACKETED.match(header)
+    found = _BRACKETED.match(header) if len(header) <= _LONGEST_HEADER else None  # the expression takes the square of the blanks in it
     if found and not found["unit"].isdecimal():  # x[3] is a third column, not one in the unit 3
         return found["name"], found["unit"]
     name, underscore, unit = header.rpartition("_")

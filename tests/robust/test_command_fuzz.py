@@ -38,6 +38,7 @@ GIVEN = {  # what a command needs at least; PLACE for a file
     "unspool run": ["PLACE", "--model", "model.toml"],
 }
 FIRST = {"track-video": "film.avi", "fit-actuator": "loop.csv", "unspool check": "loop.csv", "unspool run": "campaign.toml"}
+LISTED = ("test.csv", "loop.csv")  # in campaign.toml
 LONG = {"--runs", "--draws", "--evaluations", "--workers", "--dask", "--budget"}  # these may ask for hours, which is no fault
 WORDS = (
     *("", "-1", "0", "1", "2", "nan", "inf", "1e999", "1_0", "0x1", "1,2", "1,2,3", "30,24", "0,0,9,9,1", "1e9", "1e-300", "9" * 20, "200"),
@@ -86,7 +87,8 @@ def check_of(commands, bench, tally):
         words, read = line
         around(bench)
         before = len(tally.wrong)
-        inputs = [bench / name for name in (*read, *(INPUTS if "campaign.toml" in read else ())) if name in INPUTS]
+        named = (*read, *(LISTED if "campaign.toml" in read else ()), *(["model.toml"] if words[:2] == ["unspool", "run"] else ()))
+        inputs = [bench / name for name in named if name in INPUTS]
         tally.judge(commands, bench, words, inputs)
         restored(bench, good)
         assert len(tally.wrong) == before, tally.wrong[before:]

@@ -20,7 +20,7 @@ from measure.readers.formats.vectors import Vectors, require_unpacked
 from measure.readers.table_head import head_of
 from measure.readers.timestamps import is_stamp, seconds_of
 
-_NUMBER = re.compile(r"[+-]?(\d+[.,]?\d*|[.,]\d+)([eE][+-]?\d{1,3})?")
+_NUMBER = re.compile(r"[+-]?(\d++[.,]?+\d*+|[.,]\d++)([eE][+-]?\d{1,3})?")  # possessive: it ends on any cell
 _LEAST_ROWS = 3
 _LEAST_NUMBERS = 0.5  # of the filled cells of a row of samples
 

@@ -13,7 +13,8 @@ from measure.tables.number_columns import Dialect
 
 _DELIMITERS = {"tab": "\t", "semicolon": ";", "comma": ",", "bar": "|", "space": " "}
 _DECIMALS = {"point": ".", "comma": ","}
-_NUMBER = {"point": re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?"), "comma": re.compile(r"[+-]?(\d+,?\d*|,\d+)([eE][+-]?\d+)?")}
+# Possessive: else a cell of a hundred thousand digits and a letter takes minutes.
+_NUMBER = {sign: re.compile(rf"[+-]?(\d++[{mark}]?+\d*+|[{mark}]\d++)([eE][+-]?\d++)?") for sign, mark in (("point", "."), ("comma", ","))}
 _THOUSANDS = re.compile(r"[+-]?[1-9]\d{0,2}(,\d{3})+")
 _WORDS_FOR_NOTHING = ("nan", "NaN", "NAN", "inf", "-inf", "Inf", "-Inf", "")
 MOST_SNIFFED = 200  # lines at the end of the file from which the dialect is found

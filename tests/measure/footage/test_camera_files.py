@@ -162,3 +162,12 @@ def test_notes_that_declare_entities_are_refused(tmp_path):
     path.write_text('junk<cih><!ENTITY b "c">&b;</cih>')
     with pytest.raises(InputError, match="declares entities"):
         open_footage(path)
+
+
+@pytest.mark.parametrize("line", ["a" + " " * 200_000 + "b", " " * 200_000, "a:" + " " * 200_000 + "b c", "a" * 200_000])
+def test_a_long_line_in_the_notes_does_not_take_the_square_of_its_length(tmp_path, line):
+    path = with_notes(tmp_path)
+    path.write_text(path.read_text() + line + "\n")
+    begun = time.process_time()
+    assert open_footage(path).frames == 3
+    assert time.process_time() - begun < 2.0

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import random
+import time
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
@@ -14,8 +15,10 @@ from hypothesis import strategies as st
 from measure import InputError, read_table
 from measure.readers.column_mapping import ColumnMapping
 from measure.readers.loop_file import read_loop_file
+from measure.readers.stated_conditions import conditions
 from measure.tables import number_columns
 from measure.tables.number_columns import Dialect, NumberColumns, RaggedRow
+from measure.tables.units import split_unit
 
 DELIMITERS = {"tab": "\t", "semicolon": ";", "comma": ",", "bar": "|", "space": "  "}
 ENCODINGS = ["utf-8", "utf-8-sig", "utf-16", "cp1252"]
@@ -140,3 +143,29 @@ def test_one_odd_block_among_plain_ones_changes_no_other(tmp_path):
     path.write_text(path.read_text().replace("30000.0,", "30000.0,x", 1))
     with pytest.raises(InputError, match='line 30002: the elongation is "x'):
         read_loop_file(path)
+
+
+@pytest.mark.parametrize("odd", ["1" * 100_000 + "x", "1" * 100_000 + ".x", "1," * 50_000 + "x", "." * 100_000, "1" * 100_000 + "e"])
+def test_a_cell_of_a_hundred_thousand_signs_does_not_take_the_square_of_them(tmp_path, odd):
+    rows = [f"{0.1 * k:.1f};{0.01 * k:.2f};2.8" for k in range(12)]
+    (tmp_path / "bench.txt").write_text("\n".join(["time_s;elongation_m;force_N", *rows, f"1.2;{odd};2.8"]) + "\n")
+    begun = time.process_time()
+    with pytest.raises(InputError):
+        read_loop_file(tmp_path / "bench.txt", ColumnMapping())
+    assert time.process_time() - begun < 2.0
+
+
+@pytest.mark.parametrize(
+    "note", ["a: 1" + " " * 100_000 + "1", "a" + " " * 100_000 + "1", "-" * 100_000 + "a: 1", "a: " + "1" * 100_000 + "1 x 1"]
+)
+def test_a_note_of_a_hundred_thousand_signs_neither(tmp_path, note):
+    begun = time.process_time()
+    assert conditions(tmp_path / "bench.txt", [note, "amplitude: 20 mm"], None)["amplitude"] == 20.0
+    assert time.process_time() - begun < 2.0
+
+
+def test_a_header_of_a_hundred_thousand_blanks_neither():
+    begun = time.process_time()
+    assert split_unit("a" + " " * 100_000 + "b") == ("a" + " " * 100_000 + "b", "")
+    assert split_unit("Load   [kN]") == ("Load", "kN")
+    assert time.process_time() - begun < 2.0
