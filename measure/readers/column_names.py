@@ -46,7 +46,7 @@ def likeness_of(name: str, quantity: str) -> int:
     shown = re.sub(r"[_\-.:#/]+", " ", name.strip().lower())
     if _DEMANDED.search(shown):
         return 0
-    parts = [re.sub(r"\d+$", "", part) for part in shown.split()]
+    parts = [part.rstrip("0123456789") for part in shown.split()]
     words = WORDS[quantity]
     if shown in words:
         return 3

@@ -18,7 +18,8 @@ from measure.common.errors import InputError
 from measure.tables.units import FACTORS
 
 _NUMBER = r"[+-]?\d+(?:\.\d+)?(?:[eE][+-]?\d+)?"
-_NOTE = re.compile(rf"^\W*([A-Za-z][\w .()/%-]{{0,40}}?)\s*[=:;,\t]\s*+({_NUMBER})\s*+([^\d\s]*+)\s*+$")
+_SIGN = r"(?:\s*+[=:;,]|[^\S\t]*+\t)"  # between a name and its number; in two parts, lest many tabs take the square of their number
+_NOTE = re.compile(rf"^\W*([A-Za-z][\w .()/%-]{{0,40}}?){_SIGN}\s*+({_NUMBER})\s*+([^\d\s]*+)\s*+$")
 _FREQUENCY = re.compile(r"f(?:req(?:uency)?)?(?:[ _(\[]*Hz[)\]]?)?", re.IGNORECASE)
 _AMPLITUDE = re.compile(r"a(?:mpl?(?:itude)?)?(?:[ _(\[]*([mcu]?m|in)[)\]]?)?", re.IGNORECASE)
 _WITHIN = 0.03  # relative difference of a claim from the signal that is none

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from pandas import DataFrame
 
 _SYMBOL = "(?:s|ms|m|mm|um|px|rad|deg|N|kN|kg|Hz|V|J|bar|degC|percent)\\d?"
-_IN_NAME = re.compile(rf"(?:^|_)(?P<above>{_SYMBOL}(?:_{_SYMBOL})*)?(?:_?per_(?P<below>{_SYMBOL}(?:_{_SYMBOL})*))?$")
+_IN_NAME = re.compile(rf"(?:^|_)(?P<above>{_SYMBOL}(?:_{_SYMBOL}){{0,9}})?(?:_?per_(?P<below>{_SYMBOL}(?:_{_SYMBOL}){{0,9}}))?$")
 
 
 def frame_of(columns: Mapping[str, Iterable], units: Mapping[str, str] | None = None, *, name: str = "") -> DataFrame:

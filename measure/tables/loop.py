@@ -15,7 +15,7 @@ import numpy as np
 from measure.common.arrays import Array
 from measure.common.errors import InputError
 from measure.notebook.shown import Shown
-from measure.tables.checks import no_time, require_equal_lengths, require_finite, require_increasing
+from measure.tables.checks import listed, no_time, require_equal_lengths, require_finite, require_increasing
 from measure.tables.csv_cells import numbers, numbers_if_they_are, read_columns, write_columns
 from measure.tables.frames import columns_of, frame_of
 from measure.tables.raw_table import RawTable
@@ -111,10 +111,9 @@ def loop_of(table: RawTable) -> Loop:
 def _no_column(place: str, header: Sequence[str], missing: str) -> str:
     if missing == "time_s":
         return no_time(place, header)
-    found = ", ".join(f'"{name}"' for name in header)
     quantity = missing.rsplit("_", 1)[0]
     return (
-        f"{place}: no column for the {quantity}; found {found}.\n"
+        f"{place}: no column for the {quantity}; found {listed(header)}.\n"
         f'Add --column {quantity}="..." (and --unit {quantity}=...), or rename it to {missing}.'
     )
 

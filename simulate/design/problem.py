@@ -22,7 +22,7 @@ from simulate.sweeps.limits import FAILURE_DEG
 from simulate.sweeps.sweep import Sweep
 
 TOLERANCE = "tolerance."
-_RANGE = re.compile(r"(?P<low>[-+0-9.eE]+)\.\.(?P<high>[-+0-9.eE]+)")
+_RANGE = re.compile(r"(?P<low>[-+0-9.eE]{1,40})\.\.(?P<high>[-+0-9.eE]{1,40})")
 _MOST_CORNERS = 6  # factors whose corners are tried all
 _WORST = 1e12  # stands for what cannot be
 

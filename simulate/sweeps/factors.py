@@ -20,7 +20,7 @@ from simulate.sweeps.limits import FARTHEST
 LETTERS = "ABCDEFGHJKLMNOPQRSTUVWXYZ"  # no I, as in the paper's Table 1
 _SPREAD = re.compile(r"^(?:\+-|\+/-|±)(?P<size>[0-9.eE+-]+)(?P<percent>%?)$")
 _NORMAL = re.compile(r"^sigma:(?P<size>[0-9.eE+-]+)(?P<percent>%?)$")
-_RANGE = re.compile(r"^(?P<low>[-+0-9.eE]+)\.\.(?P<high>[-+0-9.eE]+)$")
+_RANGE = re.compile(r"^(?P<low>[-+0-9.eE]{1,40})\.\.(?P<high>[-+0-9.eE]{1,40})$")
 
 
 @dataclass(frozen=True)

@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 
 from measure.common.arrays import Array
-from measure.common.errors import InputError
+from measure.common.errors import InputError, clipped
 from measure.common.optional_packages import required
 from measure.readers.formats.vectors import Vectors, numbers_of, require_size, require_unpacked, table_of
 from measure.readers.text.encoding import decoded
@@ -26,6 +26,7 @@ from measure.tables.raw_table import RawTable
 
 _X = "X_Value"
 _EXPORT = "export it as text without headers"
+_SHOWN = 120  # characters of what a package says; it may quote the file
 
 
 def read_lvm(path: Path, encoding: str | None = None) -> RawTable:
@@ -45,7 +46,7 @@ def read_lvm(path: Path, encoding: str | None = None) -> RawTable:
         segments = [read[k] for k in range(read["Segments"])]
         parts = [_lvm_columns(read, segment) for segment in segments]
     except (ValueError, KeyError, IndexError, TypeError, SyntaxError, RecursionError, MemoryError, AttributeError) as error:
-        raise InputError(f"{path}: cannot be read as a LabVIEW measurement file: {error!r}. Or {_EXPORT}.") from error
+        raise InputError(f"{path}: cannot be read as a LabVIEW measurement file: {clipped(repr(error), _SHOWN)}. Or {_EXPORT}.") from error
     if not parts or any(list(part) != list(parts[0]) for part in parts):
         raise InputError(f"{path}: holds {len(parts)} segments of different channels. Save one test in one file.")
     _require_one_clock(path, parts)
@@ -109,7 +110,7 @@ def read_tdms(path: Path) -> RawTable:
     except InputError:
         raise
     except Exception as error:  # damaged files raise whatever the place that they are damaged at leads to
-        raise InputError(f"{path}: cannot be read as TDMS: {error!r}. Save it again, or export it as text.") from error
+        raise InputError(f"{path}: cannot be read as TDMS: {clipped(repr(error), _SHOWN)}. Save it again, or export it as text.") from error
     if said:
         raise InputError(f"{path}: is cut or damaged: {said[0]}. Save it again, or export what is whole of it as text.")
     return table_of(path, "TDMS", found)

@@ -21,7 +21,7 @@ from measure.tables.trajectory import Trajectory
 from measure.tables.units import quantity_of, split_unit, unit_of
 
 _QUANTITIES = {"t": "time", "x": "position", "y": "position", "theta": "angle"}
-_NAME = re.compile(r"(?P<name>[^\[(]*?)\s*(?:[\[(]\s*(?P<unit>[^\])]*?)\s*[\])])?")
+_NAME = re.compile(r"(?P<name>[^\[(]*+)(?:[\[(](?P<unit>[^\])]*+)[\])])?")
 _MOST_ABOVE = 3  # lines above that of the names
 
 
@@ -44,7 +44,7 @@ def tracker_head(text: str) -> TrackerHead | None:
         for separator in "\t;,":
             cells = [cell.strip(' "\r') for cell in shown.split(separator)]
             named = [(k, _NAME.fullmatch(cell.replace("θ", "theta"))) for k, cell in enumerate(cells)]
-            found = [(m["name"], k, m["unit"] or "") for k, m in named if m and m["name"] in _QUANTITIES]
+            found = [(m["name"].rstrip(), k, (m["unit"] or "").strip()) for k, m in named if m and m["name"].rstrip() in _QUANTITIES]
             if {"t", "x", "y"} <= {name for name, _, _ in found} and not any(map(_is_force, cells)):
                 return TrackerHead(line, separator, cells, found)
     return None

@@ -193,6 +193,14 @@ def test_a_missing_extra_is_named_with_what_to_do(tmp_path, monkeypatch, module,
         read_loop_file(path, NAMED)
 
 
+def test_what_a_package_quotes_of_a_file_is_shown_by_its_beginning(tmp_path):
+    path = lvm(tmp_path, segment(0, 40))
+    path.write_text(path.read_text().replace("Channels\t2", "Channels\t" + "1" * 100_000 + "x"))
+    with pytest.raises(InputError, match="cannot be read as a LabVIEW") as refusal:
+        read_loop_file(path, NAMED)
+    assert len(str(refusal.value)) < 500
+
+
 @pytest.mark.parametrize("kind", ["lvm", "tdms", "hdf5"])
 def test_a_cut_file_is_refused_in_a_sentence(tmp_path, kind):
     made = {

@@ -14,9 +14,11 @@ from hypothesis import strategies as st
 
 from measure import InputError, read_table
 from measure.readers.column_mapping import ColumnMapping
+from measure.readers.column_names import likeness_of
 from measure.readers.loop_file import read_loop_file
 from measure.readers.stated_conditions import conditions
 from measure.tables import number_columns
+from measure.tables.frames import unit_in_name
 from measure.tables.number_columns import Dialect, NumberColumns, RaggedRow
 from measure.tables.units import split_unit
 
@@ -156,7 +158,15 @@ def test_a_cell_of_a_hundred_thousand_signs_does_not_take_the_square_of_them(tmp
 
 
 @pytest.mark.parametrize(
-    "note", ["a: 1" + " " * 100_000 + "1", "a" + " " * 100_000 + "1", "-" * 100_000 + "a: 1", "a: " + "1" * 100_000 + "1 x 1"]
+    "note",
+    [
+        "a" + "\t" * 100_000 + "x",
+        "a" + " \t" * 50_000 + "=",
+        "a: 1" + " " * 100_000 + "1",
+        "a" + " " * 100_000 + "1",
+        "-" * 100_000 + "a: 1",
+        "a: " + "1" * 100_000 + "1 x 1",
+    ],
 )
 def test_a_note_of_a_hundred_thousand_signs_neither(tmp_path, note):
     begun = time.process_time()
@@ -164,8 +174,12 @@ def test_a_note_of_a_hundred_thousand_signs_neither(tmp_path, note):
     assert time.process_time() - begun < 2.0
 
 
-def test_a_header_of_a_hundred_thousand_blanks_neither():
+def test_a_header_of_a_hundred_thousand_signs_neither():
     begun = time.process_time()
+    assert likeness_of("1" * 100_000 + "x", "force") == 0
+    assert (likeness_of("Kraft 2", "force"), likeness_of("load3 cell", "force")) == (2, 2)
+    assert unit_in_name("m_" * 50_000) == ""
+    assert unit_in_name("speed_m_per_s") == "m/s"
     assert split_unit("a" + " " * 100_000 + "b") == ("a" + " " * 100_000 + "b", "")
     assert split_unit("Load   [kN]") == ("Load", "kN")
     assert time.process_time() - begun < 2.0

@@ -1,5 +1,7 @@
 """Trajectories of other programs: the motion that was written is the one that is read, and a file that says too little asks."""
 
+import time
+
 import numpy as np
 import pytest
 
@@ -7,6 +9,7 @@ from measure.common.errors import InputError, OptionsMissing
 from measure.geometry.camera import rotation
 from measure.readers.column_mapping import ColumnMapping
 from measure.readers.measurement import read_measurement
+from measure.readers.trajectories.tracker import tracker_head
 from measure.tables.trajectory import CHANNELS, Trajectory
 
 pytestmark = pytest.mark.filterwarnings("ignore:No analog data")  # of c3d, when it writes
@@ -253,6 +256,13 @@ def test_gaps_of_trackers_table_are_missing_and_leading_ones_left_away(tmp_path)
     table = read(tracker(tmp_path / "track.txt", ["t\tx\ty"], x, Z), units={"position": "m"})
     assert table.time_s[0] == pytest.approx(0.01)
     assert np.isnan(table.channels["x_m"]).sum() == np.sum(np.isnan(x)) - 2
+
+
+@pytest.mark.parametrize("cell", ["a" + " " * 4000 + "x", "x [" + " " * 4000 + "m", "[" * 4000, "x" + " (" * 2000])
+def test_a_head_of_thousands_of_blanks_does_not_take_the_square_of_them(tmp_path, cell):
+    path, begun = tracker(tmp_path / "track.txt", [f"{cell}\tt\tx\ty"], X, Z), time.process_time()
+    assert tracker_head((cell + "\t") * 50 + "\n" + path.read_text()) is not None
+    assert time.process_time() - begun < 2.0
 
 
 def test_trackers_table_without_a_unit_asks_for_it(tmp_path):

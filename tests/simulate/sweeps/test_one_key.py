@@ -1,5 +1,6 @@
 """A key of the model means the same wherever it is named: set by hand, as a factor, in a list of runs."""
 
+import time
 from dataclasses import replace
 
 import numpy as np
@@ -77,3 +78,11 @@ def test_a_run_of_a_list_may_name_the_stored_force(prototype):
 def test_a_stored_force_that_cannot_be_is_refused_in_a_sentence(prototype, word, named):
     with pytest.raises(InputError, match=named):
         with_settings(prototype, [word])
+
+
+@pytest.mark.parametrize("levels", ["1" * 100_000 + "x", "." * 100_000 + "x", "1.." * 30_000])
+def test_levels_of_a_hundred_thousand_signs_do_not_take_the_square_of_them(prototype, levels):
+    begun = time.process_time()
+    with pytest.raises(InputError):
+        factor_of(prototype, f"platform.mass_kg={levels}", "A")
+    assert time.process_time() - begun < 2.0
