@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from identify.commands.parameter_options import add_parameter_options, changes_from
 from measure.common.command_line import DONE, VERDICT_BAD, examples, foretell, next_command, parser, run, say, watched
+from measure.common.file_kinds import FITTED
 from measure.common.inputs import whole
 from measure.common.output_gate import Outputs
 from measure.readers.options import add_reading_options, mapping_from
@@ -100,7 +101,7 @@ def _gate(given: Namespace) -> Outputs:
     read = [*given.loops, *given.effects, *filter(None, (given.model, given.mapping))]
     if given.preview:
         return Outputs({}, {}, read)
-    return Outputs(files, {"--figures": (given.figures, figures_of(given))}, read)
+    return Outputs(files, {"--figures": (given.figures, figures_of(given))}, read, {"--output": FITTED})
 
 
 def figures_of(given: Namespace) -> tuple[str, ...]:

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from measure.common.file_kinds import PROJECT, TABLE
 from measure.common.output import provenance_beside, write_json, write_provenance, write_text
 from measure.common.output_gate import Outputs, beside
 from measure.film.dispersion import Dispersion
@@ -56,7 +57,8 @@ def gate(output: Output, inputs: Sequence[Path], compared: bool) -> Outputs:
     first = output.trajectory or output.marks
     files["the project file"] = None if first is None else _project_place(first, output.project)
     films = [film for path in inputs if path.suffix.lower() in (".mraw", ".cih", ".cihx") for film in path.parent.glob(f"{path.stem}.*")]
-    return Outputs(files, {"--pictures": (output.pictures, (_FIRST_FRAME, *FIGURES))}, [*inputs, *films])
+    folders = {"--pictures": (output.pictures, (_FIRST_FRAME, *FIGURES))}
+    return Outputs(files, folders, [*inputs, *films], {"the trajectory": TABLE, "the project file": PROJECT})
 
 
 def _project_place(first: Path, read: Path | None) -> Path:

@@ -10,8 +10,9 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from measure.common.errors import InputError
+from measure.common.file_kinds import kind_of, kind_written
 from measure.common.output import all_or_none, regular, temporary_prefix
-from measure.common.run_lock import locked
+from measure.common.running.run_lock import locked
 
 
 @dataclass(frozen=True)
@@ -21,11 +22,13 @@ class Outputs:
     files : by what they are in a sentence ("--json"); None where one is not wanted.
     folders : likewise, each with the names of the files that are written into it.
     inputs : files and folders that are read, those included that other inputs name (a campaign, a project, a mapping).
+    kinds : what is written (see `file_kinds`), by the same names as in `files`, where neither these nor the ending of the file say it.
     """
 
     files: Mapping[str, Path | None] = field(default_factory=dict)
     folders: Mapping[str, tuple[Path | None, Collection[str]]] = field(default_factory=dict)
     inputs: Sequence[Path] = ()
+    kinds: Mapping[str, str] = field(default_factory=dict)
 
     def require_usable(self) -> None:
         """Check everything; for a command that leaves the writing to others.
@@ -34,10 +37,11 @@ class Outputs:
         ------
         InputError
             All that is wrong at once: an output is an input or lies in a folder that is read, has no folder that can be written, is a
-            folder where a file is meant or the other way round, or is named twice.
+            folder where a file is meant or the other way round, is named twice, or would replace a file of another kind.
         """
         wrong = [*self._wrong_folders(), *self._wrong_files(), *self._doubled()]
         wrong = wrong or [*self._inputs_among_them(), *self._unwritable()]
+        wrong = wrong or [*self._of_other_kinds()]
         if wrong:
             raise InputError("\n".join(dict.fromkeys(wrong)))
 
@@ -126,6 +130,16 @@ class Outputs:
             for folder in folders:
                 if path.resolve().is_relative_to(folder):
                     yield f"{path}: is or lies in {folder}, a folder that is an input, and inputs are never written. Name another place."
+
+    def _of_other_kinds(self) -> Iterator[str]:
+        """A result replaces an older file of its own kind only: a name that was mistyped takes no model, measurement or film away."""
+        for label, path in self._all_files():
+            written, found = self.kinds.get(label) or kind_written(label, path), kind_of(path) if path.exists() else None
+            if written and found and found != written:
+                yield (
+                    f"{path}: holds {found}, and {label} writes {written}; a result replaces only what is of its own kind. "
+                    "Name another file, or move this one away."
+                )
 
     def _unwritable(self) -> Iterator[str]:
         """Whether something can be put into each folder, by trying."""

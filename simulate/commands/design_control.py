@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from measure.common.command_line import DONE, VERDICT_BAD, examples, foretell, next_command, parser, progress, run, say
 from measure.common.errors import InputError
+from measure.common.file_kinds import FITTED
 from measure.common.inputs import number, whole
 from measure.common.output_gate import Outputs
 from simulate.files.options import add_model_options, model_from_options
@@ -76,7 +77,8 @@ def _requirements(options: Any) -> list[tuple[float, float]]:
 
 
 def _gate(options: Any) -> Outputs:
-    return Outputs({"--output": options.output, "--json": options.json, "--page": options.page}, {}, [options.model, *options.effects])
+    files = {"--output": options.output, "--json": options.json, "--page": options.page}
+    return Outputs(files, {}, [options.model, *options.effects], {"--output": FITTED})
 
 
 def _designed(options: Any, arguments: Sequence[str], requirements: Sequence[tuple[float, float]]) -> Design:

@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from measure.common.command_line import DONE, VERDICT_BAD, examples, next_command, parser, progress, run, say
+from measure.common.file_kinds import FITTED
 from measure.common.inputs import number, whole
 from measure.common.output_gate import Outputs
 from simulate.files.options import add_model_options, model_from_options
@@ -63,7 +64,7 @@ def _work(arguments: Sequence[str]) -> int:
 
 
 def _gate(options: Any) -> Outputs:
-    return Outputs({"--output": options.output, "--json": options.json}, {}, [options.model, *options.effects])
+    return Outputs({"--output": options.output, "--json": options.json}, {}, [options.model, *options.effects], {"--output": FITTED})
 
 
 def _designed(options: Any, arguments: Sequence[str]) -> Found:

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from measure.common.command_line import DONE, VERDICT_BAD, examples, next_command, parser, run, say
 from measure.common.errors import InputError
+from measure.common.file_kinds import TABLE
 from measure.common.output import provenance_beside
 from measure.common.output_gate import Outputs
 from simulate.files.options import add_model_options, model_from_options
@@ -65,7 +66,7 @@ def _gate(options: Any) -> Outputs:
     files = {f"--{name}": getattr(options, name) for name in ("output", "json", "legs", "energy", "mjcf", "page", "figure")}
     files["the provenance of --output"] = provenance_beside(options.output)
     read = [options.model, *options.effects, *([options.measured] if options.measured else [])]
-    return Outputs(files, {"--gravity-study": (options.gravity_study, STUDY)}, read)
+    return Outputs(files, {"--gravity-study": (options.gravity_study, STUDY)}, read, {"--output": TABLE})
 
 
 def _require_consistent(options: Any) -> None:

@@ -21,6 +21,9 @@ DEMO = ROOT / "datasets" / "demo"
 INPUTS = ("model.toml", "rig.toml", "loop.csv", "test.csv", "campaign.toml", "film.avi", "film.toml")
 
 
+KEPT = ("model.toml", "rig.toml", "loop.csv", "campaign.toml", "film.toml")  # no result has their kinds: never written, read or not
+
+
 def lay_out(folder):
     """A folder with one good input of each kind, small ones."""
     model = tomllib.loads((ROOT / "datasets" / "prototype.toml").read_text(encoding="utf-8"))
@@ -238,8 +241,8 @@ NAMES = (
 
 
 def read_by(bench, words):
-    """The inputs of a command, those that its campaign names included."""
-    named = [*words, *(("test.csv", "loop.csv") if "campaign.toml" in words else ())]
+    """What a command may not write: its inputs, those that its campaign names, and what is no result."""
+    named = [*KEPT, *words, *(("test.csv", "loop.csv") if "campaign.toml" in words else ())]
     return [bench / word for word in named if (bench / word).is_file()]
 
 

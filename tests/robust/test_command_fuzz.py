@@ -10,7 +10,7 @@ from command_server import MAINS
 from fuzzing import drawn, drawn_for
 from hypothesis import strategies as st
 from judging import Tally, restored, tree
-from odd_inputs import DESIGN, INPUTS, NAMES, around
+from odd_inputs import DESIGN, INPUTS, KEPT, NAMES, around
 
 pytestmark = pytest.mark.xdist_group("commands")
 MINUTES = 10
@@ -87,7 +87,7 @@ def check_of(commands, bench, tally):
         words, read = line
         around(bench)
         before = len(tally.wrong)
-        named = (*read, *(LISTED if "campaign.toml" in read else ()), *(["model.toml"] if words[:2] == ["unspool", "run"] else ()))
+        named = {*KEPT, *read, *(LISTED if "campaign.toml" in read else ())}
         inputs = [bench / name for name in named if name in INPUTS]
         tally.judge(commands, bench, words, inputs)
         restored(bench, good)

@@ -47,6 +47,23 @@ LINES = (  # with OUT for the file that is tried as an output, and what is read
     ("unspool run named.toml --model model.toml --effects own.py -o out --json OUT", RUNS),
     ("unspool run named.toml --effects own.py -o out --json OUT", ("named.toml", "list-model.toml", "own.py")),
 )
+WRITERS = (  # lines with OUT for an output that is named as a file of the user that the command does not read
+    "fit-actuator loop.csv -o OUT",
+    *(f"fit-actuator loop.csv -o x.toml --{option} OUT" for option in ("json", "figure", "curve", "page", "save-mapping")),
+    "simulate-deployment model.toml -o OUT",
+    *(f"simulate-deployment model.toml -o x.csv --{option} OUT" for option in ("json", "legs", "energy", "mjcf", "page")),
+    *(f"sweep-deployments model.toml -o sw --{option} OUT" for option in ("json", "page")),
+    *(f"compare-model model.toml test.csv -o x.png --{option} OUT" for option in ("json", "page")),
+    "explain-gap model.toml test.csv -o out --json OUT",
+    "design-control rig.toml -o OUT",
+    *(f"design-control rig.toml -o x.toml --{option} OUT" for option in ("json", "page")),
+    f"design-deployment rig.toml {' '.join(DESIGN)} -o OUT",
+    f"{' '.join(TRACK)} -o OUT",
+    *(f"{' '.join(TRACK)} -o x.csv --{option} OUT" for option in ("marks", "json")),
+    *(f"unspool {task} -o OUT" for task in ("check model.toml", "effects", "fmu model.toml", "completion")),
+    *(f"unspool {task} --json OUT" for task in ("check model.toml", "effects", "fmu model.toml -o x.fmu")),
+    "unspool run named.toml --model model.toml -o out --json OUT",
+)
 INTO_THE_FOLDER = (  # lines that would write a result into the folder of their inputs, under the name of one
     "explain-gap extended.toml test.csv -o .",
     "unspool run named.toml --model model.toml -o .",
@@ -86,6 +103,19 @@ def test_what_a_command_reads_is_no_output(named, capsys, line, inputs):
     before = tree(named)
     for name in inputs:
         assert f"{name}: is an input" in refused(line.replace("OUT", name), capsys)
+    assert tree(named) == before
+
+
+@pytest.mark.parametrize("line", WRITERS)
+def test_what_a_laboratory_keeps_is_no_output_either(named, capsys, line):
+    """A model that no command has written, a list of runs, a loop, a film: `unspool run ... --json rig.toml` once took one away."""
+    shutil.copy(named / "model.toml", named / "kept.toml")
+    shutil.copy(named / "loop.csv", named / "kept.csv")
+    shutil.copy(named / "film.avi", named / "kept.avi")
+    before = tree(named)
+    for name in ("kept.toml", "campaign.toml", "kept.csv", "kept.avi"):
+        said = refused(line.replace("OUT", name), capsys)
+        assert f"{name}: holds" in said or ".html" in said or ".png" in said, said  # an ending that such a result never has
     assert tree(named) == before
 
 

@@ -32,10 +32,11 @@ def _parser() -> Any:
 
 def _work(arguments: Sequence[str]) -> int:
     from measure.common.errors import InputError
+    from measure.common.file_kinds import TEXT
     from measure.common.output_gate import Outputs
 
     given = _parser().parse_args(arguments)
-    with Outputs({"--output": given.output, "--json": given.json}, inputs=_files_read(given)).held():
+    with Outputs({"--output": given.output, "--json": given.json}, {}, _files_read(given), {"--output": TEXT}).held():
         found = [_looked_at(path, given) for path in given.files]
         wrong = [row for row in found if row["wrong"]]
         if not wrong:

@@ -67,9 +67,12 @@ def _work(arguments: Sequence[str]) -> int:
     given = _parser().parse_args(arguments)
     text = script(given.shell)
     if given.output is not None:
+        from measure.common.file_kinds import TEXT
         from measure.common.output import write_text
+        from measure.common.output_gate import Outputs
 
-        write_text(given.output, text)
+        with Outputs({"--output": given.output}, kinds={"--output": TEXT}).held():
+            write_text(given.output, text)
     elif not given.quiet:
         print(text, end="")
     return DONE

@@ -33,9 +33,10 @@ def _parser() -> Any:
 
 def _work(arguments: Sequence[str]) -> int:
     given = _parser().parse_args(arguments)
+    from measure.common.file_kinds import TEXT
     from measure.common.output_gate import Outputs
 
-    with Outputs({"--output": given.output, "--json": given.json}, inputs=given.effects).held():
+    with Outputs({"--output": given.output, "--json": given.json}, {}, given.effects, {"--output": TEXT}).held():
         chosen = _chosen(given)
         lines = [line for text in chosen for line in described(text)] if given.name else listed(chosen)
         _write(given, chosen, lines)

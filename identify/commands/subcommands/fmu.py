@@ -29,9 +29,11 @@ def _parser() -> Any:
 
 def _work(arguments: Sequence[str]) -> int:
     given = _parser().parse_args(arguments)
+    from measure.common.file_kinds import ARCHIVE
     from measure.common.output_gate import Outputs
 
-    outputs = Outputs({"--output": given.output, "--json": given.json}, inputs=[given.model, *given.effects])
+    files = {"--output": given.output, "--json": given.json}
+    outputs = Outputs(files, {}, [given.model, *given.effects], {"--output": ARCHIVE})
     with outputs.held():
         law = _written(given, outputs)
     if not given.quiet:

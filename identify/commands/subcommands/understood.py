@@ -13,6 +13,7 @@ from identify.campaign.campaign_file import Campaign, ListedRun, is_film, read_l
 from identify.loops.prepare import prepare
 from measure.common.errors import InputError
 from measure.common.every_error import for_each
+from measure.common.file_kinds import MAPPING, PROJECT, RUNS, kind_of_toml
 from measure.geometry.film_project import Project, read_project
 from measure.readers.column_mapping import ColumnMapping, read_mapping
 from measure.readers.loop_file import read_loop_file
@@ -25,9 +26,6 @@ from simulate.model.effect import Catalogue
 from simulate.model.model import Model, per_leg, stroke_of
 
 Found = tuple[str, list[str]]
-_FILM_TABLES = {"film", "marks", "scale", "camera"}
-_MAPPING_KEYS = {"columns", "units", "up", "across", "markers"}
-_MODEL_TABLES = {"actuator", "geometry", "end_stop", "gravity", "release", "simulation", "nuisance", "effect"}
 
 
 def understood(path: Path, mapping: ColumnMapping, catalogue: Catalogue) -> Found:
@@ -48,12 +46,12 @@ def understood(path: Path, mapping: ColumnMapping, catalogue: Catalogue) -> Foun
         return "film", _of_film(path)
     if path.suffix.lower() != ".toml":
         return _of_table(path, mapping)
-    document = read_document(path)
-    if "run" in document:
+    kind = kind_of_toml(read_document(path))
+    if kind == RUNS:
         return "list of runs", _of_campaign(read_list(path), path.parent, mapping, catalogue)
-    if _FILM_TABLES & set(document):
+    if kind == PROJECT:
         return "film project", _of_project(read_project(path), path.parent)
-    if _MAPPING_KEYS & set(document) and not _MODEL_TABLES & set(document):
+    if kind == MAPPING:
         return "columns of a bench", _of_mapping(read_mapping(path))
     return "model", _of_model(read_model(path, catalogue))
 
