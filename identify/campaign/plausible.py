@@ -5,7 +5,7 @@ A table is refused before any fit. What is compared with is the model at hand, w
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 
@@ -33,10 +33,25 @@ def require_plausible(name: str, table: Trajectory, model: Model) -> None:
     InputError
         All that is wrong, with what to do.
     """
+    require_measured(name, table)
+    _refuse(name, [*_other_unit(table, model), *_downwards(table, model), *_too_long(table, model)])
+
+
+def require_measured(name: str, table: Trajectory) -> None:
+    """Refuse a deployment that cannot have been measured as its columns stand, of whatever model.
+
+    Raises
+    ------
+    InputError
+        All that is wrong, with what to do.
+    """
     require_physical(table.time_s, "time_s", name)
     for channel, values in table.channels.items():
         require_physical(values, channel, name)
-    wrong = [*_too_few(table), *_too_sure(table)] or [*_other_unit(table, model), *_downwards(table, model), *_too_long(table, model)]
+    _refuse(name, [*_too_few(table), *_too_sure(table)])
+
+
+def _refuse(name: str, wrong: Sequence[str]) -> None:
     if wrong:
         raise InputError("\n".join(f"{name}: {sentence}" for sentence in wrong))
 

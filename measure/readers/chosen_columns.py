@@ -19,6 +19,7 @@ from measure.tables.units import FACTORS, SI, Unit, known_unit, quantity_of, spl
 _USUAL = {"time": "s", "elongation": "mm", "force": "N"}
 _PERIOD = "--sample-period SECONDS"
 _NUMBERED = re.compile(r"(?:.*\[\d+\]|column \d+|\d*)")
+_LONGEST_TYPED = 60
 _PLAIN = re.compile(r"[\w./()\[\] %-]+")
 
 
@@ -150,7 +151,7 @@ def _guess(table: RawTable, place: int, quantity: str) -> str:
 def _shown(table: RawTable, place: int) -> str:
     """A column as one types it: by its name, or by its number where the name is none, doubled or hard to type."""
     name = table.header[place] if table.header else ""
-    if table.header.count(name) != 1 or not _PLAIN.fullmatch(name) or name.isdecimal():
+    if table.header.count(name) != 1 or not _PLAIN.fullmatch(name) or name.isdecimal() or len(name) > _LONGEST_TYPED:
         return str(place + 1)
     return name if shlex.quote(name) == name else f'"{name}"'
 

@@ -122,7 +122,7 @@ def _effects(rows: Any, catalogue: Catalogue) -> tuple[tuple[Effect, ...], list[
             wrong.append(str(error))
     names = [effect.name for effect in made]
     wrong += [f'effect "{name}" stands there twice; keep one.' for name in dict.fromkeys(names) if names.count(name) > 1]
-    return tuple(made), wrong
+    return tuple(made), list(dict.fromkeys(wrong))
 
 
 def _controller(table: Any) -> tuple[Controller | None, list[str]]:

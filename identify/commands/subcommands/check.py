@@ -6,9 +6,12 @@ from argparse import Namespace
 from collections.abc import Sequence
 from contextlib import suppress
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from measure.common.command_line import DONE, examples, parser, run, say
+
+if TYPE_CHECKING:
+    from simulate.model.model import Model
 
 NAME = "unspool check"
 DOES = "Read model, campaign, film project, bench columns, loops and trajectories; report all that is wrong, and what was understood."
@@ -37,7 +40,8 @@ def _work(arguments: Sequence[str]) -> int:
 
     given = _parser().parse_args(arguments)
     with Outputs({"--output": given.output, "--json": given.json}, {}, _files_read(given), {"--output": TEXT}).held():
-        found = [_looked_at(path, given) for path in given.files]
+        model = _the_model(given)
+        found = [_looked_at(path, given, model) for path in given.files]
         wrong = [row for row in found if row["wrong"]]
         if not wrong:
             _write(given, found)
@@ -68,7 +72,21 @@ def _files_read(given: Namespace) -> list[Path]:
     return found
 
 
-def _looked_at(path: Path, given: Namespace) -> dict[str, Any]:
+def _the_model(given: Namespace) -> Model | None:
+    """The model with which the other files are compared: the only one among them that is one and can be used."""
+    from measure.common.errors import InputError
+    from measure.common.file_kinds import FITTED, MODEL, kind_of
+    from simulate.files.model_file import read_model
+    from simulate.files.own_effects import catalogue_with
+
+    models = [path for path in given.files if path.is_file() and kind_of(path) in (FITTED, MODEL)]
+    try:
+        return read_model(models[0], catalogue_with(given.effects)) if len(models) == 1 else None
+    except InputError:
+        return None
+
+
+def _looked_at(path: Path, given: Namespace, model: Model | None) -> dict[str, Any]:
     """One file: its kind, what was understood, or what is wrong."""
     from identify.commands.subcommands.understood import understood
     from measure.common.errors import InputError
@@ -76,7 +94,7 @@ def _looked_at(path: Path, given: Namespace) -> dict[str, Any]:
     from simulate.files.own_effects import catalogue_with
 
     try:
-        kind, lines = understood(path, mapping_from(given), catalogue_with(given.effects))
+        kind, lines = understood(path, mapping_from(given), catalogue_with(given.effects), model)
     except InputError as error:
         return {"file": str(path), "kind": "", "understood": [], "wrong": str(error).splitlines()}
     return {"file": str(path), "kind": kind, "understood": lines, "wrong": []}

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import shlex
 from argparse import Namespace
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -36,10 +37,44 @@ def _work(arguments: Sequence[str]) -> int:
     given = _parser().parse_args(arguments)
     from identify.campaign.campaign_file import read_list
 
-    listed, folder = read_list(given.campaign), given.campaign.parent
+    listed = read_list(given.campaign)
     model = _model(given, listed)
     _require_usable(given, model)
+    status = UNUSABLE
+    before = _as_it_is(given.output)
     given.output.mkdir(exist_ok=True)
+    try:
+        status = _typed_in_turn(given, listed, model)
+    finally:
+        if status not in (0, VERDICT_BAD):
+            _put_back(given.output, before)
+    return status
+
+
+def _as_it_is(output: Path) -> dict[Path, bytes] | None:
+    """What stands in the folder under the names of the results that appear before the last; None where there is no folder."""
+    there = [path for path in (output / _FITTED, output / _COMPARED) if path.is_file()]
+    return {path: path.read_bytes() for path in there} if output.exists() else None
+
+
+def _put_back(output: Path, before: Mapping[Path, bytes] | None) -> None:
+    """Leave a folder as it was: a refusal half way leaves no law that was fitted and no picture of it."""
+    from measure.common.output import replacing
+
+    for path in (output / _FITTED, output / _COMPARED):
+        if path not in (before or {}):
+            path.unlink(missing_ok=True)
+        elif path.read_bytes() != (before or {})[path]:
+            with replacing(path) as old:
+                old.write_bytes((before or {})[path])
+    if before is None:
+        with suppress(OSError):  # somebody else has put something there
+            output.rmdir()
+
+
+def _typed_in_turn(given: Namespace, listed: Campaign, model: Path) -> int:
+    """The other commands in their order, as far as they go; the status of the last."""
+    folder = given.campaign.parent
     status = _films_measured(given, listed, folder, model)
     if status:
         return status
@@ -77,9 +112,11 @@ def _require_usable(given: Namespace, model: Path) -> None:
     from identify.commands.subcommands.understood import understood
     from measure.common.output_gate import Outputs
     from measure.readers.column_mapping import ColumnMapping
+    from simulate.files.model_file import read_model
     from simulate.files.own_effects import catalogue_with
 
-    understood(given.campaign, ColumnMapping(), catalogue_with(given.effects))
+    catalogue = catalogue_with(given.effects)
+    understood(given.campaign, ColumnMapping(), catalogue, read_model(model, catalogue))
     folders = {"--output": (given.output, (_FITTED, _COMPARED, *WRITTEN))}
     Outputs({"--json": given.json}, folders, [model, *given.effects, *files_of([given.campaign])]).require_usable()
 

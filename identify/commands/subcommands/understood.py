@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -10,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from identify.campaign.campaign_file import Campaign, ListedRun, is_film, read_list
+from identify.campaign.plausible import require_measured, require_plausible
 from identify.loops.prepare import prepare
 from measure.common.errors import InputError
 from measure.common.every_error import for_each
@@ -21,14 +23,15 @@ from measure.readers.measurement import read_measurement
 from measure.tables.loop import Loop
 from measure.tables.trajectory import Trajectory
 from measure.tables.units import SI, unit_of
-from simulate.files.model_file import read_document, read_model
+from simulate.files.model_file import read_document, read_model, with_changes
+from simulate.kernel.step_size import grid
 from simulate.model.effect import Catalogue
 from simulate.model.model import Model, per_leg, stroke_of
 
 Found = tuple[str, list[str]]
 
 
-def understood(path: Path, mapping: ColumnMapping, catalogue: Catalogue) -> Found:
+def understood(path: Path, mapping: ColumnMapping, catalogue: Catalogue, model: Model | None = None) -> Found:
     """The kind of a file, and sentences on what stands in it.
 
     Parameters
@@ -36,6 +39,7 @@ def understood(path: Path, mapping: ColumnMapping, catalogue: Catalogue) -> Foun
     path : its kind is recognised by what stands in it.
     mapping : how loops are to be read that are not in the project's own columns.
     catalogue : effects that a model may have.
+    model : what deployments are to be compared with, where it is known; a list of runs may name its own.
 
     Raises
     ------
@@ -45,10 +49,10 @@ def understood(path: Path, mapping: ColumnMapping, catalogue: Catalogue) -> Foun
     if is_film(path):
         return "film", _of_film(path)
     if path.suffix.lower() != ".toml":
-        return _of_table(path, mapping)
+        return _of_table(path, mapping, model)
     kind = kind_of_toml(read_document(path))
     if kind == RUNS:
-        return "list of runs", _of_campaign(read_list(path), path.parent, mapping, catalogue)
+        return "list of runs", _of_campaign(read_list(path), path.parent, mapping, catalogue, model)
     if kind == PROJECT:
         return "film project", _of_project(read_project(path), path.parent)
     if kind == MAPPING:
@@ -72,6 +76,7 @@ def _of_model(model: Model) -> list[str]:
     if model.geometry is None:
         lines.append("no geometry: good for loops; a deployment needs [geometry]")
     else:
+        grid(model)  # refuses what takes more steps than anybody waits for
         strokes = stroke_of(model)
         lines.append(
             f"stroke of the legs {1e3 * strokes.min():.1f} to {1e3 * strokes.max():.1f} mm between heights "
@@ -119,9 +124,10 @@ def _of_mapping(mapping: ColumnMapping) -> list[str]:
     return [*lines, *("; ".join(part) for part in (rest, axes) if part)]
 
 
-def _of_table(path: Path, mapping: ColumnMapping) -> Found:
+def _of_table(path: Path, mapping: ColumnMapping, model: Model | None) -> Found:
     table = read_measurement(path, mapping)
     if isinstance(table, Trajectory):
+        require_measured(str(path), table) if model is None else require_plausible(str(path), table, model)
         return "trajectory", _of_trajectory(table)
     return "loop", [*_reading(path, mapping), *_of_loop(table)]
 
@@ -155,37 +161,29 @@ def _of_trajectory(table: Trajectory) -> list[str]:
     return lines
 
 
-def _of_campaign(listed: Campaign, folder: Path, mapping: ColumnMapping, catalogue: Catalogue) -> list[str]:
+def _of_campaign(listed: Campaign, folder: Path, mapping: ColumnMapping, catalogue: Catalogue, model: Model | None) -> list[str]:
     if not listed.run:
         raise InputError('no [[run]] table; give one for each measurement, with file = "...".')
-    checks: list[Any] = [lambda row=row: _of_run(row, folder, mapping) for row in listed.run]
-    model = None
-    if listed.model is not None:
-        model = folder / listed.model
-        checks.insert(0, lambda: f"model {listed.model}: {_of_model(read_model(model, catalogue))[0]}")
-    lines = for_each(lambda check: check(), checks)
-    if model is not None:
-        base = read_model(model, catalogue)
-        for_each(lambda row: _changed(base, row), listed.run)
-    return lines
+    checks: list[Any] = [lambda row=row: _of_run(row, folder, mapping, model) for row in listed.run]
+    if model is None and listed.model is not None:
+        own = folder / listed.model
+        checks.insert(0, lambda: f"model {listed.model}: {_of_model(read_model(own, catalogue))[0]}")
+        with suppress(InputError):  # it is said by the first check
+            model = read_model(own, catalogue)
+    return for_each(lambda check: check(), checks)
 
 
-def _changed(model: Model, row: ListedRun) -> Model:
-    from simulate.files.model_file import with_changes
-
-    return with_changes(model, row.model, f"[[run]] {row.file}, model")
-
-
-def _of_run(row: ListedRun, folder: Path, mapping: ColumnMapping) -> str:
+def _of_run(row: ListedRun, folder: Path, mapping: ColumnMapping, model: Model | None) -> str:
+    model = None if model is None else with_changes(model, row.model, f"[[run]] {row.file}, model")
     held = ", held out" if row.hold_out else ""
-    changes = f", {_changes(row.model)}" if row.model else ""
+    changes = f", {_changes(row.model)}{'' if model else ' (unchecked: no model is named)'}" if row.model else ""
     path = folder / row.file
     if row.is_film(folder):
         if not path.exists():
             raise InputError(f"{path}: no such film. Names count from the folder of the list.")
         project = f", {_of_project(read_project(folder / row.project), folder)[0]}" if row.project else ""
         return f"{row.file}: film{project}{changes}{held}"
-    kind, lines = _of_table(path, row.reading(folder, mapping))
+    kind, lines = _of_table(path, row.reading(folder, mapping), model)
     said = next((line for line in lines if " rows, " in line and line[0].isdigit()), lines[0])
     return f"{row.file}: {kind}, {said}{changes}{held}"
 

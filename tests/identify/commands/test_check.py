@@ -53,6 +53,54 @@ def test_what_a_run_changes_is_checked_against_the_model_of_the_list(capsys, tmp
     assert 'did you mean "stowed_height_m"?' in said
 
 
+ROWS = "".join(f"{k / 100},{0.25 + k / 1000},1e-300\n" for k in range(50))
+TABLES = {
+    "few.csv": ("time_s,z_m\n0,0.25\n0.1,0.3\n0.2,0.4\n", "a deployment needs at least 5"),
+    "sure.csv": (
+        "time_s,z_m,sigma_z_m\n" + "".join(f"{k / 100},{0.25 + k / 1000},1e-300\n" for k in range(50)),
+        "nothing is measured better",
+    ),
+}
+WITH_A_MODEL = {
+    "ms.csv": ("time_s,z_m\n" + "".join(f"{4 * k},{0.25 + k / 400}\n" for k in range(150)), "If time_s is in ms, divide it by 1000"),
+    "mm.csv": ("time_s,z_m\n" + "".join(f"{k / 250},{250 + k}\n" for k in range(150)), "If it is in mm, divide it by 1000"),
+}
+
+
+@pytest.mark.parametrize("name", [*TABLES, *WITH_A_MODEL])
+def test_a_deployment_that_would_be_refused_is_not_called_usable(capsys, tmp_path, name):
+    """By what no film shows, and beside a model by what the model never does; a list is checked with the model that it names."""
+    text, words = {**TABLES, **WITH_A_MODEL}[name]
+    (tmp_path / name).write_text(text)
+    status, said = checked(capsys, tmp_path / name)
+    assert (status, words in said) == ((2, True) if name in TABLES else (0, False))
+    (tmp_path / "model.toml").write_text((DEMO / "rig.toml").read_text())
+    status, said = checked(capsys, tmp_path / "model.toml", tmp_path / name)
+    assert status == 2
+    assert words in said
+    (tmp_path / "runs.toml").write_text(f'model = "model.toml"\n[[run]]\nfile = "{name}"\n')
+    status, said = checked(capsys, tmp_path / "runs.toml")
+    assert status == 2
+    assert words in said
+
+
+def test_a_change_that_no_rig_has_is_refused_beside_its_model(capsys, tmp_path):
+    (tmp_path / "one.csv").write_bytes((DEMO / "deployment-2.csv").read_bytes())
+    (tmp_path / "runs.toml").write_text('[[run]]\nfile = "one.csv"\n[run.model.nuisance]\nrelease_position_m = 1e300\n')
+    assert "1e+300 (unchecked: no model is named)" in checked(capsys, tmp_path / "runs.toml")[1]
+    status, said = checked(capsys, DEMO / "rig.toml", tmp_path / "runs.toml")
+    assert status == 2
+    assert "nuisance.release_position_m: 1e+300 is not between" in said
+
+
+def test_a_model_that_takes_more_steps_than_anybody_waits_for_is_not_called_usable(capsys, tmp_path):
+    text = (DEMO / "rig.toml").read_text()
+    (tmp_path / "stiff.toml").write_text(text.replace("stiffness_N_per_m = 4000.0", "stiffness_N_per_m = 1e12"))
+    status, said = checked(capsys, tmp_path / "stiff.toml")
+    assert status == 2
+    assert "Change end_stop.stiffness_N_per_m" in said
+
+
 def test_a_file_of_markers_is_a_trajectory_once_its_axes_are_known(capsys, tmp_path):
     rows = "\n".join(f"{k}\t{k / 100}\t{k}\t0\t{2 * k}" for k in range(1, 10))
     head = "PathFileType\t4\t(X/Y/Z)\ta.trc\nDataRate\tUnits\n100\tmm\nFrame#\tTime\tA\t\t\n\t\tX1\tY1\tZ1\n\n"

@@ -92,6 +92,31 @@ def test_where_the_law_cannot_be_fitted_nothing_is_explained_with_the_old_one(ri
     assert [words[0] for words in typed] == ["track-video"]
 
 
+@pytest.mark.parametrize("there", [False, True])
+@pytest.mark.parametrize("refuses", [compare_model, explain_gap])
+def test_a_refusal_half_way_leaves_the_folder_as_it_was(rig, typed, monkeypatch, there, refuses):
+    results = rig / "results"
+    if there:
+        results.mkdir()
+        (results / "model.toml").write_text("[actuator]\n[provenance]\n")
+        (results / "mine.txt").write_text("the user's")
+    before = {path.name: path.read_bytes() for path in results.glob("*")}
+    monkeypatch.setattr(fit_actuator, "main", lambda words: (results / "model.toml").write_text("new") * 0)
+    monkeypatch.setattr(compare_model, "main", lambda words: (results / "comparison.png").write_text("new") * 0)
+    monkeypatch.setattr(refuses, "main", lambda words: 2)
+    assert run(rig) == 2
+    assert results.exists() == there
+    assert {path.name: path.read_bytes() for path in results.glob("*")} == before
+
+
+def test_what_a_run_changes_is_checked_with_the_model_of_the_option_before_any_work(rig, typed, capsys):
+    (rig / "campaign.toml").write_text('[[run]]\nfile = "deployment-2.csv"\nmodel.nuisance.release_position_m = 1e300\n')
+    assert run(rig, "--model", str(rig / "model.toml")) == 2
+    assert "1e+300 is not between" in capsys.readouterr().err
+    assert typed == []
+    assert not (rig / "results").exists()
+
+
 @pytest.mark.parametrize("ending", [".csv", ".csv.provenance.json", ".png", ".project.toml"])
 def test_a_film_of_which_a_killed_run_has_left_a_file_without_its_name_is_measured_anew(rig, typed, ending):
     run(rig)

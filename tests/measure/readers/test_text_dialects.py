@@ -183,3 +183,16 @@ def test_a_header_of_a_hundred_thousand_signs_neither():
     assert split_unit("a" + " " * 100_000 + "b") == ("a" + " " * 100_000 + "b", "")
     assert split_unit("Load   [kN]") == ("Load", "kN")
     assert time.process_time() - begun < 2.0
+
+
+@pytest.mark.parametrize("name", ["x" * 100_000, "力" * 100_000, "x [" + "力" * 100_000 + "]"])
+def test_a_long_name_of_a_column_is_not_said_whole(tmp_path, name):
+    rows = [f"{0.1 * k:.1f};{0.01 * k:.2f};2.8" for k in range(12)]
+    (tmp_path / "bench.txt").write_text("\n".join([f"Zeit;Weg;{name}", *rows]) + "\n", encoding="utf-8")
+    (tmp_path / "own.csv").write_text(
+        "\n".join([f"time_s,{name},force_N", *(row.replace(";", ",") for row in rows)]) + "\n", encoding="utf-8"
+    )
+    for path, read in ((tmp_path / "bench.txt", read_loop_file), (tmp_path / "own.csv", read_table)):
+        with pytest.raises(InputError) as refusal:
+            read(path)
+        assert len(str(refusal.value)) < 2000
