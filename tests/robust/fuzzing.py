@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import copy
 import signal
 import time
 
@@ -103,7 +104,7 @@ def text_tables(draw):
 
 
 odd_values = st.one_of(
-    st.sampled_from([value for value in ODD if not isinstance(value, float) or value == value]),
+    st.sampled_from([value for value in ODD if not isinstance(value, float) or value == value]).map(copy.deepcopy),  # it may be filled
     st.floats(allow_nan=False),
     st.integers(-(2**62), 2**62),
     st.text(max_size=8),

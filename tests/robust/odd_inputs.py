@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import copy
 import datetime
 import math
 import os
@@ -167,7 +168,7 @@ def mutated(chance, document):
             holder = holder[key]
         how = chance.choice(["odd", "odd", "odd", "gone", "renamed", "scaled"])
         if last not in holder and isinstance(holder, dict):
-            holder[last] = chance.choice(ODD)
+            holder[last] = copy.deepcopy(chance.choice(ODD))
         elif how == "gone":
             del holder[last]
         elif how == "renamed" and isinstance(holder, dict):
@@ -175,7 +176,7 @@ def mutated(chance, document):
         elif how == "scaled" and isinstance(holder[last], float):
             holder[last] *= chance.choice([-1.0, 1e3, 1e-3, 1e6, 1e12])
         else:
-            holder[last] = chance.choice(ODD)
+            holder[last] = copy.deepcopy(chance.choice(ODD))
     return document
 
 
