@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import copy
 import json
+import shutil
 import time
 import tomllib
 import warnings
@@ -54,6 +55,16 @@ def pictures_of(path):
         assert np.asarray(picture).size
 
 
+def second_picture(path):
+    """Read a picture as the second of a folder whose first is good."""
+    frames = path.parent / "frames"
+    shutil.rmtree(frames, ignore_errors=True)
+    frames.mkdir()
+    shutil.copy(path.parent / f"a{path.suffix}", frames / f"frame1{path.suffix}")
+    shutil.copy(path, frames / f"frame2{path.suffix}")
+    pictures_of(frames)
+
+
 def text_kinds(folder):
     records = [{"time_s": 0.1 * k, "elongation_m": 0.01 * k, "force_N": 2.8} for k in range(12)]
     seeds = [json.dumps(records).encode(), json.dumps({"data": [list(row.values()) for row in records]}).encode()]
@@ -84,6 +95,8 @@ def document_kinds(folder):
         documented = documents(lambda good=good: copy.deepcopy(good), list(places_in(good)))
         yield Kind(name, documented.map(lambda document: tomli_w.dumps(document).encode("utf-8", "replace")), ".toml", read)
         yield Kind(f"{name}, damaged", damaged([text.encode()]), ".toml", read)
+    rows = "".join(f"{k / 250},{0.25 + k**2 / 4000}\n" for k in range(12))
+    (folder / "a.csv").write_text(f"time_s,z_m\n{rows}")
     runs = damaged([b'[[run]]\nfile = "a.csv"\n'])
     yield Kind("campaign with its runs, damaged", runs, ".toml", lambda path: read_campaign([path]))
 
@@ -94,8 +107,8 @@ def film_kinds(folder):
     cv2.imwrite(str(folder / "a.png"), pictures[0])
     cv2.imwrite(str(folder / "a.jpg"), pictures[0])
     cv2.imwritemulti(str(folder / "a.tif"), pictures)
-    for name in ("a.avi", "a.png", "a.jpg", "a.tif"):
-        yield Kind(f"{name[2:]} film", damaged([(folder / name).read_bytes()]), name[1:], pictures_of)
+    for name, read in (("a.avi", pictures_of), ("a.png", second_picture), ("a.jpg", second_picture), ("a.tif", pictures_of)):
+        yield Kind(f"{name[2:]} film", damaged([(folder / name).read_bytes()]), name[1:], read)
     (folder / "film.mraw").write_bytes(bytes(6 * 64 * 64))
     size = "Total Frame : 6\nImage Width : 64\nImage Height : 64\nColor Bit : 8\nFile Format : MRaw\n"
     head = "#Camera Information Header\nRecord Rate(fps) : 1000\n" + size
@@ -109,7 +122,8 @@ def read_apart_kinds(folder):
         for name, values in table.items():
             file[name] = values
     write_points(folder / "a.c3d")
-    yield Kind("c3d points", damaged([(folder / "a.c3d").read_bytes()]), ".c3d", read_measurement)
+    up = ColumnMapping(up="z")
+    yield Kind("c3d points", damaged([(folder / "a.c3d").read_bytes()]), ".c3d", lambda path: read_measurement(path, up))
     for name in ("a.mat", "a.h5"):
         content = (folder / name).read_bytes()
         yield Kind(f"{name[2:]} table", damaged([content]), name[1:], lambda path: read_loop_file(path, ColumnMapping()))
