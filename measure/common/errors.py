@@ -9,13 +9,19 @@ from collections.abc import Iterable
 # Control characters but the line end, what turns the direction of writing or has no width, and bytes of names that are not UTF-8.
 _UNSEEN = re.compile("[\x00-\x09\x0b-\x1f\x7f-\x9f\u200b-\u200f\u2028-\u202e\u2060-\u2069\ufeff\ud800-\udfff]")
 _LONGEST_SHOWN = 60
+_ENDLESS_WORD, _LONGEST_LINE = 1000, 5000
+_ENDLESS = re.compile(rf"\S{{{_ENDLESS_WORD},}}|[^\S\n]{{{_ENDLESS_WORD},}}")
 
 
 class InputError(ValueError):
     """Unusable input: file, place, what was found and what to do, in one sentence or two.
 
-    Commands print it behind their name on standard error and leave with status 2, with nothing written.
+    Commands print it behind their name on standard error and leave with status 2, with nothing written. A word of a thousand signs, such as
+    a key of a damaged file, and a line of five thousand are shown by their beginnings.
     """
+
+    def __init__(self, text: str = "") -> None:
+        super().__init__(_shortened(text) if len(text) >= _ENDLESS_WORD else text)
 
 
 class OptionsMissing(InputError):
@@ -27,6 +33,11 @@ class OptionsMissing(InputError):
     def __init__(self, text: str, options: str) -> None:
         super().__init__(text)
         self.options = options
+
+
+def _shortened(text: str) -> str:
+    lines = _ENDLESS.sub(lambda endless: clipped(endless[0]), text).split("\n")
+    return "\n".join(line if len(line) <= _LONGEST_LINE else clipped(line, _ENDLESS_WORD) for line in lines)
 
 
 def nearest(word: str, known: Iterable[str]) -> str:

@@ -23,3 +23,14 @@ def test_known_words_may_come_from_an_iterator():
 def test_callers_who_catch_value_errors_catch_unusable_input():
     with pytest.raises(ValueError, match="line 3"):
         raise InputError("loop.csv, line 3: 2 cells and 3 columns.")
+
+
+@pytest.mark.parametrize("key", ["k" * 100_000, "k " * 50_000, "k" + " " * 100_000 + "k", "力" * 100_000])
+def test_a_sentence_shows_what_is_endless_by_its_beginning(key):
+    """Whatever reader says it: a damaged file is not poured over the screen."""
+    said = str(InputError(f'rig.toml: unknown key "{key}"; known: schema.\nno [actuator]; give one.'))
+    assert len(said) < 1200
+    assert said.startswith('rig.toml: unknown key "k') or "力" in said
+    assert said.endswith("\nno [actuator]; give one.")
+    name = "/".join(["folder-of-a-laboratory"] * 40)
+    assert name in str(InputError(f"{name}: no such file; a table (CSV) was expected."))
