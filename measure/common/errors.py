@@ -9,7 +9,7 @@ from collections.abc import Iterable
 # Control characters but the line end, what turns the direction of writing or has no width, and bytes of names that are not UTF-8.
 _UNSEEN = re.compile("[\x00-\x09\x0b-\x1f\x7f-\x9f\u200b-\u200f\u2028-\u202e\u2060-\u2069\ufeff\ud800-\udfff]")
 _LONGEST_SHOWN = 60
-_ENDLESS_WORD, _LONGEST_LINE = 1000, 5000
+_ENDLESS_WORD, _LONGEST_LINE, _MOST_LINES = 1000, 5000, 500
 _ENDLESS = re.compile(rf"\S{{{_ENDLESS_WORD},}}|[^\S\n]{{{_ENDLESS_WORD},}}")
 
 
@@ -17,7 +17,7 @@ class InputError(ValueError):
     """Unusable input: file, place, what was found and what to do, in one sentence or two.
 
     Commands print it behind their name on standard error and leave with status 2, with nothing written. A word of a thousand signs, such as
-    a key of a damaged file, and a line of five thousand are shown by their beginnings.
+    a key of a damaged file, a line of five thousand and what has more than five hundred lines are shown by their beginnings.
     """
 
     def __init__(self, text: str = "") -> None:
@@ -37,7 +37,8 @@ class OptionsMissing(InputError):
 
 def _shortened(text: str) -> str:
     lines = _ENDLESS.sub(lambda endless: clipped(endless[0]), text).split("\n")
-    return "\n".join(line if len(line) <= _LONGEST_LINE else clipped(line, _ENDLESS_WORD) for line in lines)
+    shown = [line if len(line) <= _LONGEST_LINE else clipped(line, _ENDLESS_WORD) for line in lines[:_MOST_LINES]]
+    return "\n".join([*shown, *([f"... and {len(lines) - _MOST_LINES} lines more."] if len(lines) > _MOST_LINES else [])])
 
 
 def nearest(word: str, known: Iterable[str]) -> str:

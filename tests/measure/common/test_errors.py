@@ -32,5 +32,6 @@ def test_a_sentence_shows_what_is_endless_by_its_beginning(key):
     assert len(said) < 1200
     assert said.startswith('rig.toml: unknown key "k') or "力" in said
     assert said.endswith("\nno [actuator]; give one.")
+    assert str(InputError("\n" * 100_000)).count("\n") == 500
     name = "/".join(["folder-of-a-laboratory"] * 40)
     assert name in str(InputError(f"{name}: no such file; a table (CSV) was expected."))
