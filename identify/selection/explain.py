@@ -31,7 +31,7 @@ from identify.gap.leg_force import LegForce
 from identify.gap.platform_force import ForceAlongTime, ForceTable, MissingForce
 from identify.gap.unnamed import Unnamed
 from identify.selection.detection_limits import detection_limits
-from identify.selection.explanation import Drafted, Explanation, Held, NoiseOfChannel, Ranked, share_closed
+from identify.selection.explanation import Drafted, Explanation, Held, NoiseOfChannel, Ranked, gap_left, share_closed
 from identify.selection.findings import findings_of, noise_of_channels
 from identify.selection.hypotheses import BUDGETS, MODEL_ERRORS, Budget, Hypothesis, Say, halves, log_prior
 from identify.selection.model_errors import FORCES, slight_errors
@@ -126,7 +126,7 @@ def _explained(problem: Problem, runs: Sequence[Run], catalogue: Mapping[str, ty
         held = tuple(replace(one, after=one.before) for one in held)
     rivals = _rivals(search, verdict)
     missing, in_legs = _left(search, after, verdict, say) if verdict.word in ("unknown", "partly") else (None, None)
-    drafted = _drafted(search, after, verdict, runs, say) if verdict.word in ("unknown", "partly") else None
+    drafted = _drafted(search, said, after, verdict, runs, say) if verdict.word in ("unknown", "partly") else None
     return Explanation(
         verdict.word,
         verdict.weights,
@@ -203,18 +203,17 @@ def _left(search: Search, after: Fit, verdict: Verdict, say: Say) -> tuple[Missi
     return simulated(best, after).on_platform(leads), simulated(legs, after).in_legs if legs is not None and likely else None
 
 
-def _drafted(search: Search, after: Fit, verdict: Verdict, runs: Sequence[Run], say: Say) -> Drafted | None:
+def _drafted(search: Search, said: Hypothesis, after: Fit, verdict: Verdict, runs: Sequence[Run], say: Say) -> Drafted | None:
     """A formula for the force that is left, as an effect of one's own."""
     say("drafting an effect")
     out = [run for run in runs if run.hold_out]
 
     def gap(fit: Fit) -> float | None:
-        gaps = [_carried_over(fit, run).measured_gaps for run in out]
-        return float(np.sqrt(np.mean(np.concatenate(gaps) ** 2))) if gaps else None
+        return gap_left(*(_carried_over(fit, run) for run in out)) if out else None
 
     about = f"Made from {', '.join(run.name for run in runs if not run.hold_out)} and {after.problem.model.name}."
     taken = {*search.catalogue, *(effect.name for effect in after.problem.effects)}
-    return draft(after, search.tables_beside(verdict.names), gap, Origin(free_name(taken), about, after.problem.measures))
+    return draft(said.weighed, after, search.tables_beside(verdict.names), gap, Origin(free_name(taken), about, after.problem.measures))
 
 
 def _along_time(search: Search) -> MissingForce | None:

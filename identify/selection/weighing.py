@@ -76,7 +76,12 @@ def weighed_again(before: Weighed, fit: Fit) -> Weighed:
 
 def from_rest(problem: Problem, before: Weighed) -> Weighed:
     """Weigh a hypothesis with one name more from where the one before it stands, that name at nought: it is hardly less likely then."""
-    start = np.concatenate([before.fit.q, np.zeros(len(problem.parameters) - len(before.fit.q))])
+    return from_sizes(problem, before, np.zeros(len(problem.parameters) - len(before.fit.q)))
+
+
+def from_sizes(problem: Problem, before: Weighed, sizes: Array) -> Weighed:
+    """Weigh a hypothesis with one effect more from where the one before it stands, and from some sizes (n,) of the effect, in scales."""
+    start = np.concatenate([before.fit.q, sizes])
     if before.both.is_exact:
         return weighed(solve(problem, start, loosely=True))
     return weighed_within(problem, start, before.within.errors_by_key)
