@@ -176,17 +176,34 @@ def _as_given(before: Fit) -> Fit:
 
 
 def _held(run: Run, before: Fit, after: Fit) -> Held:
-    return Held(_carried_over(before, run), _carried_over(after, run))
+    without = _carried_over(before, run)
+    having = _carried_over(after, run, (without,))
+    return Held(_with_release_of(without, having), having)
 
 
-def _carried_over(fit: Fit, run: Run) -> Fit:
-    """Base and effects of a fit on a run that took no part, of which only its own release is fitted."""
+def _carried_over(fit: Fit, run: Run, others: Sequence[Fit] = ()) -> Fit:
+    """Base and effects of a fit on a run that took no part, of which only its own release is fitted.
+
+    Parameters
+    ----------
+    others : fits of the same run under other models; its release may be as they have it.
+    """
     of = fit.problem
     alone = problem_of(of.model, [run], of.covariate, own_zeros=of.own_zeros, changes=of.changes)
     problem = replace(alone, forces_differ=of.forces_differ, effects=of.effects)
     free = range(problem.first_nuisance, problem.first_effect)
     found = solve_from_afar(problem, laid_out(fit, problem), free=free)
+    for other in others:
+        found = _with_release_of(found, other)
     return released_again(found, free) if problem.films else found
+
+
+def _with_release_of(fit: Fit, other: Fit) -> Fit:
+    """A fit of a run that took no part, or a better one from the release that the run has under another model."""
+    problem, start = fit.problem, fit.q.copy()
+    free = range(problem.first_nuisance, problem.first_effect)
+    start[free] = laid_out(other, problem)[free]
+    return min(fit, solve(problem, start, free=free), key=lambda one: one.cost)
 
 
 def _left(search: Search, after: Fit, verdict: Verdict, say: Say) -> tuple[MissingForce | None, LegForce | None]:
@@ -206,10 +223,13 @@ def _left(search: Search, after: Fit, verdict: Verdict, say: Say) -> tuple[Missi
 def _drafted(search: Search, said: Hypothesis, after: Fit, verdict: Verdict, runs: Sequence[Run], say: Say) -> Drafted | None:
     """A formula for the force that is left, as an effect of one's own."""
     say("drafting an effect")
-    out = [run for run in runs if run.hold_out]
+    known: dict[str, list[Fit]] = {run.name: [] for run in runs if run.hold_out}
 
     def gap(fit: Fit) -> float | None:
-        return gap_left(*(_carried_over(fit, run) for run in out)) if out else None
+        for run in runs:
+            if run.hold_out:
+                known[run.name].append(_carried_over(fit, run, known[run.name]))
+        return gap_left(*(fits[-1] for fits in known.values())) if known else None
 
     about = f"Made from {', '.join(run.name for run in runs if not run.hold_out)} and {after.problem.model.name}."
     taken = {*search.catalogue, *(effect.name for effect in after.problem.effects)}
