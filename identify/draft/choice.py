@@ -11,28 +11,39 @@ shapes by a search from several starts. Forms are compared by  gain - parameters
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.optimize import minimize
 
-from identify.draft.forms import FORMS, Form
+from identify.draft.forms import FORMS, Form, sum_of
 from identify.gap.leg_force import ForceAlongLegSpeed, LegTable
-from identify.gap.platform_force import KNOTS, ForceAlongSpeed, ForceTable
+from identify.gap.platform_force import AXES, KNOTS, ForceAlongSpeed, ForceTable
 from identify.gap.unnamed import Unnamed
 from measure.common.arrays import Array
 
 _SEARCHED = 3  # starts from which shapes are searched on
+_ADDED_TO = 3  # forms to which another one is added
+_WORTH_MORE = 2.0  # times what noise brings that a form leaves, from which on another one is added
 
 
 @dataclass(frozen=True)
 class Chosen:
-    """A form for a table. values : (k,) its parameters. score : gain less the price of its parameters."""
+    """A form for a table. values : (k,) its parameters. score : gain less the price of its parameters.
+
+    axis : of what acts on the platform: upwards, to the side, or a moment.
+    """
 
     table: Unnamed
     form: Form
     values: Array
     score: float
+    axis: int = 0
+
+    @property
+    def shapes(self) -> Array:
+        """Its shapes, behind the amplitudes."""
+        return self.values[len(self.form.amplitudes) :]
 
 
 def chosen_forms(tables: Sequence[Unnamed], samples: float) -> list[Chosen]:
@@ -47,13 +58,28 @@ def chosen_forms(tables: Sequence[Unnamed], samples: float) -> list[Chosen]:
 
 
 def _best_of(table: Unnamed, samples: float) -> Chosen | None:
-    used = table.places < (KNOTS if isinstance(table.table, ForceTable) else np.inf)
+    axes = range(AXES) if isinstance(table.table, ForceTable) else (0,)
+    found = [_best_on(table, samples, axis) for axis in axes]
+    return max((one for one in found if one is not None), key=lambda one: one.score, default=None)
+
+
+def _best_on(table: Unnamed, samples: float, axis: int) -> Chosen | None:
+    """The best form of a table, or sum of that and another one; on the platform of one axis."""
+    first = axis * KNOTS
+    used = (table.places >= first) & (table.places < (first + KNOTS if isinstance(table.table, ForceTable) else np.inf))
     if not used.any():
         return None
-    x = _places(table)[table.places[used]]
+    x = _places(table)[table.places[used] - first]
     seen = _Seen(x, table.information[np.ix_(used, used)], table.drive[used])
-    found = [_fitted(form, seen, table, samples) for form in FORMS if _makes_sense(form, table, x)]
-    return max((one for one in found if one is not None), key=lambda one: one.score, default=None)
+    known = [form for form in FORMS if _makes_sense(form, table, x)]
+    ends = float(x[0]), float(x[-1])
+    tried = [one for form in known if (one := _fitted(form, seen, table, samples, form.starts(*ends))) is not None]
+    tried.sort(key=lambda one: -one.score)
+    for best in tried[:_ADDED_TO] if tried and tried[0].score < seen.most - _WORTH_MORE * len(x) else ():
+        sums = [(sum_of(best.form, form), [(*best.shapes.tolist(), *shapes) for shapes in form.starts(*ends)]) for form in known]
+        double = [_fitted(form, seen, table, samples, starts) for form, starts in sums if form.parameters < len(x)]
+        tried += [one for one in double if one is not None]
+    return replace(max(tried, key=lambda one: one.score), axis=axis) if tried else None
 
 
 def _places(table: Unnamed) -> Array:
@@ -78,6 +104,11 @@ class _Seen:
     information: Array
     drive: Array
 
+    @property
+    def most(self) -> float:
+        """Fall of -2 ln L that forces of any course bring; of noise alone about their number."""
+        return float(self.drive @ np.linalg.lstsq(self.information, self.drive, rcond=1e-12)[0])
+
     def gain(self, form: Form, shapes: Sequence[float] | Array) -> tuple[float, Array]:
         """Fall of -2 ln L against no force, and the amplitudes that make it."""
         basis = form.basis(self.x, shapes)
@@ -88,9 +119,9 @@ class _Seen:
         return float(pull @ amplitudes), amplitudes
 
 
-def _fitted(form: Form, seen: _Seen, table: Unnamed, samples: float) -> Chosen | None:
+def _fitted(form: Form, seen: _Seen, table: Unnamed, samples: float, starts: Sequence[tuple[float, ...]]) -> Chosen | None:
     first, last = float(seen.x[0]), float(seen.x[-1])
-    tried = sorted(form.starts(first, last), key=lambda shapes: -seen.gain(form, shapes)[0])[:_SEARCHED]
+    tried = sorted(starts, key=lambda shapes: -seen.gain(form, shapes)[0])[:_SEARCHED]
     found = [_searched(form, seen, shapes, first, last) for shapes in tried]
     shapes = max(found, key=lambda one: seen.gain(form, one)[0])
     gain, amplitudes = seen.gain(form, shapes)

@@ -4,28 +4,27 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 
-from identify.criteria import ROUGHLY
 from identify.draft.choice import Chosen, chosen_forms
 from identify.draft.effect_file import Origin, Variable, effect_from, formula_text, source_of
-from identify.estimation.least_squares import laid_out, solve, to_the_end
 from identify.estimation.problem import Fit
 from identify.gap.leg_force import LegTable
 from identify.gap.platform_force import ForceTable
 from identify.gap.unnamed import Unnamed
 from identify.selection.explanation import Drafted
+from identify.selection.stand import Weighed
+from identify.selection.weighing import from_sizes, led_anew
 
 MOST_TRIED = 2  # variables whose form is fitted by full simulation
 _LEAST_SCORE = 0.0
-_MOST_STEPS = 12
 _LESS_WELL = 10.0  # of the sum of squares: a variable so much worse is not tried beside the best
 
 
-def draft(beside: Fit, tables: Sequence[Unnamed], held_out: Callable[[Fit], float | None], origin: Origin) -> Drafted | None:
-    """Draft the force that is missing beside a fit.
+def draft(beside: Weighed, left: Fit, tables: Sequence[Unnamed], held_out: Callable[[Fit], float | None], origin: Origin) -> Drafted | None:
+    """Draft the force that is missing beside a hypothesis. Base, releases and the errors of the model file are free beside it.
 
     Parameters
     ----------
-    tables : the forces without a name that were weighed beside it.
+    left : the fit that leaves what is missing. tables : the forces without a name that were weighed beside it.
     held_out : the gap of the runs that took no part under a fit, root mean square over the noise; None where there are none.
     origin : what it is made from, for the file.
 
@@ -34,23 +33,23 @@ def draft(beside: Fit, tables: Sequence[Unnamed], held_out: Callable[[Fit], floa
     Drafted or None
         The one that runs held out prefer, or the best fit where there are none; None where no formula says anything.
     """
-    found = [one for one in chosen_forms(tables, beside.effective_samples) if one.score > _LEAST_SCORE]
+    found = [one for one in chosen_forms(tables, left.effective_samples) if one.score > _LEAST_SCORE]
     near = [one for one in found[:MOST_TRIED] if one.score > found[0].score - _LESS_WELL]
-    before = held_out(beside) if near else None
+    before = held_out(left) if near else None
     tried = [_tried(beside, one, before, held_out, origin) for one in near]
     return min(tried, key=lambda one: one.fit.cost if one.after is None else one.after, default=None)
 
 
-def _tried(beside: Fit, chosen: Chosen, before: float | None, held_out: Callable[[Fit], float | None], origin: Origin) -> Drafted:
+def _tried(beside: Weighed, chosen: Chosen, before: float | None, held_out: Callable[[Fit], float | None], origin: Origin) -> Drafted:
     table = chosen.table.table
     assert isinstance(table, LegTable | ForceTable)
-    variable, span = Variable.of(table), (float(table.places[0]), float(table.places[-1]))
+    variable, span = Variable.of(table, chosen.axis), (float(table.places[0]), float(table.places[-1]))
     source = source_of(chosen.form, chosen.values, variable, span, origin)
     effect = effect_from(source)()
-    problem = beside.problem.with_another(effect)
-    start = laid_out(beside, problem)
-    start[problem.rows_of(effect.name)] = (chosen.values - effect.flat()) / effect.typical(beside.problem.measures)
-    fit = to_the_end(solve(problem, start, enough=ROUGHLY, most_steps=_MOST_STEPS, loosely=True))
+    problem = beside.exact.given.with_another(effect)
+    found = from_sizes(problem, beside, (chosen.values - effect.flat()) / effect.typical(problem.measures))
+    anew = led_anew(found)
+    fit = (found if anew is None else found.better_of(anew)).fit
     drafted = fit.problem.effects_at(fit.q)[-1]
     return Drafted(
         variable,

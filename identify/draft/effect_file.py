@@ -23,22 +23,24 @@ _PER = {
     "m_per_s": ("N", "N_s_per_m", "N_s2_per_m2", "N_s3_per_m3"),
 }
 _SYMBOLS = {"elongation": "u", "leg speed": "v", "height": "z", "time": "t", "speed": "v"}
+_KINDS, _PLACES = ("vertical force", "lateral force", "moment"), (2, 0, 4)  # of each axis, and where it stands in a wrench
 _WIDEST = 100.0  # times the drafted amplitude: its bounds
 
 
 @dataclass(frozen=True)
 class Variable:
-    """What a force goes with. in_legs : whether it acts in every leg, or upwards on the platform."""
+    """What a force goes with. in_legs : whether it acts in every leg. axis : on the platform upwards, along x, or as a moment about y."""
 
     name: str
     in_legs: bool
+    axis: int = 0
 
     @classmethod
-    def of(cls, table: LegTable | ForceTable) -> Variable:
+    def of(cls, table: LegTable | ForceTable, axis: int = 0) -> Variable:
         """The variable of a table."""
         if isinstance(table, LegTable):
             return cls("elongation" if table.words == "elongation" else "leg speed", True)
-        return cls(table.words, False)
+        return cls(table.words, False, axis)
 
     @property
     def unit(self) -> str:
@@ -55,13 +57,28 @@ class Variable:
         """In words."""
         if self.in_legs:
             return f"a force in each leg that goes with its {self.name.removeprefix('leg ')}"
-        return f"a vertical force on the platform that goes with the {self.name}"
+        return f"a {self.kind} on the platform that goes with the {self.name}"
+
+    @property
+    def kind(self) -> str:
+        """What acts, in words."""
+        return "force along the leg" if self.in_legs else _KINDS[self.axis]
+
+    @property
+    def quantity(self) -> str:
+        """What its parameters are amounts of."""
+        return "moment" if self.is_moment else "force"
+
+    @property
+    def is_moment(self) -> bool:
+        """Whether it is a moment, in N m."""
+        return not self.in_legs and self.axis == 2
 
 
 def formula_text(form: Form, values: Sequence[float] | Array, variable: Variable) -> str:
     """The formula for people, in the variable's own symbol: `-0.4 v / (1 + (v / 0.12)^2) N`."""
     marked = form.text.replace("exp", "\0").replace("x", variable.symbol).replace("\0", "exp")
-    return marked.format(*(f"{value:.3g}" for value in values))
+    return marked.format(*(f"{value:.3g}" for value in values)) + (" m" if variable.is_moment else "")
 
 
 @dataclass(frozen=True)
@@ -110,9 +127,10 @@ def effect_from(source: str) -> type[Effect]:
 def _amplitudes(form: Form, values: Sequence[float] | Array, variable: Variable, measures: Measures) -> list[str]:
     rows = []
     for (name, power), value in zip(form.amplitudes, values, strict=False):
-        key = f"{name}_{_PER[variable.unit][power]}"
+        per = _PER[variable.unit][power]
+        key = f"{name}_N_m{per[1:]}" if variable.is_moment else f"{name}_{per}"
         size = max(abs(value), 1e-12) / measures.of(unit_of(key))
-        rows.append(_row(key, 0.0, -_WIDEST * size, _WIDEST * size, 0.1 * size, f"{name} of the force"))
+        rows.append(_row(key, 0.0, -_WIDEST * size, _WIDEST * size, 0.1 * size, f"{name} of the {variable.quantity}"))
     return rows
 
 
@@ -137,7 +155,8 @@ def _formula(form: Form, variable: Variable) -> tuple[str, str]:
         x = "u" if variable.name == "elongation" else "v"
         return "LegEffect", _LEG.format(x=x, code=form.code)
     x = {"time": "t", "height": "pose[2]", "speed": "twist[2]"}[variable.name]
-    return "PlatformEffect", _PLATFORM.format(x=x, code=form.code)
+    unit = "N m" if variable.is_moment else "N"
+    return "PlatformEffect", _PLATFORM.format(x=x, code=form.code, kind=variable.kind, place=_PLACES[variable.axis], unit=unit)
 
 
 _LEG = '''    @staticmethod
@@ -147,9 +166,9 @@ _LEG = '''    @staticmethod
         return {code}'''
 _PLATFORM = '''    @staticmethod
     def platform_wrench(t: float, pose: Any, twist: Any, p: Any, wrench: Any) -> None:
-        """Adds the vertical force, N."""
+        """Adds the {kind}, {unit}."""
         x = {x}
-        wrench[2] += {code}'''
+        wrench[{place}] += {code}'''
 _TEMPLATE = '''"""{title} {about}
 
 It describes what is missing, and is not a cause: rename it once its physics is known.

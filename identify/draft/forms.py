@@ -7,8 +7,9 @@ amplitudes first, in which it is linear, then shapes in the unit of the variable
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import product
 from types import SimpleNamespace
 
@@ -77,7 +78,34 @@ class Form:
         return list(product(*(shape.values(first, last) for shape in self.shapes)))
 
 
+def sum_of(one: Form, other: Form) -> Form:
+    """Two forms added: the amplitudes of both, then the shapes of both; those of the second are called so."""
+    first, more = len(one.amplitudes), len(other.amplitudes)
+    of_one = [*range(first), *range(first + more, one.parameters + more)]
+    of_other = [*range(first, first + more), *range(one.parameters + more, one.parameters + other.parameters)]
+    return Form(
+        f"{one.name} and {other.name}",
+        f"{_renumbered(one.code, of_one)} + {_renumbered(other.code, of_other)}",
+        f"({_terms(one.text, of_one)} + {_terms(other.text, of_other)}) N",
+        (*one.amplitudes, *((f"second_{name}", power) for name, power in other.amplitudes)),
+        (*one.shapes, *(replace(shape, name=f"second_{shape.name}") for shape in other.shapes)),
+        one.only_speed or other.only_speed,
+        one.only_platform or other.only_platform,
+    )
+
+
+def _renumbered(code: str, places: Sequence[int]) -> str:
+    return re.sub(r"p\[(\d)\]", lambda found: f"p[{places[int(found[1])]}]", code)
+
+
+def _terms(text: str, places: Sequence[int]) -> str:
+    bare = text.removesuffix(" N")
+    bare = bare[1:-1] if bare.startswith("(") and bare.endswith(")") else bare
+    return re.sub(r"\{(\d)\}", lambda found: f"{{{places[int(found[1])]}}}", bare)
+
+
 _WIDTHS, _PLACES = (0.03, 0.1, 0.3), tuple(np.linspace(0.05, 0.95, 13).tolist())
+_FIRSTS, _LASTS = tuple(np.linspace(0.05, 0.75, 8).tolist()), tuple(np.linspace(0.25, 0.95, 8).tolist())
 _TURN = Shape("turn", "where it turns", (0.03, 0.1, 0.3))
 
 FORMS: tuple[Form, ...] = (
@@ -113,6 +141,17 @@ FORMS: tuple[Form, ...] = (
         "{0} exp(-((x - {1}) / {2})^2) N",
         (("level", 0),),
         (Shape("place", "where it is largest", _PLACES, True), Shape("width", "half width", _WIDTHS)),
+    ),
+    Form(
+        "stretch",
+        "p[0] / (1.0 + math.exp(-(x - p[1]) / p[3])) / (1.0 + math.exp((x - p[2]) / p[3]))",
+        "{0} / (1 + exp(-(x - {1}) / {3})) / (1 + exp((x - {2}) / {3})) N",
+        (("level", 0),),
+        (
+            Shape("first", "where it sets in", _FIRSTS, True),
+            Shape("last", "where it ends", _LASTS, True),
+            Shape("width", "how gradually", (0.02,)),
+        ),
     ),
     Form(
         "decay",

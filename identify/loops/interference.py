@@ -82,10 +82,16 @@ def spikes_of(force_N: Array, noise_N: float) -> NDArray[np.bool_]:
 
     Real noise has longer tails than a normal distribution; what belongs to the tail is no spike.
     """
-    found = np.zeros(len(force_N), dtype=bool)
-    up, back = force_N[1:-1] - force_N[:-2], force_N[1:-1] - force_N[2:]
-    across = np.abs(force_N[2:] - force_N[:-2])
-    height = np.where(up * back > 0.0, np.minimum(np.abs(up), np.abs(back)), 0.0)
-    usual = max(SPIKE * noise_N, _ABOVE_TAIL * float(np.quantile(height, _TAIL)), _MATTERS * float(np.ptp(force_N)))
-    found[1:-1] = (height > usual) & (height > 2.0 * across)
-    return found
+    height = jumps(force_N)
+    usual = max(SPIKE * noise_N, _ABOVE_TAIL * float(np.quantile(height[1:-1], _TAIL)), _MATTERS * float(np.ptp(force_N)))
+    return height > usual
+
+
+def jumps(values: Array) -> Array:
+    """By how much each sample, (n,), stands off both neighbours; nought where it lies between them, or they far from one another."""
+    height = np.zeros(len(values))
+    up, back = values[1:-1] - values[:-2], values[1:-1] - values[2:]
+    across = np.abs(values[2:] - values[:-2])
+    lone = np.where(up * back > 0.0, np.minimum(np.abs(up), np.abs(back)), 0.0)
+    height[1:-1] = np.where(lone > 2.0 * across, lone, 0.0)
+    return height

@@ -13,8 +13,9 @@ from identify.design.further_test import NextTest
 from identify.draft.effect_file import FILE
 from identify.gap.dragged import Dragged, dragged, in_words, lost
 from identify.gap.localise import force_in_loops, locate
+from identify.gap.size import gap_size
 from identify.loops.covariates import hint, shares
-from identify.selection.explanation import Explanation, Ranked
+from identify.selection.explanation import Explanation, Ranked, gap_left
 from identify.selection.model_errors import FORCES
 from identify.selection.verdict import Finding
 
@@ -116,8 +117,8 @@ def _gaps(found: Explanation) -> dict[str, Any]:
     }
     if found.held:
         gaps["held_out"] = {
-            "before": {"rms_over_noise": _pooled([held.before.measured_gaps for held in found.held]) / _of_kind(found)},
-            "after": {"rms_over_noise": _pooled([held.after.measured_gaps for held in found.held]) / _of_kind(found)},
+            "before": {"rms_over_noise": gap_left(*(held.before for held in found.held)) / _of_kind(found)},
+            "after": {"rms_over_noise": gap_left(*(held.after for held in found.held)) / _of_kind(found)},
         }
     return gaps
 
@@ -128,10 +129,6 @@ def _of_kind(found: Explanation) -> float:
     return max(1.0, float(np.median([one.over for one in found.noise if one.channel in channels] or [1.0])))
 
 
-def _pooled(parts: list[Any]) -> float:
-    return float(np.sqrt(np.mean(np.concatenate(parts) ** 2)))
-
-
 def by_run(found: Explanation) -> list[dict[str, Any]]:
     """Gap over noise before and after for each run and channel, held-out runs marked."""
     pairs = [(found.before, found.after, False), *((held.before, held.after, True) for held in found.held)]
@@ -140,8 +137,8 @@ def by_run(found: Explanation) -> list[dict[str, Any]]:
             "run": block.run,
             "channel": block.channel,
             "held_out": held_out,
-            "before": _pooled([before.part(block)]),
-            "after": _pooled([after.part(block)]),
+            "before": gap_size([before.part(block)]),
+            "after": gap_size([after.part(block)]),
         }
         for before, after, held_out in pairs
         for block in before.problem.blocks
@@ -184,9 +181,10 @@ def _draft(found: Explanation) -> dict[str, Any] | None:
         "formula": drafted.formula,
         "goes_with": drafted.variable.name,
         "acts_on": "legs" if drafted.variable.in_legs else "platform",
+        "kind": drafted.variable.kind,
         "parameters": dict(zip(drafted.effect.flat_names(), drafted.effect.flat().tolist(), strict=True)),
         "at_bound": drafted.at_bound,
-        "gap": {"before": found.after.rms, "after": drafted.fit.rms},
+        "gap": {"before": gap_left(found.after), "after": gap_left(drafted.fit)},
         "held_out": None if drafted.before is None else {"before": drafted.before, "after": drafted.after},
         "in_extended_model": drafted.carries_over,
         "sentence": drafted.sentence,

@@ -12,7 +12,7 @@ A the whitened columns with the priors below them. Bounds cut the normal posteri
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
@@ -100,6 +100,10 @@ class Lines:
     def count(self) -> int:
         """How many columns there are."""
         return self.columns.shape[1] + self.errors.shape[1]
+
+    def beside(self, done: Array | None) -> Lines:
+        """With something added to the gaps (m,)."""
+        return self if done is None else replace(self, gaps=self.gaps + done)
 
 
 @dataclass(frozen=True)

@@ -31,7 +31,7 @@ from identify.gap.leg_force import LegForce
 from identify.gap.platform_force import ForceAlongTime, ForceTable, MissingForce
 from identify.gap.unnamed import Unnamed
 from identify.selection.detection_limits import detection_limits
-from identify.selection.explanation import Drafted, Explanation, Held, NoiseOfChannel, Ranked, share_closed
+from identify.selection.explanation import Drafted, Explanation, Held, NoiseOfChannel, Ranked, gap_left, share_closed
 from identify.selection.findings import findings_of, noise_of_channels
 from identify.selection.hypotheses import BUDGETS, MODEL_ERRORS, Budget, Hypothesis, Say, halves, log_prior
 from identify.selection.model_errors import FORCES, slight_errors
@@ -126,7 +126,7 @@ def _explained(problem: Problem, runs: Sequence[Run], catalogue: Mapping[str, ty
         held = tuple(replace(one, after=one.before) for one in held)
     rivals = _rivals(search, verdict)
     missing, in_legs = _left(search, after, verdict, say) if verdict.word in ("unknown", "partly") else (None, None)
-    drafted = _drafted(search, after, verdict, runs, say) if verdict.word in ("unknown", "partly") else None
+    drafted = _drafted(search, said, after, verdict, runs, say) if verdict.word in ("unknown", "partly") else None
     return Explanation(
         verdict.word,
         verdict.weights,
@@ -176,17 +176,34 @@ def _as_given(before: Fit) -> Fit:
 
 
 def _held(run: Run, before: Fit, after: Fit) -> Held:
-    return Held(_carried_over(before, run), _carried_over(after, run))
+    without = _carried_over(before, run)
+    having = _carried_over(after, run, (without,))
+    return Held(_with_release_of(without, having), having)
 
 
-def _carried_over(fit: Fit, run: Run) -> Fit:
-    """Base and effects of a fit on a run that took no part, of which only its own release is fitted."""
+def _carried_over(fit: Fit, run: Run, others: Sequence[Fit] = ()) -> Fit:
+    """Base and effects of a fit on a run that took no part, of which only its own release is fitted.
+
+    Parameters
+    ----------
+    others : fits of the same run under other models; its release may be as they have it.
+    """
     of = fit.problem
     alone = problem_of(of.model, [run], of.covariate, own_zeros=of.own_zeros, changes=of.changes)
     problem = replace(alone, forces_differ=of.forces_differ, effects=of.effects)
     free = range(problem.first_nuisance, problem.first_effect)
     found = solve_from_afar(problem, laid_out(fit, problem), free=free)
+    for other in others:
+        found = _with_release_of(found, other)
     return released_again(found, free) if problem.films else found
+
+
+def _with_release_of(fit: Fit, other: Fit) -> Fit:
+    """A fit of a run that took no part, or a better one from the release that the run has under another model."""
+    problem, start = fit.problem, fit.q.copy()
+    free = range(problem.first_nuisance, problem.first_effect)
+    start[free] = laid_out(other, problem)[free]
+    return min(fit, solve(problem, start, free=free), key=lambda one: one.cost)
 
 
 def _left(search: Search, after: Fit, verdict: Verdict, say: Say) -> tuple[MissingForce | None, LegForce | None]:
@@ -203,18 +220,20 @@ def _left(search: Search, after: Fit, verdict: Verdict, say: Say) -> tuple[Missi
     return simulated(best, after).on_platform(leads), simulated(legs, after).in_legs if legs is not None and likely else None
 
 
-def _drafted(search: Search, after: Fit, verdict: Verdict, runs: Sequence[Run], say: Say) -> Drafted | None:
+def _drafted(search: Search, said: Hypothesis, after: Fit, verdict: Verdict, runs: Sequence[Run], say: Say) -> Drafted | None:
     """A formula for the force that is left, as an effect of one's own."""
     say("drafting an effect")
-    out = [run for run in runs if run.hold_out]
+    known: dict[str, list[Fit]] = {run.name: [] for run in runs if run.hold_out}
 
     def gap(fit: Fit) -> float | None:
-        gaps = [_carried_over(fit, run).measured_gaps for run in out]
-        return float(np.sqrt(np.mean(np.concatenate(gaps) ** 2))) if gaps else None
+        for run in runs:
+            if run.hold_out:
+                known[run.name].append(_carried_over(fit, run, known[run.name]))
+        return gap_left(*(fits[-1] for fits in known.values())) if known else None
 
     about = f"Made from {', '.join(run.name for run in runs if not run.hold_out)} and {after.problem.model.name}."
     taken = {*search.catalogue, *(effect.name for effect in after.problem.effects)}
-    return draft(after, search.tables_beside(verdict.names), gap, Origin(free_name(taken), about, after.problem.measures))
+    return draft(said.weighed, after, search.tables_beside(verdict.names), gap, Origin(free_name(taken), about, after.problem.measures))
 
 
 def _along_time(search: Search) -> MissingForce | None:

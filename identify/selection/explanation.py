@@ -13,6 +13,7 @@ from identify.draft.effect_file import Variable
 from identify.estimation.problem import Fit
 from identify.gap.leg_force import LegForce
 from identify.gap.platform_force import MissingForce
+from identify.gap.size import gap_size
 from identify.selection.verdict import Finding, Names
 from measure.notebook.shown import Shown
 from simulate.model.effect import Effect
@@ -35,10 +36,14 @@ class NoiseOfChannel:
     over: float
 
 
+def gap_left(*fits: Fit) -> float:
+    """Root mean square of what fits leave, together, over the noise that the measurements were taken to have; spikes apart."""
+    return gap_size(fit.part(block) for fit in fits for block in fit.problem.blocks)
+
+
 def rms_over_noise(fit: Fit, noise: Sequence[NoiseOfChannel]) -> float:
-    """Root mean square of a fit's gap in units of the estimated noise."""
-    parts = [fit.gaps[one.rows] / one.over for one in noise]
-    return float(np.sqrt(np.mean(np.concatenate(parts) ** 2)))
+    """Root mean square of a fit's gap in units of the estimated noise, spikes apart."""
+    return gap_size(fit.gaps[one.rows] / one.over for one in noise)
 
 
 def share_closed(before: Fit, after: Fit, noise: Sequence[NoiseOfChannel]) -> float:
@@ -68,7 +73,7 @@ class Drafted:
     @property
     def carries_over(self) -> bool:
         """Whether the runs held out are met no worse with it; true where there are none."""
-        return self.before is None or self.after is None or self.after <= self.before
+        return self.before is None or self.after is None or self.after <= _WORSE * self.before
 
     @property
     def at_bound(self) -> list[str]:
@@ -109,7 +114,7 @@ class Held:
     @property
     def grows(self) -> bool:
         """Whether the names make it worse."""
-        return self.after.rms > _WORSE * self.before.rms
+        return gap_left(self.after) > _WORSE * gap_left(self.before)
 
 
 @dataclass(frozen=True, repr=False)

@@ -24,14 +24,15 @@ _SHOWN = 0.95  # of the prior's standard deviation: a parameter that is no bette
 
 
 def noise_of_channels(found: Weighed) -> tuple[NoiseOfChannel, ...]:
-    """The noise of every run and channel under a hypothesis: what it leaves, root mean square, and how that remembers."""
+    """The noise of every run and channel under a hypothesis: what it leaves, outliers apart, root mean square, and how that remembers."""
     problem = found.fit.problem
     sigmas = {(film.run.name, name): float(np.nanmedian(film.sigma[i])) for film in problem.films for i, name in enumerate(film.channels)}
     sigmas |= {(loop.run.name, "force_N"): loop.data.force_sigma_N for loop in problem.loops}
     made = []
     for block, noise, left in zip(problem.blocks, found.evidence.noise, found.evidence.left, strict=True):
-        over = noise.scale * float(np.sqrt(np.mean(left**2) / (1.0 - noise.lag1**2)))
-        outliers = 100.0 * float(np.mean(np.abs(left) > _OUTLIER))
+        far = np.abs(left) > _OUTLIER
+        over = noise.scale * float(np.sqrt(np.mean(left[~far] ** 2) / (1.0 - noise.lag1**2)))
+        outliers = 100.0 * float(np.mean(far))
         sigma = over * sigmas[block.run, block.channel]
         made.append(NoiseOfChannel(block.run, block.channel, sigma, noise.lag1, outliers, block.rows, over))
     return tuple(made)

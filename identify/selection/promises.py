@@ -121,6 +121,11 @@ class _Shape:
     columns: Columns
     shown: NDArray[np.bool_] | None
 
+    @property
+    def hides(self) -> bool:
+        """Whether some of its parameters show only once there is some of the effect."""
+        return self.shown is not None and not self.shown.all()
+
     def sizes(self, amounts: Array) -> Array:
         """Where a fit of the effect starts, (n,) in typical sizes from its shape: by a chord at the size at which it was tried."""
         found = np.zeros(len(self.effect.flat()))
@@ -161,6 +166,8 @@ class _Looked:
         log_z, best = self._shared([one.log_z for one in found]), int(np.argmax([one.log_z for one in found]))
         shape, both = few[best], found[best]
         sizes = shape.sizes(both.likelier.amounts)
+        if shape.hides and sizes.any():
+            log_z, both, sizes = max((log_z, both, sizes), _with_shape_free(at, shape.effect, sizes), key=lambda one: one[0])
         return Promise(name, instead, log_z, shape.effect, _base(at, both), sizes, _errors(at, both, {name}), looks, self.first)
 
     def _shared(self, logs: Sequence[float]) -> float:
@@ -179,6 +186,18 @@ def _slopes(at: Weighed, effect: Effect) -> list[_Shape]:
             spread = min(EFFECT_SPREAD, shape.prior_spread(problem.model, problem.measures))
             made.append(_Shape(shape, Columns(values[:rows, shown], np.full(count, spread), np.zeros(count), low, high), shown))
     return made
+
+
+def _with_shape_free(at: Weighed, effect: Effect, sizes: Array) -> tuple[float, Both, Array]:
+    """An effect weighed where a first line has led, for there its shape shows, too: log evidence, evidence, and sizes (n,) a step on."""
+    problem, m, first = at.fit.problem.with_another(effect), at.fit.problem.measured, len(at.fit.q)
+    new = range(first, first + len(sizes))
+    gaps, slopes = problem.jacobian(np.concatenate([at.fit.q, sizes]), new)
+    rows = [problem.parameters[k] for k in new]
+    low, high = np.array([(one.low, one.high) for one in rows]).T
+    columns = Columns(slopes[:m], np.minimum([one.spread for one in rows], EFFECT_SPREAD), sizes, low, high)
+    both = at.beside(columns, {effect.name}, done=(gaps - at.fit.gaps)[:m])
+    return both.log_z, both, np.clip(both.likelier.amounts[-len(sizes) :], low, high)
 
 
 def _chords(at: Weighed, effect: Effect) -> list[_Shape]:

@@ -26,7 +26,7 @@ from identify.selection.promises import is_bent, nearly_as_good, posed, promises
 from identify.selection.stand import Weighed
 from identify.selection.unknown_force import unnamed_forces
 from identify.selection.verdict import Names, credible_set, foremost_of, is_unnamed
-from identify.selection.weighing import along_lines, from_rest, weighed, weighed_again, weighed_within, without
+from identify.selection.weighing import along_lines, from_rest, led_anew, weighed, weighed_again, weighed_within, without
 from simulate.model.effect import Effect
 
 _NEARLY_ALL = 0.9
@@ -54,6 +54,7 @@ class Search:
     seen_from: set[Names] = field(default_factory=set)
     due: set[Names] = field(default_factory=set)
     led: dict[Names, Ahead] = field(default_factory=dict)
+    led_anew: set[Names] = field(default_factory=set)
     spent: int = 0
 
     @property
@@ -123,7 +124,13 @@ class Search:
         return self._brought_back(self.fitted.get(names, self.foremost))
 
     def _brought_back(self, one: Hypothesis) -> Hypothesis:
-        """The same with releases looked for again where films are missed behind their stops: a fit may end in a wrong local minimum."""
+        """The same looked for again where films are missed: a fit may end in a wrong local minimum of a release, or of a bent base."""
+        if one.names and one.names not in self.led_anew:
+            self.led_anew.add(one.names)
+            led = led_anew(one.weighed)
+            if led is not None:
+                self._keep(one.names, led)
+                one = self.fitted[one.names]
         again = released_again(one.fit)
         if again.cost < one.fit.cost - _DEEPER:
             self._keep(one.names, weighed_again(one.weighed, again))
@@ -271,7 +278,7 @@ class Search:
         self._base_again(self.fitted[ahead.names].weighed)
         likeliest = max(self.fitted.values(), key=lambda one: one.log_weight)
         if ahead.names == likeliest.names:
-            self._with_less(likeliest)
+            self._with_less(self._brought_back(likeliest))
 
     def _with_less(self, one: Hypothesis) -> None:
         """Fit what is left of several names without each of them: the first one may have stood for the second.

@@ -281,18 +281,26 @@ class Weighed:
         alone = Columns(own.values[:, rows], own.spread[rows], np.zeros(len(rows)), own.low[rows], own.high[rows])
         return self.doing_without(name).first_look.gain(alone).log_z
 
-    def beside(self, columns: Columns, without: Collection[str] = (), noise: tuple[ChannelNoise, ...] = (), rounds: int = ROUNDS) -> Both:
+    def beside(
+        self,
+        columns: Columns,
+        without: Collection[str] = (),
+        noise: tuple[ChannelNoise, ...] = (),
+        rounds: int = ROUNDS,
+        done: Array | None = None,
+    ) -> Both:
         """Columns weighed beside what is there.
 
         Parameters
         ----------
         without : kinds of errors of the model file that are not let free beside them.
+        done : (m,) what their effect does to the gaps at the amounts at which they were taken, where these are not nought.
         """
         exact, within = self.exact, self.within
-        noise, lines = noise or self.evidence.noise, within.lines(without)
+        noise, lines, as_it_is = noise or self.evidence.noise, within.lines(without).beside(done), exact.lines().beside(done)
 
         def of_exact(floor: float = -np.inf) -> Evidence:
-            return evidence(exact.lines(), exact.columns.beside(columns), noise, rounds, floor)
+            return evidence(as_it_is, exact.columns.beside(columns), noise, rounds, floor)
 
         def of_within(floor: float = -np.inf) -> Evidence:
             return evidence(lines, within.columns.beside(columns), noise, rounds, floor)

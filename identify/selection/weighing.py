@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
+from itertools import zip_longest
 
 import numpy as np
 from scipy.stats import chi2
 
-from identify.criteria import CLOSE, CREDIBLE, GAP_P, ROUGHLY
+from identify.criteria import CLOSE, CREDIBLE, GAP_P, NEAR, ROUGHLY, UNUSUAL_P
 from identify.estimation.horizons import horizons
 from identify.estimation.least_squares import laid_out, solve, to_the_end
 from identify.estimation.noise_model import ChannelNoise
 from identify.estimation.problem import Fit, Problem
+from identify.gap.gap_test import gap_test
 from identify.selection.evidence import Evidence
 from identify.selection.model_errors import sizes_in_tolerances
 from identify.selection.stand import Both, Stand, Weighed
@@ -20,7 +22,7 @@ from measure.common.arrays import Array
 
 _FEW_STEPS = 8
 _MOST_STEPS, _NEAR = 10, 0.1  # a step within so many standard deviations changes nothing
-_HARDLY = 0.5  # of a log probability, that a step promises
+_HARDLY, _OF_A_LEG = 0.5, 3.0  # of a log probability, that a step brings; where longer films follow
 _SHARES = (1.0, 0.5, 0.2)  # of a step that are tried
 
 
@@ -56,7 +58,8 @@ def weighed_within(given: Problem, q: Array, errors: Mapping[tuple[str, int], fl
     given : the problem, with the model file as it is. q : (k,) its parameters.
     errors : of the model file, by name and place, in tolerances.
     """
-    within, found = settled(Stand.off_by(given, q, errors))
+    stand = Stand.off_by(given, q, errors)
+    within, found = _stepped(stand, stand.weighed())
     short = solve(given, within.fit.q, most_steps=_FEW_STEPS, enough=ROUGHLY, loosely=True)
     exact = Stand.exact(short)
     exact, of_exact = settled(exact, found.noise) if short.rms < CLOSE else (exact, exact.weighed(found.noise))
@@ -73,10 +76,36 @@ def weighed_again(before: Weighed, fit: Fit) -> Weighed:
 
 def from_rest(problem: Problem, before: Weighed) -> Weighed:
     """Weigh a hypothesis with one name more from where the one before it stands, that name at nought: it is hardly less likely then."""
-    start = np.concatenate([before.fit.q, np.zeros(len(problem.parameters) - len(before.fit.q))])
+    return from_sizes(problem, before, np.zeros(len(problem.parameters) - len(before.fit.q)))
+
+
+def from_sizes(problem: Problem, before: Weighed, sizes: Array) -> Weighed:
+    """Weigh a hypothesis with one effect more from where the one before it stands, and from some sizes (n,) of the effect, in scales."""
+    start = np.concatenate([before.fit.q, sizes])
     if before.both.is_exact:
         return weighed(solve(problem, start, loosely=True))
     return weighed_within(problem, start, before.within.errors_by_key)
+
+
+def led_anew(one: Weighed) -> Weighed | None:
+    """The same hypothesis led by ever longer films from base and releases as the model file has them, its effects as they are.
+
+    Its fit began where the base had bent to what was missing, and may have stayed there. None where what it leaves is not unusual for
+    noise, where the films are missed before their first stop already, or where this leads to no likelier place.
+    """
+    stand = one.within
+    q, sizes = stand.origin, np.zeros(len(stand.sizes))
+    if gap_test(one.fit).p_value > UNUSUAL_P:
+        return None
+    for horizon in horizons(stand.given)[:1]:
+        early, _ = _leg(stand, q, sizes, horizon)
+        if gap_test(early.fit).p_value < GAP_P:
+            return None
+        q, sizes = early.fit.q, early.sizes
+    there = _led(stand, q, sizes)
+    if there.weighed().log_z < stand.weighed().log_z + _HARDLY:
+        return None
+    return weighed_within(one.exact.given, there.fit.q, there.errors_by_key)
 
 
 def without(one: Weighed, name: str) -> Weighed:
@@ -114,18 +143,21 @@ def settled(stand: Stand, noise: tuple[ChannelNoise, ...] = ()) -> tuple[Stand, 
 
 
 def _from_afar(stand: Stand) -> Stand:
-    """A stand led by ever longer films, from where it is; where that leaves a gap also from the model file as it is.
+    """A stand led by ever longer films, from where it is; where that leaves a gap also from the model file as it is."""
+    led = _led(stand, stand.fit.q, stand.sizes)
+    return led if led.fit.rms < CLOSE else _likelier(led, _led(stand, stand.origin, np.zeros(len(stand.sizes))))
+
+
+def _led(stand: Stand, q: Array, sizes: Array) -> Stand:
+    """A stand led from a place by ever longer films.
 
     Where the films are met, but by improbable errors of the model file, also from each release turned to the other side, as far as its film
     does not show it.
     """
-    none = np.zeros(len(stand.sizes))
-    led = _led(stand, stand.fit.q, stand.sizes)
-    if led.fit.rms >= CLOSE:
-        led = _likelier(led, _led(stand, stand.origin, none))
-    elif chi2.sf(float(led.sizes @ led.sizes), len(led.sizes)) < GAP_P:
-        for q in _mirrored(led.fit):
-            led = _likelier(led, _led(stand, q, none))
+    led, course = _led_once(stand, q, sizes)
+    if led.fit.rms < CLOSE and chi2.sf(float(led.sizes @ led.sizes), len(led.sizes)) < GAP_P:
+        for turned in _mirrored(led.fit):
+            led = _likelier(led, _led_once(stand, turned, np.zeros(len(sizes)), course)[0])
     return led
 
 
@@ -142,27 +174,42 @@ def _mirrored(fit: Fit) -> Iterator[Array]:
             yield q
 
 
-def _led(stand: Stand, q: Array, sizes: Array) -> Stand:
-    for horizon in horizons(stand.given):
-        cut = replace(stand, given=stand.given.until(horizon))
-        early = cut.at(cut.with_errors(sizes), q, sizes)
-        early, _ = _stepped(early, early.weighed())
+def _led_once(stand: Stand, q: Array, sizes: Array, other: Sequence[float] = ()) -> tuple[Stand, list[float]]:
+    """A stand led from a place, and its log evidence after each leg.
+
+    Parameters
+    ----------
+    other : log evidence after each leg of another one; what falls far behind that is led no farther.
+    """
+    course = []
+    for horizon, least in zip_longest(horizons(stand.given), other, fillvalue=-np.inf):
+        early, found = _leg(stand, q, sizes, horizon)
         q, sizes = early.fit.q, early.sizes
+        course.append(found.log_z)
+        if found.log_z < least - NEAR:
+            return stand.at(stand.with_errors(sizes), q, sizes), course
     there = stand.at(stand.with_errors(sizes), q, sizes)
-    return _stepped(there, there.weighed())[0]
+    return _stepped(there, there.weighed())[0], course
 
 
-def _stepped(stand: Stand, found: Evidence) -> tuple[Stand, Evidence]:
+def _leg(stand: Stand, q: Array, sizes: Array, horizon: float) -> tuple[Stand, Evidence]:
+    """A stand settled from a place with films up to a time, s."""
+    cut = replace(stand, given=stand.given.until(horizon))
+    early = cut.at(cut.with_errors(sizes), q, sizes)
+    return _stepped(early, early.weighed(), _OF_A_LEG)
+
+
+def _stepped(stand: Stand, found: Evidence, gain: float = _HARDLY) -> tuple[Stand, Evidence]:
     for _ in range(_MOST_STEPS):
-        after = _a_step_on(stand, found) or (None if stand.is_fresh else stand.anew)
+        after = _a_step_on(stand, found, gain) or (None if stand.is_fresh else stand.anew)
         if after is None:
             return stand, found
         stand, found = after, after.weighed(found.noise)
     return (stand, found) if stand.is_fresh else (stand.anew, stand.anew.weighed(found.noise))
 
 
-def _a_step_on(stand: Stand, found: Evidence) -> Stand | None:
-    """The stand a step farther; None where no step is worth it or none of them raises the probability."""
+def _a_step_on(stand: Stand, found: Evidence, gain: float) -> Stand | None:
+    """The stand a step farther; None where no step is worth it or none of them raises the log probability by the gain."""
     kept = stand.free()
     step, change = stand.step(found), np.zeros(len(stand.sizes))
     change[kept] = found.errors - stand.sizes[kept]
@@ -175,6 +222,6 @@ def _a_step_on(stand: Stand, found: Evidence) -> Stand | None:
     for share in _SHARES:
         q, sizes = np.clip(stand.fit.q + share * step, low, high), stand.sizes + share * change
         problem = stand.with_errors(sizes)
-        if stand.log_probability(problem, q, sizes, found.noise, rows) > here + _HARDLY:
+        if stand.log_probability(problem, q, sizes, found.noise, rows) > here + gain:
             return stand.moved_to(problem, q, sizes)
     return None

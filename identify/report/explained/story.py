@@ -9,7 +9,7 @@ from identify.criteria import CREDIBLE, GAP_P
 from identify.gap.gap_test import gap_test, p_words
 from identify.report.phrases import phrase_of
 from identify.report.result import within_tolerances
-from identify.selection.explanation import Explanation
+from identify.selection.explanation import Explanation, gap_left
 from measure.pages.in_use import percent
 from measure.pages.page import facts_of, opened
 from measure.pages.summary import Number, Summary, Tone
@@ -169,7 +169,7 @@ def checks(found: Explanation) -> list[tuple[str, bool, str]]:
         best = max(found.weights.values(), default=0.0)
         rows.append(("The rivals are excluded", best >= CREDIBLE, f"the foremost has {percent(best)} of the probability"))
     for held in found.held:
-        before, now = held.before.rms, held.after.rms
+        before, now = gap_left(held.before), gap_left(held.after)
         name = held.before.problem.blocks[0].run
         if found.findings:
             rows.append((f"{name}, which took no part, is met better", now < before, f"{times(before)} → {times(now)} times the noise"))

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from identify.draft.effect_file import Origin, Variable, effect_from, formula_text, free_name, source_of
-from identify.draft.forms import FORMS
+from identify.draft.forms import FORMS, sum_of
 from simulate.files.own_effects import catalogue_with
 from simulate.model.measures import Measures
 
@@ -16,7 +16,10 @@ VARIABLES = [
     Variable("height", False),
     Variable("time", False),
     Variable("speed", False),
+    Variable("height", False, 1),
+    Variable("time", False, 2),
 ]
+ALL_FORMS = [*FORMS, sum_of(FORMS[-1], FORMS[-3]), sum_of(FORMS[0], FORMS[5])]
 LARGE = Measures(force=50.0, length=3.0, time=2.0)
 
 
@@ -25,8 +28,8 @@ def values_of(form):
     return [*(0.3 * (-1.0) ** i for i in range(len(form.amplitudes))), *([0.5] if form.shapes else []), *([0.1] * (len(form.shapes) - 1))]
 
 
-@pytest.mark.parametrize("variable", VARIABLES, ids=lambda one: one.name)
-@pytest.mark.parametrize("form", FORMS, ids=lambda one: one.name)
+@pytest.mark.parametrize("variable", VARIABLES, ids=lambda one: f"{one.kind} {one.name}")
+@pytest.mark.parametrize("form", ALL_FORMS, ids=lambda one: one.name)
 def test_the_file_holds_the_formula_and_its_method_computes_it(form, variable):
     values = values_of(form)
     kind = effect_from(source_of(form, values, variable, (0.1, 0.9), Origin("drafted", "Made for a test.", LARGE)))
@@ -48,7 +51,7 @@ def force_of(effect, variable, x):
     twist[2] = x if variable.name == "speed" else 0.0
     effect.platform_wrench(x if variable.name == "time" else 0.0, pose, twist, p, wrench)
     assert np.count_nonzero(wrench) <= 1
-    return wrench[2]
+    return wrench[(2, 0, 4)[variable.axis]]
 
 
 @pytest.mark.parametrize("form", FORMS, ids=lambda one: one.name)

@@ -1,0 +1,42 @@
+"""A run that took no part is looked for from the release that it has under the other model as well: either may end in a wrong minimum."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+
+from identify.campaign.runs import read_campaign
+from identify.selection import explain
+from identify.selection.explanation import gap_left
+
+
+@pytest.fixture
+def one(campaign, fitted):
+    """A right model, fitted to two deployments, and the run that was held out."""
+    folder = campaign(None, 97, loops=())
+    (run,) = (run for run in read_campaign([folder / "campaign.toml"]) if run.hold_out)
+    return fitted(folder), run
+
+
+def lost(fit):
+    """The same with its release far off, as a fit that ends in a wrong minimum has it."""
+    q = fit.q.copy()
+    q[fit.problem.first_nuisance : fit.problem.first_effect] += 2.0
+    return replace(fit, q=q, gaps=fit.problem.gaps(q))
+
+
+def test_the_release_of_the_other_model_is_tried(one, monkeypatch):
+    base, run = one
+    right = explain._carried_over(base, run)
+    monkeypatch.setattr(explain, "solve_from_afar", lambda *_, **__: lost(right))
+    monkeypatch.setattr(explain, "released_again", lambda fit, _: fit)
+    assert gap_left(explain._carried_over(base, run)) > 3.0
+    assert gap_left(explain._carried_over(base, run, (right,))) == pytest.approx(gap_left(right), abs=0.01)
+    assert explain._with_release_of(lost(right), right).cost == pytest.approx(right.cost, abs=0.1)
+
+
+def test_a_worse_release_changes_nothing(one):
+    base, run = one
+    right = explain._carried_over(base, run)
+    assert explain._with_release_of(right, lost(right)).cost <= right.cost

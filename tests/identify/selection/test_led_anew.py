@@ -1,0 +1,65 @@
+"""A fit that stays where a base had bent to what was missing is led anew from the model file, where what it leaves is unusual for noise."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from identify.estimation.horizons import horizons
+from identify.selection import weighing
+from identify.selection.stand import Both, Weighed
+from identify.selection.weighing import led_anew, weighed
+
+
+@pytest.fixture
+def right(campaign, fitted):
+    """A right model with one film, weighed."""
+    return weighed(fitted(campaign(None, 95, loops=(), deployments=({},), hold_out=False)))
+
+
+def astray(right):
+    """The same, where a law that has bent leaves the film unmet behind its stop."""
+    within = right.within
+    q = within.fit.q.copy()
+    q[: within.fit.problem.first_nuisance] += 0.3
+    there = within.at(within.fit.problem, q, within.sizes)
+    return Weighed(there, there, Both(there.weighed(), there.weighed()))
+
+
+def test_a_bent_fit_is_led_to_the_likelier_place(right):
+    lost = astray(right)
+    found = led_anew(lost)
+    assert found is not None
+    assert found.log_z == pytest.approx(right.log_z, abs=1.0)
+    assert found.log_z > lost.log_z + 50.0
+    assert found.fit.rms < 1.2
+
+
+def test_a_fit_that_leaves_noise_is_led_nowhere(right, monkeypatch):
+    monkeypatch.setattr(weighing, "_leg", None)
+    assert led_anew(right) is None
+
+
+def test_films_that_are_missed_before_their_first_stop_are_led_no_farther(right, monkeypatch):
+    legs = []
+
+    def missed(stand, q, sizes, horizon):
+        legs.append(horizon)
+        there = stand.at(stand.fit.problem, q, sizes)
+        fit = replace(there.fit, gaps=there.fit.gaps + 20.0 * np.sin(np.arange(len(there.fit.gaps)) / 20.0))
+        return replace(there, fit=fit), there.weighed()
+
+    monkeypatch.setattr(weighing, "_leg", missed)
+    lost = astray(right)
+    assert led_anew(lost) is None
+    assert legs == horizons(lost.within.given)[:1]
+
+
+def test_what_falls_far_behind_another_is_led_no_farther(right):
+    stand = right.within
+    _, course = weighing._led_once(stand, stand.fit.q, stand.sizes)
+    _, cut = weighing._led_once(stand, stand.fit.q, stand.sizes, [1e9, *course[1:]])
+    assert len(course) == len(horizons(stand.given)) == 3
+    assert len(cut) == 1
