@@ -40,16 +40,17 @@ from simulate.kernel.layout import (
     TURNED,
 )
 from simulate.kernel.mechanics import (
-    add_leg,
+    add_axial_mass,
     assemble_platform,
     leg_forces,
     leg_kinematics,
     load_leg,
+    push_platform,
     store_leg,
 )
 from simulate.kernel.moving_base import base_energy, base_rates, eliminate_base, look_from_base, stand_on_base
 from simulate.kernel.rigid_body import kinetic_energy, rotate, solve, state_rates
-from simulate.kernel.transverse import add_transverse
+from simulate.kernel.transverse import add_joint_friction, add_transverse
 
 
 @compiled_once
@@ -90,7 +91,7 @@ def derivative(
 ) -> None:
     """Rates of the trial states, and of the work done where account of it is kept, into the rows RATE; what the legs do into OUT."""
     rotate(w)
-    assemble_platform(w, flat, by_lane, by_run, formulas, n)
+    assemble_platform(w, flat, by_lane, by_run, formulas, n, with_work)
     if with_work:
         flat[power_row(0, n) : power_row(count_working(formulas), n)] = 0.0
     if formulas.base_mass[1] > 0:
@@ -99,9 +100,13 @@ def derivative(
         load_leg(w, by_lane, leg)
         leg_kinematics(w)
         leg_forces(w, flat, by_lane, by_run, formulas, n, with_work)
-        add_leg(w, formulas, with_work)
-        if formulas.leg_transverse[1] + formulas.joint_resistance[1] > 0:
-            add_transverse(w, flat, by_run, formulas, n, with_work)
+        push_platform(w, with_work)
+        if formulas.leg_transverse[1] > 0:
+            add_transverse(w, flat, by_lane, by_run, formulas, n, with_work)
+        if formulas.joint_resistance[1] > 0:
+            add_joint_friction(w, flat, by_lane, by_run, formulas, n, with_work)
+        if formulas.leg_mass[1] + formulas.leg_transverse[1] > 0:
+            add_axial_mass(w)
         if formulas.control[1] > 0:
             keep_leg_for_control(w, formulas, leg, n, with_work)
         store_leg(w, leg)
