@@ -33,4 +33,4 @@ class OneWay(Controller):
     def command(t: float, u: Any, v: Any, turn: Any, memory: Any, p: Any, out: Any) -> None:
         """Force of each clutch, N."""
         for leg in range(6):
-            out[leg] = -p[0] * math.tanh(v[leg] / p[1]) if v[leg] < 0.0 else 0.0
+            out[leg] = -p[0] * math.tanh(min(v[leg], 0.0) / p[1])

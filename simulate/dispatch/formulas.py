@@ -41,15 +41,14 @@ SIGNATURES = {
 STAGE = types.void(_NUMBERS, types.int64, _NUMBERS, _NUMBERS, types.int64, types.int64, _NUMBER)
 
 
-# A law of control, and what calls it for every run of a block once all legs are known: see control.control_loop.
+# A law of control: see control.control_loop.
 LAW = types.void(_NUMBER, _NUMBERS, _NUMBERS, _NUMBERS, _NUMBERS, _NUMBERS, _NUMBERS)
-CONTROL = types.void(_NUMBERS, types.int64, _NUMBERS, types.int64, types.int64, types.int64, types.int64, types.int64, types.int64, _NUMBER)
 
 
 class FormulaTable(NamedTuple):
     """The formulas that a kernel calls, by kind: rows of (address, place of the first parameter, address of the form for lanes).
 
-    Of a controller it is (address of the law, place of the first parameter, address of what calls it), one row or none.
+    Of a controller it is its law, one row or none.
     """
 
     leg_force: NDArray[np.int64]
@@ -173,5 +172,4 @@ call_platform_mass = caller(SIGNATURES["platform_mass"])
 call_base_mass = caller(SIGNATURES["base_mass"])
 call_base_force = caller(SIGNATURES["base_force"])
 call_law = caller(LAW)
-call_control = caller(CONTROL)
 call_stage = caller(STAGE)

@@ -32,6 +32,7 @@ LANE_SIGNATURES = {
     "platform_mass": types.void(*[_NUMBERS] * 3),
     "base_mass": types.void(*[_NUMBERS] * 2),
     "base_force": types.void(*[_NUMBERS] * 4),
+    "law": types.void(*[_NUMBERS] * 7),
 }
 
 
@@ -172,6 +173,14 @@ def _base_force_together(formula: Any, source: bytes) -> Any:
     return lanes
 
 
+def _law_together(formula: Any, source: bytes) -> Any:
+    def lanes(t: Any, u: Any, v: Any, turn: Any, memory: Any, p: Any, out: Any) -> None:
+        if len(source) >= 0:
+            formula(of_all(t)[0], of_all(u), of_all(v), of_all(turn), of_all(memory), of_all(p), of_all(out))
+
+    return lanes
+
+
 _LANES = {"leg_force": _leg_force_lanes, "leg_mass": _leg_mass_lanes}
 _TOGETHER = {
     "leg_force": _leg_force_together,
@@ -184,6 +193,7 @@ _TOGETHER = {
     "platform_mass": _platform_mass_together,
     "base_mass": _base_mass_together,
     "base_force": _base_force_together,
+    "law": _law_together,
 }
 
 
@@ -197,3 +207,4 @@ call_platform_wrench_lanes = caller(LANE_SIGNATURES["platform_wrench"])
 call_platform_mass_lanes = caller(LANE_SIGNATURES["platform_mass"])
 call_base_mass_lanes = caller(LANE_SIGNATURES["base_mass"])
 call_base_force_lanes = caller(LANE_SIGNATURES["base_force"])
+call_law_lanes = caller(LANE_SIGNATURES["law"])

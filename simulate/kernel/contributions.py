@@ -9,7 +9,6 @@ from simulate.dispatch.formulas import (
     FormulaPointers,
     call_base_force,
     call_base_mass,
-    call_control,
     call_joint_resistance,
     call_leg_asymptotes,
     call_leg_force,
@@ -103,16 +102,6 @@ def keep_leg_for_control(w: Rows, formulas: FormulaPointers, leg: int, n: int, w
     for k in range(3):
         kept[CONTROL_AXIS + 6 * leg + k], kept[CONTROL_AXIS + 6 * leg + 3 + k] = w[AXIS + k], w[LEVER + k]
     kept[CONTROL_BIAS + leg] = w[BIAS]
-
-
-@njit(cache=True, error_model="numpy", forceinline=True)
-def add_control(w: Array, by_run: Array, formulas: FormulaPointers, reach: float, n: int, with_work: bool) -> None:
-    """Forces of a controller along the legs, when all legs are known, and their power."""
-    at = control_place(formulas, n, with_work)
-    power = power_row(count_working(formulas) - 1, n) if with_work else -1
-    law, place, loop = formula_at(formulas.control, 0), parameter_place(formulas.control, 0), lanes_formula_at(formulas.control, 0)
-    every = len(by_run)
-    call_control(loop, (pointer(w, 0), len(w), pointer(by_run, 0), every, place, law, at, power, n, reach))
 
 
 @njit(cache=True, error_model="numpy", forceinline=True)

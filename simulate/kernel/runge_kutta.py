@@ -13,10 +13,11 @@ from numba import cfunc, njit
 from numba.np.numpy_support import carray
 
 from measure.common.arrays import Array
+from simulate.control.control_loop import add_control
 from simulate.dispatch.compiled_code import compiled_once
 from simulate.dispatch.formulas import STAGE, FormulaPointers, pointers_at
 from simulate.dispatch.lanes import Rows, chosen, from_row, larger, rows_at
-from simulate.kernel.contributions import add_control, add_platform_wrenches, count_working, keep_leg_for_control, power_row
+from simulate.kernel.contributions import add_platform_wrenches, count_working, keep_leg_for_control, power_row
 from simulate.kernel.layout import (
     ELONGATION,
     HEADING,
@@ -54,15 +55,15 @@ from simulate.kernel.transverse import add_joint_friction, add_transverse
 
 
 @compiled_once
-def compiled_stage(n: int, with_work: bool) -> Any:
+def compiled_stage(n: int, with_work: bool, controlled: bool) -> Any:
     """The compiled stage for n runs side by side; `.address` is what kernels want. It must outlive their calls, and does.
 
-    One that keeps no account of work is for sweeps, and may round a product and its sum at once.
+    One that keeps no account of work is for sweeps, and may round a product and its sum at once. controlled : with a controller.
     """
-    return cfunc(STAGE, cache=True, error_model="numpy")(_stage(n, with_work, not with_work))
+    return cfunc(STAGE, cache=True, error_model="numpy")(_stage(n, with_work, not with_work, controlled))
 
 
-def _stage(n: int, with_work: bool, fused: bool) -> Any:
+def _stage(n: int, with_work: bool, fused: bool, controlled: bool) -> Any:
     def compute(memory: Any, size: int, rows: Any, every: Any, each: int, pointers: int, ahead: float) -> None:
         """The stage that looks ahead by a part of the step at hand; the one that looks ahead by nothing ends the step before.
 
@@ -77,7 +78,10 @@ def _stage(n: int, with_work: bool, fused: bool) -> Any:
         else:
             set_trial_state(w, ahead)
             w[TIME_BEFORE], w[TIME_NOW] = w[TIME], w[TIME] + ahead * w[STEP]
-        derivative(w, flat, by_lane, by_run, formulas, ahead, n, with_work)
+        add_legs(w, flat, by_lane, by_run, formulas, n, with_work)
+        if controlled:
+            add_control(w, flat, by_lane, by_run, formulas, ahead, n, with_work)
+        accelerate(w, flat, by_lane, by_run, formulas, n, with_work)
         if ahead == 0.0:
             carry_legs(w)
         accumulate(w, formulas, ahead, n, with_work)
@@ -86,10 +90,8 @@ def _stage(n: int, with_work: bool, fused: bool) -> Any:
 
 
 @njit(cache=True, error_model="numpy", forceinline=True)
-def derivative(
-    w: Rows, flat: Array, by_lane: Rows, by_run: Array, formulas: FormulaPointers, ahead: float, n: int, with_work: bool
-) -> None:
-    """Rates of the trial states, and of the work done where account of it is kept, into the rows RATE; what the legs do into OUT."""
+def add_legs(w: Rows, flat: Array, by_lane: Rows, by_run: Array, formulas: FormulaPointers, n: int, with_work: bool) -> None:
+    """Platform and legs at the trial states, into the system; what the legs do into OUT."""
     rotate(w)
     assemble_platform(w, flat, by_lane, by_run, formulas, n, with_work)
     if with_work:
@@ -110,8 +112,11 @@ def derivative(
         if formulas.control[1] > 0:
             keep_leg_for_control(w, formulas, leg, n, with_work)
         store_leg(w, leg)
-    if formulas.control[1] > 0:
-        add_control(flat, by_run, formulas, ahead, n, with_work)
+
+
+@njit(cache=True, error_model="numpy", forceinline=True)
+def accelerate(w: Rows, flat: Array, by_lane: Rows, by_run: Array, formulas: FormulaPointers, n: int, with_work: bool) -> None:
+    """Base and wrenches into the system, and its solution: rates of the trial states, and of the work where account of it is kept."""
     if formulas.base_mass[1] > 0:
         stand_on_base(w, flat, by_lane, by_run, formulas, n, with_work)
     add_platform_wrenches(flat, by_lane, by_run, formulas, n, with_work)
