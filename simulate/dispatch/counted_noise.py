@@ -1,4 +1,7 @@
-"""Noise that is drawn by counting, for runs side by side: the same number for the same place, whatever the step and the neighbours."""
+"""Noise that is drawn by counting, for runs side by side: the same number for the same place, whatever the step and the neighbours.
+
+Who calls it imports `lane_functions`, by which logarithm and cosine are known.
+"""
 
 from __future__ import annotations
 
@@ -9,7 +12,6 @@ from llvmlite import ir
 from numba import njit, types
 from numba.extending import intrinsic
 
-from simulate.dispatch import lane_functions as lane_functions
 from simulate.dispatch.lanes import Lanes
 
 # Of the generator splitmix64 (Steele, Lea, Flood, 2014).

@@ -126,7 +126,7 @@ def pace_of(model: Model, longest: float = LONGEST_FLIGHT_S) -> Pace:
     frame = step_of(flying, LONGEST_FLIGHT_S)
     braked = model.controller is not None and not model.controller.passive
     at_stops = (1.0 if braked else _AT_STOPS) * step_of(model, math.inf)
-    return Pace(_beside_samples(fineness * frame, between), fineness * at_stops, _SETTING_IN * fineness, between, samples)
+    return Pace(fineness * frame, fineness * at_stops, _SETTING_IN * fineness, between, samples)
 
 
 def _beside_samples(step: float, between: float) -> float:
