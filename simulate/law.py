@@ -52,6 +52,12 @@ def remaining(x: Any) -> Any:
 
 
 @njit(cache=True, error_model="numpy", forceinline=True)
+def nearest_whole(x: Any) -> Any:
+    """The nearest whole number, of two the even one, of a number that is small against 2^51."""
+    return (x + 6755399441055744.0) - 6755399441055744.0
+
+
+@njit(cache=True, error_model="numpy", forceinline=True)
 def parts_of_exponential(x: Any) -> Any:
     """2^k and exp(r) - 1 of exp(-x), x >= 0: -x = k ln 2 + r, |r| <= ln 2 / 2.
 

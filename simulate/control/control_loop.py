@@ -9,29 +9,34 @@ step to step and at every stage; its friction follows the speed at the stage, so
 from __future__ import annotations
 
 import math
-from typing import Any
 
 import numpy as np
-from numba import cfunc, njit
-from numba.np.numpy_support import carray
+from numba import njit
 from numpy.typing import NDArray
 
 from measure.common.arrays import Array
 from simulate.control.sensors import read_sensors
+from simulate.dispatch import lane_functions as lane_functions
 from simulate.dispatch.compiled_code import compiled_once
-from simulate.dispatch.formulas import CONTROL, address, call_law
+from simulate.dispatch.formulas import FormulaPointers, address, call_law, formula_at, parameter_place
 from simulate.dispatch.intrinsics import pointer
+from simulate.dispatch.lane_forms import call_law_lanes, lanes_form
+from simulate.dispatch.lanes import Lanes, Rows, all_of, any_of, chosen, from_row, larger, smaller
+from simulate.kernel.contributions import control_place, count_working, form_for_all, power_row
 from simulate.kernel.layout import (
+    ARRIVAL,
     CLOCK,
+    COMMAND,
     CONTROL_AXIS,
     CONTROL_BIAS,
     CONTROL_FORCE,
-    CONTROL_MEMORY,
-    CONTROL_ROWS,
     COUNTED,
+    DUE,
     ESTIMATE,
-    FORCE,
+    EVENT,
+    FAILED,
     HELD,
+    HOLDS,
     LAW_BRAKE_SPEED,
     LAW_CAMERA,
     LAW_COUPLED_MASS,
@@ -51,12 +56,20 @@ from simulate.kernel.layout import (
     OUT_FORCE,
     OUT_V,
     OWN,
+    OWN_NEXT,
+    OWN_SIZE,
     PEAK,
     POWER_BEFORE,
     QUEUE,
     QUEUE_LENGTH,
     QUEUED,
     RIGHT,
+    ROWS,
+    SCRATCH_OUT,
+    SCRATCH_OWN,
+    SCRATCH_TURN,
+    SCRATCH_U,
+    SCRATCH_V,
     SPEED,
     STEP,
     SYSTEM,
@@ -64,191 +77,303 @@ from simulate.kernel.layout import (
     TAKEN_OUT,
     TIME_NOW,
     TRIAL,
-    TRUE_U,
-    TRUE_V,
+    TRUE_TURN,
     TURN,
 )
+from simulate.law import nearest_whole
 from simulate.model.control import Controller, require_law
 
 _SOON = 1e-7  # of a sample period: rounding of times
+_ROUNDING = 1e-12  # of a time
+_NEVER = 1e300  # s
 
 
 @compiled_once
 def control_rows(kind: type[Controller], place: int) -> NDArray[np.int64]:
-    """The row of a law in the table of formulas: its address, the place of the controller's parameters, the address of what calls it."""
-    return np.array([[address(require_law(kind).command, "law"), place, _loop().address]], dtype=np.int64)
+    """The row of a law in the table of formulas: address, place of the controller's parameters, address of the form for lanes."""
+    law = require_law(kind).command
+    alone = address(law, "law")
+    lanes = lanes_form(law, "law")
+    return np.array([[alone, place, 0 if lanes is None else lanes.address]], dtype=np.int64)
 
 
-@compiled_once
-def _loop() -> Any:
-    return cfunc(CONTROL, cache=True, error_model="numpy")(_control_block)
-
-
-def _control_block(memory: Any, size: int, every: Any, each: int, place: int, law: int, at: int, power: int, n: int, ahead: float) -> None:
-    """The controllers of a block: `at` is where their memory begins, `power` where their power stands, if account of it is kept.
+@njit(cache=True, error_model="numpy", forceinline=True)
+def add_control(
+    w: Rows, flat: Array, by_lane: Rows, by_run: Array, formulas: FormulaPointers, ahead: float, n: int, with_work: bool
+) -> None:
+    """Forces of the controllers of a block along the legs, when all legs are known, and their power.
 
     ahead : how far the stage looks ahead, as a part of the step.
     """
-    w, by_run = carray(memory, size), carray(every, each)
-    for i in range(n):
-        time, reach = w[TIME_NOW * n + i], ahead * w[STEP * n + i]
-        m, p = at + CONTROL_ROWS * n + i * CONTROL_MEMORY, i * (each // n) + place
-        for leg in range(LEGS):
-            w[m + TRUE_U + leg], w[m + TRUE_V + leg] = w[(OUT + leg) * n + i], w[(OUT_V + leg) * n + i]
-        find_forces(w, by_run, m, p, law, at, i, n, time, reach)
-        if by_run[p + LAW_FAILED] > 0.0 and time >= by_run[p + LAW_FAILS_AT]:
-            leg = int(by_run[p + LAW_FAILED]) - 1
-            w[m + FORCE + leg] = -direction_of(w[m + TRUE_V + leg], by_run[p + LAW_BRAKE_SPEED]) * by_run[p + LAW_STUCK]
-        for leg in range(LEGS):
-            w[at + (CONTROL_FORCE + leg) * n + i] = w[m + FORCE + leg]
-        if by_run[p + LAW_COUPLED_MASS] > 0.0:
-            add_coupled_mass(w, by_run[p + LAW_COUPLED_MASS], at, i, n)
-        if ahead == 0.0:
-            keep_account(w, m, time)
-    push_legs(w, at, power, n)
-
-
-@njit(cache=True, error_model="numpy")
-def find_forces(w: Array, by_run: Array, m: int, p: int, law: int, at: int, i: int, n: int, time: float, reach: float) -> None:
-    """Forces of the actuators of a run at this stage, N: passive by the law, ideal by its command at once, others by what is held."""
-    if by_run[p + LAW_PASSIVE] > 0.0:
-        call_law(law, law_arguments(w, by_run, m, p, TRUE_U, TRUE_V, FORCE, time))
-    elif by_run[p + LAW_RATE] == 0.0:
-        know_exactly(w, by_run, m, p, at, i, n)
-        call_law(law, law_arguments(w, by_run, m, p, ESTIMATE, SPEED, LEVEL, time))
-        for leg in range(LEGS):
-            w[m + LEVEL + leg] = command_of(w[m + LEVEL + leg], w[m + SPEED + leg], by_run, p)
-            w[m + FORCE + leg] = force_of(w[m + LEVEL + leg], w[m + TRUE_V + leg], by_run, p)
+    at = control_place(formulas, n, with_work)
+    c, p = from_row(w, at // n), from_row(by_lane, parameter_place(formulas.control, 0))
+    if ahead == 0.0:
+        look_for_failure(w, c, p)
+    if any_of(p[LAW_PASSIVE] > 0.0):
+        c[DUE] = 1.0
+        ask_law(w, c, p, flat, by_run, formulas, OUT * n, OUT_V * n, at, CONTROL_FORCE, n, with_work)
     else:
-        if reach == 0.0:
-            begin_step(w, by_run, m, p, law, at, i, n, time)
-        lag = by_run[p + LAW_LAG]
-        fading = math.exp(-reach / lag) if lag > 0.0 else 0.0
-        for leg in range(LEGS):
-            level = w[m + HELD + leg] + (w[m + LEVEL + leg] - w[m + HELD + leg]) * fading
-            w[m + FORCE + leg] = force_of(level, w[m + TRUE_V + leg], by_run, p)
+        act(w, c, p, flat, by_run, formulas, at, ahead, n, with_work)
+    fail(w, c, p)
+    push_legs(w, c, from_row(w, power_row(count_working(formulas) - 1, n) // n), with_work)
+    if any_of(p[LAW_COUPLED_MASS] > 0.0):
+        add_coupled_mass(w, c, p[LAW_COUPLED_MASS])
+    if ahead == 0.0:
+        keep_account(w, c)
 
 
-@njit(cache=True, error_model="numpy")
-def law_arguments(w: Array, by_run: Array, m: int, p: int, u: int, v: int, out: int, time: float) -> Any:
-    """What a law is called with: time, elongation, speed, theta_z and its rate, the law's memory, its gains, and where its forces go."""
-    turn, own, gains = pointer(w, m + TURN), pointer(w, m + OWN), pointer(by_run, p + LAW_GAINS)
-    return time, pointer(w, m + u), pointer(w, m + v), turn, own, gains, pointer(w, m + out)
-
-
-@njit(cache=True, error_model="numpy")
-def know_exactly(w: Array, by_run: Array, m: int, p: int, at: int, i: int, n: int) -> None:
-    """What an ideal sensor gives the law: the truth, of a camera that part of it which comes from the rotation."""
-    if by_run[p + LAW_CAMERA] > 0.0:
-        w[m + TURN], w[m + TURN + 1] = 2.0 * math.atan2(w[(TRIAL + 6) * n + i], w[(TRIAL + 3) * n + i]), w[(TRIAL + 12) * n + i]
-    for leg in range(LEGS):
-        lever = w[at + (CONTROL_AXIS + 6 * leg + 5) * n + i]
-        by_camera = by_run[p + LAW_CAMERA] > 0.0
-        w[m + ESTIMATE + leg] = lever * w[m + TURN] if by_camera else w[m + TRUE_U + leg]
-        w[m + SPEED + leg] = lever * w[m + TURN + 1] if by_camera else w[m + TRUE_V + leg]
-
-
-@njit(cache=True, error_model="numpy")
-def begin_step(w: Array, by_run: Array, m: int, p: int, law: int, at: int, i: int, n: int, time: float) -> None:
-    """At the start of a step: actuators carried on, commands that are due taken, and at a sample sensors read and the law computed."""
-    lag = by_run[p + LAW_LAG]
-    fading = math.exp(-(time - w[m + CLOCK]) / lag) if lag > 0.0 else 0.0
-    for leg in range(LEGS):
-        w[m + LEVEL + leg] = w[m + HELD + leg] + (w[m + LEVEL + leg] - w[m + HELD + leg]) * fading
-    take_due(w, m, time)
-    samples = time * by_run[p + LAW_RATE] + _SOON
-    if samples >= w[m + COUNTED]:
-        turn = 2.0 * math.atan2(w[(TRIAL + 6) * n + i], w[(TRIAL + 3) * n + i])
-        read_sensors(w, by_run, m, p, at, i, n, time, turn)
-        place = m + QUEUE + 7 * (int(w[m + QUEUED]) % QUEUE_LENGTH)
-        call_law(law, law_arguments(w, by_run, m, p, ESTIMATE, SPEED, place + 1 - m, time))
-        for leg in range(LEGS):
-            w[place + 1 + leg] = command_of(w[place + 1 + leg], w[m + SPEED + leg], by_run, p)
-        w[place] = time + by_run[p + LAW_DELAY] - _SOON / by_run[p + LAW_RATE]
-        w[m + QUEUED] += 1.0
-        w[m + COUNTED] = math.floor(samples) + 1.0
-        take_due(w, m, time)
-
-
-@njit(cache=True, error_model="numpy")
-def take_due(w: Array, m: int, time: float) -> None:
-    """Commands that have arrived, the last one stays."""
-    while w[m + TAKEN] < w[m + QUEUED]:
-        place = m + QUEUE + 7 * (int(w[m + TAKEN]) % QUEUE_LENGTH)
-        if w[place] > time:
-            return
-        for leg in range(LEGS):
-            w[m + HELD + leg] = w[place + 1 + leg]
-        w[m + TAKEN] += 1.0
-
-
-@njit(cache=True, error_model="numpy")
-def command_of(wanted: float, speed: float, by_run: Array, p: int) -> float:
-    """Command for a force that the law asks for: of a motor that force, of a brake how hard it presses, where it can give it."""
-    limit = by_run[p + LAW_LIMIT]
-    if by_run[p + LAW_MOTOR] > 0.0:
-        return min(max(wanted, -limit), limit)
-    along = 1.0 if by_run[p + LAW_CAMERA] > 0.0 else direction_of(speed, by_run[p + LAW_BRAKE_SPEED])
-    return min(max(-along * wanted, 0.0), limit)
-
-
-@njit(cache=True, error_model="numpy")
-def force_of(level: float, speed: float, by_run: Array, p: int) -> float:
-    """Force of an actuator on its leg, N: a motor's own, a brake's friction."""
-    return level if by_run[p + LAW_MOTOR] > 0.0 else -direction_of(speed, by_run[p + LAW_BRAKE_SPEED]) * level
-
-
-@njit(cache=True, error_model="numpy")
-def direction_of(speed: float, within: float) -> float:
-    """tanh(speed / within), which is 1 to the last digit beyond 20; a leg is rarely slower."""
-    x = speed / within
-    return math.copysign(1.0, x) if abs(x) > 20.0 else math.tanh(x)
-
-
-@njit(cache=True, error_model="numpy")
-def push_legs(w: Array, at: int, power: int, n: int) -> None:
-    """The forces of all runs of a block into the right side, along the legs, and their power."""
-    for leg in range(LEGS):
-        force = at + (CONTROL_FORCE + leg) * n
-        for k in range(6):
-            along, right = at + (CONTROL_AXIS + 6 * leg + k) * n, (RIGHT + k) * n
-            for i in range(n):
-                w[right + i] += w[along + i] * w[force + i]
+@njit(cache=True, error_model="numpy", forceinline=True)
+def act(
+    w: Rows, c: Rows, p: Rows, flat: Array, by_run: Array, formulas: FormulaPointers, at: int, ahead: float, n: int, with_work: bool
+) -> None:
+    """Forces of actuators at this stage, N: ideal ones by their command at once, others by what is held."""
+    sampled, by_camera, motor = p[LAW_RATE] > 0.0, p[LAW_CAMERA] > 0.0, p[LAW_MOTOR] > 0.0
+    if any_of(by_camera):
         for i in range(n):
-            w[(OUT_FORCE + leg) * n + i] += w[force + i]
-        if power >= 0:
-            for i in range(n):
-                w[power + i] += w[force + i] * w[(OUT_V + leg) * n + i]
+            flat[at + TRUE_TURN * n + i] = 2.0 * math.atan2(flat[(TRIAL + 6) * n + i], flat[(TRIAL + 3) * n + i])
+    if ahead == 0.0 and any_of(sampled):
+        begin_step(w, c, p, flat, by_run, formulas, at, n, with_work)
+    if any_of(sampled) or any_of(by_camera):
+        if not all_of(sampled):
+            know_exactly(w, c, p)
+            ask_law(w, c, p, flat, by_run, formulas, at + ESTIMATE * n, at + SPEED * n, at, COMMAND, n, with_work)
+    else:
+        c[DUE] = 1.0
+        ask_law(w, c, p, flat, by_run, formulas, OUT * n, OUT_V * n, at, COMMAND, n, with_work)
+    fading = faded(ahead * w[STEP], p[LAW_LAG])
+    for leg in range(LEGS):
+        direction = direction_of(w[OUT_V + leg], p)
+        at_once = command_of(c[COMMAND + leg], chosen(by_camera, 1.0, direction), p)
+        level = chosen(sampled, c[HELD + leg] + (c[LEVEL + leg] - c[HELD + leg]) * fading, at_once)
+        c[CONTROL_FORCE + leg] = chosen(motor, level, -direction * level)
+
+
+@njit(cache=True, error_model="numpy", forceinline=True)
+def know_exactly(w: Rows, c: Rows, p: Rows) -> None:
+    """What an ideal sensor gives the law: the truth, of a camera that part of it which comes from the rotation."""
+    ideal, by_camera = p[LAW_RATE] < _SOON, p[LAW_CAMERA] > 0.0
+    c[DUE] = chosen(ideal, 1.0, 0.0)
+    c[TURN] = chosen(ideal & by_camera, c[TRUE_TURN], c[TURN])
+    c[TURN + 1] = chosen(ideal & by_camera, w[TRIAL + 12], c[TURN + 1])
+    for leg in range(LEGS):
+        lever = c[CONTROL_AXIS + 6 * leg + 5]
+        c[ESTIMATE + leg] = chosen(ideal, chosen(by_camera, lever * c[TURN], w[OUT + leg]), c[ESTIMATE + leg])
+        c[SPEED + leg] = chosen(ideal, chosen(by_camera, lever * c[TURN + 1], w[OUT_V + leg]), c[SPEED + leg])
+
+
+@njit(cache=True, error_model="numpy", forceinline=True)
+def begin_step(w: Rows, c: Rows, p: Rows, flat: Array, by_run: Array, formulas: FormulaPointers, at: int, n: int, with_work: bool) -> None:
+    """At the start of a step: actuators carried on, commands that are due taken, and at a sample sensors read and the law computed."""
+    now, rate = w[TIME_NOW], p[LAW_RATE]
+    fading = faded(now - c[CLOCK], p[LAW_LAG])
+    for leg in range(LEGS):
+        c[LEVEL + leg] = c[HELD + leg] + (c[LEVEL + leg] - c[HELD + leg]) * fading
+    if any_of(now >= c[ARRIVAL]):
+        take_due(flat, at, n)
+    samples = now * rate + _SOON
+    due = (rate > 0.0) & (samples >= c[COUNTED])
+    if any_of(due):
+        read_sensors(w, c, p, due)
+        c[DUE], c[HOLDS] = chosen(due, 1.0, 0.0), now + p[LAW_DELAY] - _SOON / rate
+        ask_law(w, c, p, flat, by_run, formulas, at + ESTIMATE * n, at + SPEED * n, at, COMMAND, n, with_work)
+        for leg in range(LEGS):
+            along = chosen(p[LAW_CAMERA] > 0.0, 1.0, direction_of(c[SPEED + leg], p))
+            c[COMMAND + leg] = command_of(c[COMMAND + leg], along, p)
+        c[COUNTED] = chosen(due, nearest_whole(samples - 0.5) + 1.0, c[COUNTED])
+        send_commands(flat, at, n)
+        if any_of(now >= c[ARRIVAL]):
+            take_due(flat, at, n)
+    c[EVENT] = chosen(rate > 0.0, smaller(smaller(c[COUNTED] / rate, c[ARRIVAL] + _SOON / rate), c[EVENT]), c[EVENT])
 
 
 @njit(cache=True, error_model="numpy")
-def add_coupled_mass(w: Array, mass: float, at: int, i: int, n: int) -> None:
+def ask_law(
+    w: Rows,
+    c: Rows,
+    p: Rows,
+    flat: Array,
+    by_run: Array,
+    formulas: FormulaPointers,
+    u: int,
+    v: int,
+    at: int,
+    out: int,
+    n: int,
+    with_work: bool,
+) -> None:
+    """Ask the law of the runs that are DUE; u and v are where elongations and speeds stand, `out` is the row of its forces."""
+    for_all = form_for_all(formulas.control, 0, n, with_work)
+    if for_all == 0:
+        ask_law_run_by_run(flat, by_run, formulas, u, v, at, out, n)
+        return
+    now, turn, forces = pointer(flat, TIME_NOW * n), pointer(flat, at + TURN * n), pointer(flat, at + out * n)
+    due, gains = c[DUE] > 0.0, from_row(p, LAW_GAINS)
+    if all_of(due):
+        call_law_lanes(for_all, (now, pointer(flat, u), pointer(flat, v), turn, pointer(flat, at + OWN * n), gains, forces))
+        return
+    for k in range(OWN_SIZE):
+        c[OWN_NEXT + k] = c[OWN + k]
+    call_law_lanes(for_all, (now, pointer(flat, u), pointer(flat, v), turn, pointer(flat, at + OWN_NEXT * n), gains, forces))
+    for k in range(OWN_SIZE):
+        c[OWN + k] = chosen(due, c[OWN_NEXT + k], c[OWN + k])
+
+
+@njit(cache=True, error_model="numpy")
+def ask_law_run_by_run(flat: Array, by_run: Array, formulas: FormulaPointers, u: int, v: int, at: int, out: int, n: int) -> None:
+    """The same run by run, by way of plain vectors."""
+    law, first, size = formula_at(formulas.control, 0), parameter_place(formulas.control, 0) + LAW_GAINS, len(by_run) // n
+    scratch = ROWS * n
+    for i in range(n):
+        if flat[at + DUE * n + i] > 0.0:
+            bring(flat, scratch + SCRATCH_U, u + i, n, LEGS)
+            bring(flat, scratch + SCRATCH_V, v + i, n, LEGS)
+            bring(flat, scratch + SCRATCH_TURN, at + TURN * n + i, n, 2)
+            bring(flat, scratch + SCRATCH_OWN, at + OWN * n + i, n, OWN_SIZE)
+            known = pointer(flat, scratch + SCRATCH_U), pointer(flat, scratch + SCRATCH_V), pointer(flat, scratch + SCRATCH_TURN)
+            own, gains, forces = (
+                pointer(flat, scratch + SCRATCH_OWN),
+                pointer(by_run, i * size + first),
+                pointer(flat, scratch + SCRATCH_OUT),
+            )
+            call_law(law, (flat[TIME_NOW * n + i], *known, own, gains, forces))
+            for k in range(OWN_SIZE):
+                flat[at + (OWN + k) * n + i] = flat[scratch + SCRATCH_OWN + k]
+            for leg in range(LEGS):
+                flat[at + (out + leg) * n + i] = flat[scratch + SCRATCH_OUT + leg]
+
+
+@njit(cache=True, error_model="numpy", forceinline=True)
+def bring(flat: Array, to: int, place: int, apart: int, count: int) -> None:
+    """Numbers that stand apart, one behind the other."""
+    for k in range(count):
+        flat[to + k] = flat[place + k * apart]
+
+
+@njit(cache=True, error_model="numpy")
+def send_commands(flat: Array, at: int, n: int) -> None:
+    """The commands of the runs that are DUE, to those under way."""
+    for i in range(n):
+        if flat[at + DUE * n + i] > 0.0:
+            sent = flat[at + QUEUED * n + i]
+            place = at + (QUEUE + 7 * (int(sent) % QUEUE_LENGTH)) * n + i
+            flat[place] = flat[at + HOLDS * n + i]
+            for leg in range(LEGS):
+                flat[place + (1 + leg) * n] = flat[at + (COMMAND + leg) * n + i]
+            if flat[at + TAKEN * n + i] == sent:
+                flat[at + ARRIVAL * n + i] = flat[place]
+            flat[at + QUEUED * n + i] = sent + 1.0
+
+
+@njit(cache=True, error_model="numpy")
+def take_due(flat: Array, at: int, n: int) -> None:
+    """Commands that have arrived, the last one stays."""
+    for i in range(n):
+        now, arrival = flat[TIME_NOW * n + i], flat[at + ARRIVAL * n + i]
+        while now >= arrival:
+            taken = flat[at + TAKEN * n + i]
+            if taken < flat[at + QUEUED * n + i]:
+                place = at + (QUEUE + 7 * (int(taken) % QUEUE_LENGTH)) * n + i
+                for leg in range(LEGS):
+                    flat[at + (HELD + leg) * n + i] = flat[place + (1 + leg) * n]
+                taken += 1.0
+                flat[at + TAKEN * n + i] = taken
+            following = at + (QUEUE + 7 * (int(taken) % QUEUE_LENGTH)) * n + i
+            arrival = flat[following] if taken < flat[at + QUEUED * n + i] else _NEVER
+        flat[at + ARRIVAL * n + i] = arrival
+
+
+@njit(cache=True, error_model="numpy", forceinline=True)
+def faded(time: Lanes, lag: Lanes) -> Lanes:
+    """What is left of a difference after a time by which a force follows its command; nothing where it does not lag."""
+    if any_of(lag > 0.0):
+        return chosen(lag > 0.0, math.exp(-time / lag), 0.0)
+    return 0.0 * time
+
+
+@njit(cache=True, error_model="numpy", forceinline=True)
+def command_of(wanted: Lanes, along: Lanes, p: Rows) -> Lanes:
+    """Command for a force that the law asks for: of a motor that force, of a brake how hard it presses, where it can give it."""
+    limit = p[LAW_LIMIT]
+    pressed = smaller(larger(-along * wanted, 0.0), limit)
+    return chosen(p[LAW_MOTOR] > 0.0, smaller(larger(wanted, -limit), limit), pressed)
+
+
+@njit(cache=True, error_model="numpy", forceinline=True)
+def direction_of(speed: Lanes, p: Rows) -> Lanes:
+    """tanh(speed / brake speed): by how much dry friction has set in, and which way. It is 1 to the last digit where x is above 20."""
+    if all_of(abs(speed) > 20.0 * p[LAW_BRAKE_SPEED]):
+        return chosen(speed > 0.0, 1.0 + 0.0 * speed, -1.0)
+    return math.tanh(speed / p[LAW_BRAKE_SPEED])
+
+
+@njit(cache=True, error_model="numpy", forceinline=True)
+def look_for_failure(w: Rows, c: Rows, p: Rows) -> None:
+    """At the start of a step: whether an actuator has failed, and if it has yet to, that this is what happens next."""
+    can_fail, time = p[LAW_FAILED] > 0.0, p[LAW_FAILS_AT]
+    has_failed = w[TIME_NOW] * (1.0 + _ROUNDING) >= time
+    c[FAILED] = chosen(can_fail & has_failed, 1.0, 0.0)
+    c[EVENT] = chosen(can_fail, chosen(has_failed, _NEVER, time), _NEVER)
+
+
+@njit(cache=True, error_model="numpy", forceinline=True)
+def fail(w: Rows, c: Rows, p: Rows) -> None:
+    """An actuator that has failed does nothing, or brakes all the time."""
+    failed = c[FAILED] > 0.0
+    if any_of(failed):
+        for leg in range(LEGS):
+            here = failed & (abs(p[LAW_FAILED] - (leg + 1.0)) < 0.5)
+            c[CONTROL_FORCE + leg] = chosen(here, -direction_of(w[OUT_V + leg], p) * p[LAW_STUCK], c[CONTROL_FORCE + leg])
+
+
+@njit(cache=True, error_model="numpy", forceinline=True)
+def push_legs(w: Rows, c: Rows, power: Rows, with_work: bool) -> None:
+    """The forces into the right side, along the legs, and their power."""
+    for k in range(6):
+        right = w[RIGHT + k]
+        for leg in range(LEGS):
+            right += c[CONTROL_AXIS + 6 * leg + k] * c[CONTROL_FORCE + leg]
+        w[RIGHT + k] = right
+    for leg in range(LEGS):
+        w[OUT_FORCE + leg] += c[CONTROL_FORCE + leg]
+        if with_work:
+            power[0] += c[CONTROL_FORCE + leg] * w[OUT_V + leg]
+
+
+@njit(cache=True, error_model="numpy", forceinline=True)
+def add_coupled_mass(w: Rows, c: Rows, mass: Lanes) -> None:
     """A mass that moves with the mean of the legs: m j'j into the mass matrix, j the mean of their J; -m c j into the right side."""
-    bias = 0.0
-    for leg in range(LEGS):
-        bias += w[at + (CONTROL_BIAS + leg) * n + i] / LEGS
+    bias = mean_of_legs(c, CONTROL_BIAS, 1)
+    j = (
+        mean_of_legs(c, CONTROL_AXIS, 6),
+        mean_of_legs(c, CONTROL_AXIS + 1, 6),
+        mean_of_legs(c, CONTROL_AXIS + 2, 6),
+        mean_of_legs(c, CONTROL_AXIS + 3, 6),
+        mean_of_legs(c, CONTROL_AXIS + 4, 6),
+        mean_of_legs(c, CONTROL_AXIS + 5, 6),
+    )
     for row in range(6):
-        one = mean_of_legs(w, at, row, i, n)
-        w[(RIGHT + row) * n + i] -= mass * bias * one
+        heavy = mass * j[row]
+        w[RIGHT + row] -= bias * heavy
         for column in range(row + 1):
-            w[(SYSTEM + row * (row + 1) // 2 + column) * n + i] += mass * one * mean_of_legs(w, at, column, i, n)
+            w[SYSTEM + row * (row + 1) // 2 + column] += heavy * j[column]
 
 
-@njit(cache=True, error_model="numpy")
-def mean_of_legs(w: Array, at: int, k: int, i: int, n: int) -> float:
-    """Mean over the legs of one entry of J."""
-    total = 0.0
-    for leg in range(LEGS):
-        total += w[at + (CONTROL_AXIS + 6 * leg + k) * n + i]
-    return total / LEGS
+@njit(cache=True, error_model="numpy", forceinline=True)
+def mean_of_legs(c: Rows, first: int, apart: int) -> Lanes:
+    """Mean over the legs of rows that stand so far apart."""
+    total = c[first]
+    for leg in range(1, LEGS):
+        total += c[first + apart * leg]
+    return total / 6.0
 
 
-@njit(cache=True, error_model="numpy")
-def keep_account(w: Array, m: int, time: float) -> None:
+@njit(cache=True, error_model="numpy", forceinline=True)
+def keep_account(w: Rows, c: Rows) -> None:
     """Largest force of one actuator so far, and the energy taken out, by the trapezoidal rule over the steps."""
-    out = 0.0
-    for leg in range(LEGS):
-        out -= w[m + FORCE + leg] * w[m + TRUE_V + leg]
-        w[m + PEAK] = max(w[m + PEAK], abs(w[m + FORCE + leg]))
-    w[m + TAKEN_OUT] += 0.5 * (w[m + POWER_BEFORE] + out) * (time - w[m + CLOCK])
-    w[m + POWER_BEFORE], w[m + CLOCK] = out, time
+    out = -c[CONTROL_FORCE] * w[OUT_V]
+    c[PEAK] = larger(abs(c[CONTROL_FORCE]), c[PEAK])
+    for leg in range(1, LEGS):
+        out -= c[CONTROL_FORCE + leg] * w[OUT_V + leg]
+        c[PEAK] = larger(abs(c[CONTROL_FORCE + leg]), c[PEAK])
+    c[TAKEN_OUT] += 0.5 * (c[POWER_BEFORE] + out) * (w[TIME_NOW] - c[CLOCK])
+    c[POWER_BEFORE], c[CLOCK] = out, w[TIME_NOW]

@@ -7,7 +7,7 @@ from typing import Any, ClassVar
 
 from pydantic.dataclasses import dataclass
 
-from simulate.model.control import Controller
+from simulate.model.control import Controller, slope_at_rest
 from simulate.model.rig import CHECKED, Positive, Rig
 
 
@@ -25,12 +25,12 @@ class OneWay(Controller):
     """v_0: speed at which it has set in"""
 
     def stiffness(self, model: Rig) -> tuple[float, float]:
-        """The slope of the clutch at rest."""
+        """The slope of the clutch at rest as far as it decides on stability."""
         del model
-        return 0.0, self.clutch_force_N / self.clutch_speed_m_per_s
+        return 0.0, slope_at_rest(self.clutch_force_N, self.clutch_speed_m_per_s)
 
     @staticmethod
     def command(t: float, u: Any, v: Any, turn: Any, memory: Any, p: Any, out: Any) -> None:
         """Force of each clutch, N."""
         for leg in range(6):
-            out[leg] = -p[0] * math.tanh(v[leg] / p[1]) if v[leg] < 0.0 else 0.0
+            out[leg] = -p[0] * math.tanh(min(v[leg], 0.0) / p[1])

@@ -11,10 +11,10 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
 from numba import njit
 
-from measure.common.arrays import Array
+from simulate.dispatch.counted_noise import normal
+from simulate.dispatch.lanes import Lanes, Mask, Rows, any_of, chosen
 from simulate.kernel.layout import (
     CONTROL_AXIS,
     COUNTED,
@@ -30,73 +30,55 @@ from simulate.kernel.layout import (
     LAW_STEP,
     LAW_STEP_RAD,
     LEGS,
+    OUT,
     READ,
     SPEED,
-    TRUE_U,
+    TIME_NOW,
+    TRUE_TURN,
     TURN,
 )
-
-# Of the generator splitmix64 (Steele, Lea, Flood, 2014).
-_GOLDEN, _MIX_A, _MIX_B = np.uint64(0x9E3779B97F4A7C15), np.uint64(0xBF58476D1CE4E5B9), np.uint64(0x94D049BB133111EB)
-_30, _27, _31, _11, _ONE = np.uint64(30), np.uint64(27), np.uint64(31), np.uint64(11), np.uint64(1)
+from simulate.law import nearest_whole
 
 
-@njit(cache=True, error_model="numpy")
-def read_sensors(w: Array, by_run: Array, m: int, p: int, at: int, i: int, n: int, time: float, turn: float) -> None:
-    """Read the sensors of a run and bring what the law is given up to date; turn is the true theta_z, rad."""
-    if by_run[p + LAW_CAMERA] > 0.0:
+@njit(cache=True, error_model="numpy", forceinline=True)
+def read_sensors(w: Rows, c: Rows, p: Rows, due: Mask) -> None:
+    """Read the sensors of the runs that are due and bring what the law is given up to date.
+
+    c : rows of the controller's memory. p : its parameters.
+    """
+    z = chosen(p[LAW_OBSERVER] > 0.0, math.exp(-2.0 * math.pi * p[LAW_OBSERVER] / p[LAW_RATE]), 0.0)
+    by_camera = p[LAW_CAMERA] > 0.0
+    if any_of(by_camera):
         # on from the last reading, so that a full turn is no jump
-        turn += 2.0 * math.pi * np.rint((w[m + READ] - turn) / (2.0 * math.pi))
-        read_one(w, by_run, m, p, 0, turn, TURN, TURN + 1, by_run[p + LAW_NOISE_RAD], by_run[p + LAW_STEP_RAD], time)
+        turn = c[TRUE_TURN] + 2.0 * math.pi * nearest_whole((c[READ] - c[TRUE_TURN]) / (2.0 * math.pi))
+        read_one(w, c, p, due & by_camera, 0, turn, TURN, TURN + 1, p[LAW_NOISE_RAD], p[LAW_STEP_RAD], z)
         for leg in range(LEGS):
-            lever = w[at + (CONTROL_AXIS + 6 * leg + 5) * n + i]
-            w[m + ESTIMATE + leg], w[m + SPEED + leg] = lever * w[m + TURN], lever * w[m + TURN + 1]
-    else:
+            lever = c[CONTROL_AXIS + 6 * leg + 5]
+            c[ESTIMATE + leg] = chosen(due & by_camera, lever * c[TURN], c[ESTIMATE + leg])
+            c[SPEED + leg] = chosen(due & by_camera, lever * c[TURN + 1], c[SPEED + leg])
+    by_legs = due & (p[LAW_CAMERA] < 0.5)
+    if any_of(by_legs):
         for leg in range(LEGS):
-            u = w[m + TRUE_U + leg]
-            read_one(w, by_run, m, p, leg, u, ESTIMATE + leg, SPEED + leg, by_run[p + LAW_NOISE], by_run[p + LAW_STEP], time)
+            read_one(w, c, p, by_legs, leg, w[OUT + leg], ESTIMATE + leg, SPEED + leg, p[LAW_NOISE], p[LAW_STEP], z)
 
 
-@njit(cache=True, error_model="numpy")
+@njit(cache=True, error_model="numpy", forceinline=True)
 def read_one(
-    w: Array, by_run: Array, m: int, p: int, channel: int, true: float, value: int, rate: int, noise: float, step: float, time: float
+    w: Rows, c: Rows, p: Rows, due: Mask, channel: int, true: Lanes, value: int, rate: int, noise: Lanes, step: Lanes, z: Lanes
 ) -> None:
-    """One reading, and what the observer makes of it: `value` and `rate` are where that stands in the memory."""
-    first, before = w[m + COUNTED] == 0.0, w[m + READ + channel]
-    reading = true
-    if noise > 0.0:
-        reading += noise * normal(by_run[p + LAW_SEED], w[m + COUNTED], channel)
-    if step > 0.0:
-        reading = step * np.rint(reading / step)
-    failed = int(by_run[p + LAW_FAILED_SENSOR]) == channel + 1 and time >= by_run[p + LAW_FAILS_AT]
-    if failed and not first:
-        reading = before
-    w[m + READ + channel] = reading
-    per_second, bandwidth = by_run[p + LAW_RATE], by_run[p + LAW_OBSERVER]
-    if first:
-        w[m + value], w[m + rate] = reading, 0.0
-    elif bandwidth > 0.0:
-        z = math.exp(-2.0 * math.pi * bandwidth / per_second)
-        ahead = w[m + value] + w[m + rate] / per_second
-        w[m + value] = ahead + (1.0 - z * z) * (reading - ahead)
-        w[m + rate] += (1.0 - z) * (1.0 - z) * (reading - ahead) * per_second
-    else:
-        w[m + value], w[m + rate] = reading, (reading - before) * per_second
-
-
-@njit(cache=True, error_model="numpy")
-def normal(seed: float, sample: float, channel: int) -> float:
-    """A standard normal number for a sample of a channel (Box and Muller), the same at every call."""
-    place = ((np.uint64(seed) * np.uint64(1 << 24) + np.uint64(sample)) * np.uint64(8) + np.uint64(channel)) * np.uint64(2)
-    radius = math.sqrt(-2.0 * math.log(uniform(place)))
-    return radius * math.cos(2.0 * math.pi * uniform(place + _ONE))
-
-
-@njit(cache=True, error_model="numpy")
-def uniform(place: np.uint64) -> float:
-    """A number between 0 and 1, neither of them, for a place in the sequence of splitmix64."""
-    z = (place + _ONE) * _GOLDEN
-    z = (z ^ (z >> _30)) * _MIX_A
-    z = (z ^ (z >> _27)) * _MIX_B
-    z = z ^ (z >> _31)
-    return (np.float64(z >> _11) + 0.5) * 2.0**-53
+    """One reading, and what the observer makes of it: `value` and `rate` are the rows of that; z is 0 without an observer."""
+    reading, before, per_second, later = true, c[READ + channel], p[LAW_RATE], c[COUNTED] > 0.5
+    if any_of(noise > 0.0):
+        reading = reading + noise * normal(p[LAW_SEED], c[COUNTED], channel)
+    if any_of(step > 0.0):
+        reading = chosen(step > 0.0, step * nearest_whole(reading / step), reading)
+    failed = later & (abs(p[LAW_FAILED_SENSOR] - (channel + 1.0)) < 0.5) & (w[TIME_NOW] >= p[LAW_FAILS_AT])
+    reading = chosen(failed, before, reading)
+    c[READ + channel] = chosen(due, reading, before)
+    observed = z > 0.0
+    ahead = c[value] + c[rate] / per_second
+    seen = chosen(observed, ahead + (1.0 - z * z) * (reading - ahead), reading)
+    faster = c[rate] + (1.0 - z) * (1.0 - z) * (reading - ahead) * per_second
+    moving = chosen(observed, faster, (reading - before) * per_second)
+    c[value] = chosen(due, chosen(later, seen, reading), c[value])
+    c[rate] = chosen(due, chosen(later, moving, 0.0), c[rate])

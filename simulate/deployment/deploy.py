@@ -57,7 +57,7 @@ def _deploy_one(model: Model, division: StepDivision, *, divides: bool) -> Deplo
     acting = without_idle([model])[0]
     table = formula_table_of(acting)
     samples, finite = np.empty((1, count, _columns(table))), np.empty(1, dtype=np.int64)
-    stage = compiled_stage(ALONE, True).address
+    stage = compiled_stage(ALONE, True, len(table.control) > 0).address
     integrator.deploy_block(row_of(acting)[None], 0, table, stage, ALONE, step, stride, division, divides, samples, finite)
     return _deployment(model, acting, samples[0], step, int(finite[0]))
 
@@ -84,7 +84,8 @@ def deploy_many(models: Sequence[Model], division: StepDivision | None = None, *
     finite = np.empty(len(models), dtype=np.int64)
     parts = UNDIVIDED if division is None else division
     for width, block in _widths(len(models)):
-        kernel(rows[block], table, compiled_stage(width, True).address, width, step, stride, parts, samples[block], finite[block])
+        stage = compiled_stage(width, True, len(table.control) > 0).address
+        kernel(rows[block], table, stage, width, step, stride, parts, samples[block], finite[block])
     return [_deployment(model, acting[0], samples[i], step, int(finite[i])) for i, model in enumerate(models)]
 
 

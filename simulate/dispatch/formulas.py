@@ -6,23 +6,18 @@ never recompiles a kernel, and an effect from outside the project runs like ours
 
 from __future__ import annotations
 
-import hashlib
-from contextlib import suppress
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
 from numba import cfunc, njit, types
 from numba.core.errors import NumbaError
-from numba.extending import register_jitable
 from numpy.typing import NDArray
 
 from measure.common.errors import InputError, clipped
 from measure.common.kernel_cache import discard_stale
 from simulate.dispatch.compiled_code import compiled_once
-from simulate.dispatch.intrinsics import caller, pointer, shifted, whole_at
-from simulate.dispatch.lanes import rows_at
-from simulate.kernel.layout import MANY
+from simulate.dispatch.intrinsics import caller, pointer, whole_at
 
 discard_stale(Path(__file__).resolve().parents[1], ".", "dispatch", "kernel", "control")
 
@@ -42,28 +37,18 @@ SIGNATURES = {
     "base_force": _NUMBER(_NUMBER, _NUMBER, _NUMBERS),
 }
 
-# The two formulas that every leg needs at every stage have a second form, for runs side by side: one call for a block, not one for
-# each run. Numbers become rows, and the parameters of a run stand `size` apart; with `together`, which a sweep says, they are rows too,
-# and the formula is computed with the numbers of all runs at once, if it can be (no branch).
-LANE_SIGNATURES = {
-    "leg_force": types.void(*[_NUMBERS] * 6, types.int64, _NUMBERS, _NUMBERS, types.int64, types.int64),
-    "leg_mass": types.void(_NUMBERS, _NUMBERS, types.int64, _NUMBERS, types.int64),
-    "platform_wrench": types.void(*[_NUMBERS] * 5),
-}
-
 # A stage of a Runge-Kutta step, which kernels reach through its address too: see kernel.runge_kutta.
 STAGE = types.void(_NUMBERS, types.int64, _NUMBERS, _NUMBERS, types.int64, types.int64, _NUMBER)
 
 
-# A law of control, and what calls it for every run of a block once all legs are known: see control.control_loop.
+# A law of control: see control.control_loop.
 LAW = types.void(_NUMBER, _NUMBERS, _NUMBERS, _NUMBERS, _NUMBERS, _NUMBERS, _NUMBERS)
-CONTROL = types.void(_NUMBERS, types.int64, _NUMBERS, types.int64, types.int64, types.int64, types.int64, types.int64, types.int64, _NUMBER)
 
 
 class FormulaTable(NamedTuple):
     """The formulas that a kernel calls, by kind: rows of (address, place of the first parameter, address of the form for lanes).
 
-    Of a controller it is (address of the law, place of the first parameter, address of what calls it), one row or none.
+    Of a controller it is its law, one row or none.
     """
 
     leg_force: NDArray[np.int64]
@@ -176,78 +161,7 @@ def _uncompilable(formula: Any, error: NumbaError) -> str:
     return f"{where}: {formula.__qualname__} cannot be compiled: {clipped(reason, 200)} A formula is made of numbers, p[i] and math."
 
 
-@compiled_once
-def lanes_form(formula: Any, kind: str) -> Any:
-    """The form for lanes, or None where there is none: a wrench with a branch is called run by run.
-
-    Compiled code is kept by the formula's name and by what stands in its file.
-    """
-    register_jitable(formula)
-    if kind in _TOGETHER:
-        with suppress(NumbaError):
-            return _kept(_TOGETHER[kind], formula, kind)
-    return _kept(_LANES[kind], formula, kind) if kind in _LANES else None
-
-
-def _kept(make: Any, formula: Any, kind: str) -> Any:
-    source = Path(formula.__code__.co_filename)
-    try:
-        return cfunc(LANE_SIGNATURES[kind], cache=True)(make(formula, hashlib.sha256(source.read_bytes()).digest()))
-    except (OSError, RuntimeError):
-        return cfunc(LANE_SIGNATURES[kind])(make(formula, b""))
-
-
-# The forms use `source` only to have it in their closure, by which numba tells kept code apart.
-def _leg_force_lanes(formula: Any, source: bytes) -> Any:
-    def lanes(u: Any, v: Any, t: Any, R: Any, turned: Any, p: Any, size: int, rows: Any, out: Any, n: int, together: int) -> None:
-        for i in range(n if len(source) >= 0 else 0):
-            out[i] = formula(u[i], v[i], t[i], R[i], u[i] - turned[i], shifted(p, i * size))
-
-    return lanes
-
-
-def _leg_force_together(formula: Any, source: bytes) -> Any:
-    def lanes(u: Any, v: Any, t: Any, R: Any, turned: Any, p: Any, size: int, rows: Any, out: Any, n: int, together: int) -> None:
-        if together:
-            place, speed, time, stored, last = of_all(u), of_all(v), of_all(t), of_all(R), of_all(turned)
-            of_all(out)[0] = formula(place[0], speed[0], time[0], stored[0], place[0] - last[0], of_all(rows))
-        else:
-            for i in range(n if len(source) >= 0 else 0):
-                out[i] = formula(u[i], v[i], t[i], R[i], u[i] - turned[i], shifted(p, i * size))
-
-    return lanes
-
-
-@njit(forceinline=True)
-def of_all(numbers: Any) -> Any:
-    """Rows of a sweep's block."""
-    return rows_at(numbers, MANY, True)
-
-
-def _leg_mass_lanes(formula: Any, source: bytes) -> Any:
-    def lanes(u: Any, p: Any, size: int, out: Any, n: int) -> None:
-        for i in range(n if len(source) >= 0 else 0):
-            out[i] += formula(u[i], shifted(p, i * size))
-
-    return lanes
-
-
-def _platform_wrench_together(formula: Any, source: bytes) -> Any:
-    def lanes(t: Any, pose: Any, twist: Any, p: Any, wrench: Any) -> None:
-        if len(source) >= 0:
-            formula(of_all(t)[0], of_all(pose), of_all(twist), of_all(p), of_all(wrench))
-
-    return lanes
-
-
-_LANES = {"leg_force": _leg_force_lanes, "leg_mass": _leg_mass_lanes}
-_TOGETHER = {"leg_force": _leg_force_together, "platform_wrench": _platform_wrench_together}
-
-
 call_leg_force = caller(SIGNATURES["leg_force"])
-call_leg_force_lanes = caller(LANE_SIGNATURES["leg_force"])
-call_leg_mass_lanes = caller(LANE_SIGNATURES["leg_mass"])
-call_platform_wrench_lanes = caller(LANE_SIGNATURES["platform_wrench"])
 call_leg_mass = caller(SIGNATURES["leg_mass"])
 call_strip_elongation = caller(SIGNATURES["strip_elongation"])
 call_leg_asymptotes = caller(SIGNATURES["leg_asymptotes"])
@@ -258,5 +172,4 @@ call_platform_mass = caller(SIGNATURES["platform_mass"])
 call_base_mass = caller(SIGNATURES["base_mass"])
 call_base_force = caller(SIGNATURES["base_force"])
 call_law = caller(LAW)
-call_control = caller(CONTROL)
 call_stage = caller(STAGE)

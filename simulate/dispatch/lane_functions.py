@@ -1,4 +1,4 @@
-"""What formulas call besides operators, for numbers of runs side by side: exp, tanh, log and powers as arithmetic, others run by run."""
+"""What formulas call besides operators, for numbers of runs side by side: as arithmetic, and run by run where it fails."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from numba.core import cgutils
 from numba.extending import intrinsic, overload, register_jitable
 
 from simulate.dispatch.lanes import LanesType, all_of, chosen, exponent_and_rest, larger, smaller
-from simulate.law import fading, remaining
+from simulate.law import fading, nearest_whole, remaining
 
 
 def _run_by_run(name: str, count: int) -> Any:
@@ -57,8 +57,39 @@ def _for_lanes(symbol: Any, make: Any) -> None:
 
 @register_jitable
 def _exponential(x: Any) -> Any:
-    shrunk = remaining(abs(x))
-    return chosen(x > 0.0, 1.0 / shrunk, shrunk)
+    return remaining(larger(-x, -700.0))
+
+
+@register_jitable
+def _wave(x: Any, quarter: float) -> Any:
+    """sin(x + quarter pi / 2) from the polynomial of one half wave: x = k pi - quarter pi / 2 + r, |r| <= pi / 2, pi / 2 in three parts."""
+    k = nearest_whole(x * 0.3183098861837907 + 0.5 * quarter)
+    turns = 2.0 * k - quarter
+    r = ((x - turns * 1.5707963267341256) - turns * 6.077100506303966e-11) - turns * 2.0222662487959506e-21
+    odd = k - 2.0 * nearest_whole(0.5 * k - 0.25)
+    r2 = r * r
+    r4 = r2 * r2
+    low = (-1.0 / 6.0 + r2 * (1.0 / 120.0)) + r4 * (-1.0 / 5040.0 + r2 * (1.0 / 362880.0))
+    middle = (-1.0 / 39916800.0 + r2 * (1.0 / 6227020800.0)) + r4 * (-1.0 / 1307674368000.0 + r2 * (1.0 / 355687428096000.0))
+    high = -1.0 / 121645100408832000.0 + r2 * (1.0 / 51090942171709440000.0 - r2 * (1.0 / 25852016738884976640000.0))
+    return (1.0 - 2.0 * odd) * (r + r * r2 * (low + r4 * r4 * (middle + r4 * r4 * high)))
+
+
+@register_jitable
+def _few_turns(x: Any) -> Any:
+    return abs(x) < 1e5
+
+
+@register_jitable
+def _sin(x: Any) -> Any:
+    found = _wave(x, 0.0)
+    return found if all_of(_few_turns(x)) else chosen(_few_turns(x), found, _sine(x))
+
+
+@register_jitable
+def _cos(x: Any) -> Any:
+    found = _wave(x, 1.0)
+    return found if all_of(_few_turns(x)) else chosen(_few_turns(x), found, _cosine(x))
 
 
 @register_jitable
@@ -101,19 +132,19 @@ def _raised(a: Any, b: Any) -> Any:
 
 _for_lanes(math.exp, lambda x: _exponential(x))
 _for_lanes(math.tanh, lambda x: _tangent(x))
-_for_lanes(math.sin, lambda x: _sine(x))
-_for_lanes(math.cos, lambda x: _cosine(x))
+_for_lanes(math.sin, lambda x: _sin(x))
+_for_lanes(math.cos, lambda x: _cos(x))
 _for_lanes(math.log, lambda x: _log(x))
 
 
 @overload(max, strict=False)
 def _max(a: Any, b: Any) -> Any:
-    return (lambda a, b: larger(a, b)) if isinstance(a, LanesType) else None
+    return (lambda a, b: larger(a, b)) if isinstance(a, LanesType) or isinstance(b, LanesType) else None
 
 
 @overload(min, strict=False)
 def _min(a: Any, b: Any) -> Any:
-    return (lambda a, b: smaller(a, b)) if isinstance(a, LanesType) else None
+    return (lambda a, b: smaller(a, b)) if isinstance(a, LanesType) or isinstance(b, LanesType) else None
 
 
 @overload(operator.pow, strict=False)

@@ -14,7 +14,6 @@ from simulate.dispatch.formulas import call_stage
 from simulate.dispatch.intrinsics import pointer
 from simulate.kernel.layout import (
     BEYOND,
-    CONTROL_MEMORY,
     CONTROL_ROWS,
     ELONGATION,
     JOINT,
@@ -56,7 +55,7 @@ class Block(NamedTuple):
 @njit(cache=True, error_model="numpy")
 def block_memory(size: int, n: int, with_power: int, controllers: int) -> tuple[Array, Array, Array]:
     """Memory of a block, its parameters as rows and run after run, `size` numbers each, with room for the work of so many formulas."""
-    rows = ROWS * n + SCRATCH + 3 * with_power * n + controllers * (CONTROL_ROWS + CONTROL_MEMORY) * n
+    rows = ROWS * n + SCRATCH + 3 * with_power * n + controllers * CONTROL_ROWS * n
     return on_cache_line(rows), on_cache_line(size * n), np.empty(n * size)
 
 
@@ -77,8 +76,7 @@ def release(block: Block, i: int, values: Array) -> None:
         by_lane[k * n + i] = values[k]
     for row in range(ROWS):
         w[row * n + i] = 0.0
-    control = ROWS * n + SCRATCH + (3 * block.with_power + CONTROL_ROWS) * n + i * CONTROL_MEMORY
-    w[control : control + CONTROL_MEMORY] = 0.0  # behind the end, and nothing, without a controller
+    w[ROWS * n + SCRATCH + 3 * block.with_power * n + i :: n] = 0.0  # of a controller; behind the end, and nothing, without one
     for k in range(RIGID):
         w[(STATE + k) * n + i] = w[(TRIAL + k) * n + i] = values[POSITION + k]
     for leg in range(LEGS):

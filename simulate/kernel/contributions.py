@@ -9,38 +9,50 @@ from simulate.dispatch.formulas import (
     FormulaPointers,
     call_base_force,
     call_base_mass,
-    call_control,
     call_joint_resistance,
     call_leg_asymptotes,
     call_leg_force,
-    call_leg_force_lanes,
     call_leg_mass,
-    call_leg_mass_lanes,
     call_leg_transverse,
     call_platform_mass,
     call_platform_wrench,
-    call_platform_wrench_lanes,
     call_strip_elongation,
     formula_at,
     lanes_formula_at,
     parameter_place,
 )
 from simulate.dispatch.intrinsics import pointer
+from simulate.dispatch.lane_forms import (
+    call_base_force_lanes,
+    call_base_mass_lanes,
+    call_joint_resistance_lanes,
+    call_leg_asymptotes_lanes,
+    call_leg_force_lanes,
+    call_leg_mass_lanes,
+    call_leg_transverse_lanes,
+    call_platform_mass_lanes,
+    call_platform_wrench_lanes,
+    call_strip_elongation_lanes,
+)
 from simulate.dispatch.lanes import Rows, from_row
 from simulate.kernel.layout import (
     ADDED,
     AXIAL_MASS,
     AXIS,
+    BASE,
+    BASE_SYSTEM,
     BIAS,
     CONTROL_AXIS,
     CONTROL_BIAS,
     EACH,
     FULL,
+    JOINT_RATE,
     LEG_BEFORE,
     LEG_VALUE,
     LENGTH,
     LEVER,
     MANY,
+    MATRIX,
     RIGHT,
     ROWS,
     SCRATCH,
@@ -93,47 +105,61 @@ def keep_leg_for_control(w: Rows, formulas: FormulaPointers, leg: int, n: int, w
 
 
 @njit(cache=True, error_model="numpy", forceinline=True)
-def add_control(w: Array, by_run: Array, formulas: FormulaPointers, reach: float, n: int, with_work: bool) -> None:
-    """Forces of a controller along the legs, when all legs are known, and their power."""
-    at = control_place(formulas, n, with_work)
-    power = power_row(count_working(formulas) - 1, n) if with_work else -1
-    law, place, loop = formula_at(formulas.control, 0), parameter_place(formulas.control, 0), lanes_formula_at(formulas.control, 0)
-    every = len(by_run)
-    call_control(loop, (pointer(w, 0), len(w), pointer(by_run, 0), every, place, law, at, power, n, reach))
+def form_for_all(rows: tuple[int, int], row: int, n: int, with_work: bool) -> int:
+    """Address of the form of a formula that a sweep computes with the numbers of all its runs at once; 0 where there is none."""
+    return lanes_formula_at(rows, row) if n == MANY and not with_work else 0
 
 
 @njit(cache=True, error_model="numpy", forceinline=True)
-def uncoil_strip(w: Array, by_run: Array, formulas: FormulaPointers, n: int) -> None:
+def uncoil_strip(flat: Array, by_lane: Rows, by_run: Array, formulas: FormulaPointers, n: int, with_work: bool) -> None:
     """What of the elongation of the leg at hand reaches its strip."""
-    size = len(by_run) // n
+    size, strip, before = len(by_run) // n, pointer(flat, STRIP_NOW * n), pointer(flat, (LEG_BEFORE + 3) * n)
     for row in range(formulas.strip_elongation[1]):
-        formula, first = formula_at(formulas.strip_elongation, row), parameter_place(formulas.strip_elongation, row)
+        first, for_all = parameter_place(formulas.strip_elongation, row), form_for_all(formulas.strip_elongation, row, n, with_work)
+        if for_all != 0:
+            call_strip_elongation_lanes(for_all, (strip, before, from_row(by_lane, first), strip))
+            continue
+        formula = formula_at(formulas.strip_elongation, row)
         for i in range(n):
             p = pointer(by_run, i * size + first)
-            w[STRIP_NOW * n + i] = call_strip_elongation(formula, (w[STRIP_NOW * n + i], w[(LEG_BEFORE + 3) * n + i], p))
+            now = flat[STRIP_NOW * n + i]
+            flat[STRIP_NOW * n + i] = call_strip_elongation(formula, (now, flat[(LEG_BEFORE + 3) * n + i], p))
 
 
 @njit(cache=True, error_model="numpy", forceinline=True)
-def move_asymptotes(w: Array, by_run: Array, formulas: FormulaPointers, n: int) -> None:
+def move_asymptotes(flat: Array, by_lane: Rows, by_run: Array, formulas: FormulaPointers, n: int, with_work: bool) -> None:
     """Asymptotes of the leg at hand as effects move them, before and now."""
-    scratch, size = ROWS * n + SCRATCH_PAIR, len(by_run) // n
     for row in range(formulas.leg_asymptotes[1]):
-        formula, first = formula_at(formulas.leg_asymptotes, row), parameter_place(formulas.leg_asymptotes, row)
-        for i in range(n):
-            p = pointer(by_run, i * size + first)
-            v = w[V * n + i]
-            w[scratch], w[scratch + 1] = w[H * n + i], w[(H + 1) * n + i]
-            call_leg_asymptotes(formula, (w[(LEG_BEFORE + 3) * n + i], v, w[TIME_BEFORE * n + i], p, pointer(w, scratch)))
-            w[H * n + i], w[(H + 1) * n + i] = w[scratch], w[scratch + 1]
-            w[scratch], w[scratch + 1] = w[(H + 2) * n + i], w[(H + 3) * n + i]
-            call_leg_asymptotes(formula, (w[STRIP_NOW * n + i], v, w[TIME_NOW * n + i], p, pointer(w, scratch)))
-            w[(H + 2) * n + i], w[(H + 3) * n + i] = w[scratch], w[scratch + 1]
+        for_all = form_for_all(formulas.leg_asymptotes, row, n, with_work)
+        if for_all != 0:
+            p, v = from_row(by_lane, parameter_place(formulas.leg_asymptotes, row)), pointer(flat, V * n)
+            before, now = pointer(flat, (LEG_BEFORE + 3) * n), pointer(flat, STRIP_NOW * n)
+            call_leg_asymptotes_lanes(for_all, (before, v, pointer(flat, TIME_BEFORE * n), p, pointer(flat, H * n)))
+            call_leg_asymptotes_lanes(for_all, (now, v, pointer(flat, TIME_NOW * n), p, pointer(flat, (H + 2) * n)))
+        else:
+            move_asymptotes_run_by_run(flat, by_run, formulas, row, n)
+
+
+@njit(cache=True, error_model="numpy", forceinline=True)
+def move_asymptotes_run_by_run(w: Array, by_run: Array, formulas: FormulaPointers, row: int, n: int) -> None:
+    """The same by one formula, run by run."""
+    scratch, size = ROWS * n + SCRATCH_PAIR, len(by_run) // n
+    formula, first = formula_at(formulas.leg_asymptotes, row), parameter_place(formulas.leg_asymptotes, row)
+    for i in range(n):
+        p = pointer(by_run, i * size + first)
+        v = w[V * n + i]
+        w[scratch], w[scratch + 1] = w[H * n + i], w[(H + 1) * n + i]
+        call_leg_asymptotes(formula, (w[(LEG_BEFORE + 3) * n + i], v, w[TIME_BEFORE * n + i], p, pointer(w, scratch)))
+        w[H * n + i], w[(H + 1) * n + i] = w[scratch], w[scratch + 1]
+        w[scratch], w[scratch + 1] = w[(H + 2) * n + i], w[(H + 3) * n + i]
+        call_leg_asymptotes(formula, (w[STRIP_NOW * n + i], v, w[TIME_NOW * n + i], p, pointer(w, scratch)))
+        w[(H + 2) * n + i], w[(H + 3) * n + i] = w[scratch], w[scratch + 1]
 
 
 @njit(cache=True, error_model="numpy", forceinline=True)
 def add_leg_forces(w: Rows, flat: Array, by_lane: Rows, by_run: Array, formulas: FormulaPointers, n: int, with_work: bool) -> None:
     """Forces and axial inertia that effects add to the leg at hand, and the power of each."""
-    size, powers = len(by_run) // n, from_row(w, power_row(0, n) // n)
+    size, powers, together = len(by_run) // n, from_row(w, power_row(0, n) // n), int(n == MANY and not with_work)
     u, v, stored, turned = pointer(flat, U * n), pointer(flat, V * n), pointer(flat, R * n), pointer(flat, (LEG_BEFORE + 2) * n)
     now, each = pointer(flat, TIME_NOW * n), pointer(flat, EACH * n)
     for row in range(formulas.leg_force[1]):
@@ -143,7 +169,7 @@ def add_leg_forces(w: Rows, flat: Array, by_lane: Rows, by_run: Array, formulas:
             force = call_leg_force(formula_at(formulas.leg_force, row), (flat[U], flat[V], flat[TIME_NOW], flat[R], travel, p))
             flat[EACH] = force
         else:
-            rows, together = from_row(by_lane, parameter_place(formulas.leg_force, row)), int(n == MANY and not with_work)
+            rows = from_row(by_lane, parameter_place(formulas.leg_force, row))
             call_leg_force_lanes(lanes_formula_at(formulas.leg_force, row), (u, v, now, stored, turned, p, size, rows, each, n, together))
         w[ADDED] += w[EACH]
         if with_work:
@@ -153,54 +179,78 @@ def add_leg_forces(w: Rows, flat: Array, by_lane: Rows, by_run: Array, formulas:
         if n == 1:
             flat[AXIAL_MASS] += call_leg_mass(formula_at(formulas.leg_mass, row), (flat[U], p))
         else:
-            call_leg_mass_lanes(lanes_formula_at(formulas.leg_mass, row), (u, p, size, pointer(flat, AXIAL_MASS * n), n))
+            rows, mass = from_row(by_lane, parameter_place(formulas.leg_mass, row)), pointer(flat, AXIAL_MASS * n)
+            call_leg_mass_lanes(lanes_formula_at(formulas.leg_mass, row), (u, p, size, rows, mass, n, together))
 
 
 @njit(cache=True, error_model="numpy", forceinline=True)
-def transverse_inertia(w: Array, by_run: Array, formulas: FormulaPointers, n: int) -> None:
+def transverse_inertia(w: Rows, flat: Array, by_lane: Rows, by_run: Array, formulas: FormulaPointers, n: int, with_work: bool) -> None:
     """Inertia across the leg at hand at its platform joint, and its slope over the length."""
     scratch, size = ROWS * n + SCRATCH_PAIR, len(by_run) // n
-    for i in range(n):
-        w[scratch], w[scratch + 1] = 0.0, 0.0
-        full = w[(LEG_VALUE + STOWED) * n + i] + w[(LEG_VALUE + FULL) * n + i]
-        for row in range(formulas.leg_transverse[1]):
-            p = pointer(by_run, i * size + parameter_place(formulas.leg_transverse, row))
-            call_leg_transverse(formula_at(formulas.leg_transverse, row), (w[LENGTH * n + i], full, p, pointer(w, scratch)))
-        w[G * n + i], w[SLOPE * n + i] = w[scratch], w[scratch + 1]
-
-
-@njit(cache=True, error_model="numpy", forceinline=True)
-def sum_joint_resistance(w: Array, by_run: Array, formulas: FormulaPointers, lane: int, n: int, rate: float, with_work: bool) -> float:
-    """Sum of the resistances that effects put into a joint, N m s, and the power of each."""
-    total = 0.0
-    for row in range(formulas.joint_resistance[1]):
-        p = pointer(by_run, lane * (len(by_run) // n) + parameter_place(formulas.joint_resistance, row))
-        resistance = call_joint_resistance(formula_at(formulas.joint_resistance, row), (rate, p))
-        total += resistance
-        if with_work:
-            w[power_row(formulas.leg_force[1] + row, n) + lane] -= resistance * rate * rate
-    return total
-
-
-@njit(cache=True, error_model="numpy", forceinline=True)
-def change_platform_mass(w: Array, by_run: Array, formulas: FormulaPointers, n: int) -> None:
-    """The bare platform's mass matrix as effects change it."""
-    scratch, size = ROWS * n, len(by_run) // n
-    for row in range(formulas.platform_mass[1]):
+    w[G], w[SLOPE], w[EACH] = 0.0, 0.0, w[LEG_VALUE + STOWED] + w[LEG_VALUE + FULL]
+    for row in range(formulas.leg_transverse[1]):
+        first, for_all = parameter_place(formulas.leg_transverse, row), form_for_all(formulas.leg_transverse, row, n, with_work)
+        if for_all != 0:
+            length, full = pointer(flat, LENGTH * n), pointer(flat, EACH * n)
+            call_leg_transverse_lanes(for_all, (length, full, from_row(by_lane, first), pointer(flat, G * n)))
+            continue
+        formula = formula_at(formulas.leg_transverse, row)
         for i in range(n):
-            for k in range(7):
-                w[scratch + SCRATCH_POSE + k] = w[(TRIAL + k) * n + i]
-            for j in range(6):
-                for k in range(j + 1):
-                    entry = w[(SYSTEM + j * (j + 1) // 2 + k) * n + i]
-                    w[scratch + SCRATCH_MATRIX + 6 * j + k] = w[scratch + SCRATCH_MATRIX + 6 * k + j] = entry
-            p = pointer(by_run, i * size + parameter_place(formulas.platform_mass, row))
-            call_platform_mass(
-                formula_at(formulas.platform_mass, row), (pointer(w, scratch + SCRATCH_POSE), p, pointer(w, scratch + SCRATCH_MATRIX))
-            )
-            for j in range(6):
-                for k in range(j + 1):
-                    w[(SYSTEM + j * (j + 1) // 2 + k) * n + i] = w[scratch + SCRATCH_MATRIX + 6 * j + k]
+            flat[scratch], flat[scratch + 1] = flat[G * n + i], flat[SLOPE * n + i]
+            p = pointer(by_run, i * size + first)
+            call_leg_transverse(formula, (flat[LENGTH * n + i], flat[EACH * n + i], p, pointer(flat, scratch)))
+            flat[G * n + i], flat[SLOPE * n + i] = flat[scratch], flat[scratch + 1]
+
+
+@njit(cache=True, error_model="numpy", forceinline=True)
+def resist_in_joint(w: Rows, flat: Array, by_lane: Rows, by_run: Array, formulas: FormulaPointers, n: int, with_work: bool) -> None:
+    """Sum of the resistances that effects put into a joint that turns at JOINT_RATE, N m s, into EACH, and the power of each."""
+    size = len(by_run) // n
+    w[EACH] = 0.0
+    for row in range(formulas.joint_resistance[1]):
+        first, for_all = parameter_place(formulas.joint_resistance, row), form_for_all(formulas.joint_resistance, row, n, with_work)
+        if for_all != 0:
+            call_joint_resistance_lanes(for_all, (pointer(flat, JOINT_RATE * n), from_row(by_lane, first), pointer(flat, EACH * n)))
+            continue
+        formula = formula_at(formulas.joint_resistance, row)
+        for i in range(n):
+            rate = flat[JOINT_RATE * n + i]
+            resistance = call_joint_resistance(formula, (rate, pointer(by_run, i * size + first)))
+            flat[EACH * n + i] += resistance
+            if with_work:
+                flat[power_row(formulas.leg_force[1] + row, n) + i] -= resistance * rate * rate
+
+
+@njit(cache=True, error_model="numpy", forceinline=True)
+def change_platform_mass(w: Rows, flat: Array, by_lane: Rows, by_run: Array, formulas: FormulaPointers, n: int, with_work: bool) -> None:
+    """The bare platform's mass matrix as effects change it."""
+    for row in range(formulas.platform_mass[1]):
+        first, for_all = parameter_place(formulas.platform_mass, row), form_for_all(formulas.platform_mass, row, n, with_work)
+        for j in range(6):
+            for k in range(j + 1):
+                w[MATRIX + 6 * j + k] = w[MATRIX + 6 * k + j] = w[SYSTEM + j * (j + 1) // 2 + k]
+        if for_all != 0:
+            call_platform_mass_lanes(for_all, (pointer(flat, TRIAL * n), from_row(by_lane, first), pointer(flat, MATRIX * n)))
+        else:
+            change_mass_run_by_run(flat, by_run, formula_at(formulas.platform_mass, row), first, n)
+        for j in range(6):
+            for k in range(j + 1):
+                w[SYSTEM + j * (j + 1) // 2 + k] = w[MATRIX + 6 * j + k]
+
+
+@njit(cache=True, error_model="numpy", forceinline=True)
+def change_mass_run_by_run(w: Array, by_run: Array, formula: int, first: int, n: int) -> None:
+    """The rows MATRIX as one formula changes them, run by run."""
+    scratch, size = ROWS * n, len(by_run) // n
+    for i in range(n):
+        for k in range(7):
+            w[scratch + SCRATCH_POSE + k] = w[(TRIAL + k) * n + i]
+        for k in range(36):
+            w[scratch + SCRATCH_MATRIX + k] = w[(MATRIX + k) * n + i]
+        pose, matrix = pointer(w, scratch + SCRATCH_POSE), pointer(w, scratch + SCRATCH_MATRIX)
+        call_platform_mass(formula, (pose, pointer(by_run, i * size + first), matrix))
+        for k in range(36):
+            w[(MATRIX + k) * n + i] = w[scratch + SCRATCH_MATRIX + k]
 
 
 @njit(cache=True, error_model="numpy", forceinline=True)
@@ -208,11 +258,11 @@ def add_platform_wrenches(w: Array, by_lane: Rows, by_run: Array, formulas: Form
     """Wrenches of effects into the right side, the power of each into the energy balance."""
     scratch, size = ROWS * n, len(by_run) // n
     for row in range(formulas.platform_wrench[1]):
-        together = lanes_formula_at(formulas.platform_wrench, row)
-        if n == MANY and not with_work and together != 0:
+        for_all = form_for_all(formulas.platform_wrench, row, n, with_work)
+        if for_all != 0:
             p, now = from_row(by_lane, parameter_place(formulas.platform_wrench, row)), pointer(w, TIME_NOW * n)
             pose, twist, right = pointer(w, TRIAL * n), pointer(w, (TRIAL + 7) * n), pointer(w, RIGHT * n)
-            call_platform_wrench_lanes(together, (now, pose, twist, p, right))
+            call_platform_wrench_lanes(for_all, (now, pose, twist, p, right))
             continue
         power = power_row(formulas.leg_force[1] + formulas.joint_resistance[1] + row, n)
         for i in range(n):
@@ -235,25 +285,34 @@ def add_platform_wrenches(w: Array, by_lane: Rows, by_run: Array, formulas: Form
 
 
 @njit(cache=True, error_model="numpy", forceinline=True)
-def base_mass(by_run: Array, formulas: FormulaPointers, lane: int, n: int) -> float:
-    """Mass of the base ring, kg; zero where it is rigid."""
-    total = 0.0
+def weigh_base(w: Rows, flat: Array, by_lane: Rows, by_run: Array, formulas: FormulaPointers, n: int, with_work: bool) -> None:
+    """Mass of the base ring, kg, into BASE_SYSTEM; zero where it is rigid."""
+    size = len(by_run) // n
+    w[BASE_SYSTEM] = 0.0
     for row in range(formulas.base_mass[1]):
-        p = pointer(by_run, lane * (len(by_run) // n) + parameter_place(formulas.base_mass, row))
-        total += call_base_mass(formula_at(formulas.base_mass, row), (p,))
-    return total
+        first, for_all = parameter_place(formulas.base_mass, row), form_for_all(formulas.base_mass, row, n, with_work)
+        if for_all != 0:
+            call_base_mass_lanes(for_all, (from_row(by_lane, first), pointer(flat, BASE_SYSTEM * n)))
+            continue
+        for i in range(n):
+            flat[BASE_SYSTEM * n + i] += call_base_mass(formula_at(formulas.base_mass, row), (pointer(by_run, i * size + first),))
 
 
 @njit(cache=True, error_model="numpy", forceinline=True)
-def sum_base_forces(
-    w: Array, by_run: Array, formulas: FormulaPointers, lane: int, n: int, place: float, speed: float, with_work: bool
-) -> float:
-    """Sum of the forces that hold the base ring, N, and the power of each."""
-    total, first = 0.0, formulas.leg_force[1] + formulas.joint_resistance[1] + formulas.platform_wrench[1]
+def hold_base(w: Rows, flat: Array, by_lane: Rows, by_run: Array, formulas: FormulaPointers, n: int, with_work: bool) -> None:
+    """Sum of the forces that hold the base ring, N, into EACH, and the power of each."""
+    size, first_power = len(by_run) // n, formulas.leg_force[1] + formulas.joint_resistance[1] + formulas.platform_wrench[1]
+    place, speed = (TRIAL + BASE) * n, (TRIAL + BASE + 1) * n
+    w[EACH] = 0.0
     for row in range(formulas.base_force[1]):
-        p = pointer(by_run, lane * (len(by_run) // n) + parameter_place(formulas.base_force, row))
-        force = call_base_force(formula_at(formulas.base_force, row), (place, speed, p))
-        total += force
-        if with_work:
-            w[power_row(first + row, n) + lane] += force * speed
-    return total
+        first, for_all = parameter_place(formulas.base_force, row), form_for_all(formulas.base_force, row, n, with_work)
+        if for_all != 0:
+            rows = from_row(by_lane, first)
+            call_base_force_lanes(for_all, (pointer(flat, place), pointer(flat, speed), rows, pointer(flat, EACH * n)))
+            continue
+        for i in range(n):
+            p = pointer(by_run, i * size + first)
+            force = call_base_force(formula_at(formulas.base_force, row), (flat[place + i], flat[speed + i], p))
+            flat[EACH * n + i] += force
+            if with_work:
+                flat[power_row(first_power + row, n) + i] += force * flat[speed + i]

@@ -18,9 +18,7 @@ from simulate.kernel.block import Block, block_memory, bounded, fill, first_stag
 from simulate.kernel.layout import (
     BY_LEGS,
     CENTRE,
-    CONTROL_MEMORY,
-    CONTROL_ROWS,
-    FORCE,
+    CONTROL_FORCE,
     KINETIC,
     LEGS,
     OUT,
@@ -171,7 +169,7 @@ def write_sample(block: Block, i: int, sample: Array) -> bool:
         sample[SAMPLE_SIZE + k] = w[ROWS * n + SCRATCH + (2 * block.with_power + k) * n + i]
     behind = SAMPLE_SIZE + block.with_power
     for k in range(len(sample) - behind):
-        sample[behind + k] = w[ROWS * n + SCRATCH + 3 * block.with_power * n + CONTROL_ROWS * n + i * CONTROL_MEMORY + FORCE + k]
+        sample[behind + k] = w[ROWS * n + SCRATCH + (3 * block.with_power + CONTROL_FORCE + k) * n + i]
     for leg in range(LEGS):
         sample[SAMPLE_ELONGATION + leg] = w[(OUT + leg) * n + i]
         sample[SAMPLE_STORED + leg] = w[(OUT_R + leg) * n + i]

@@ -50,17 +50,20 @@ LEG_BEFORE = LEG_VALUE + LEG_SIZE  # elongation, hysteretic force, elongation at
 LENGTH = LEG_BEFORE + 4
 U, V, BIAS, ARM, AXIS, LEVER = LENGTH + 1, LENGTH + 2, LENGTH + 3, LENGTH + 4, LENGTH + 7, LENGTH + 10
 H = LENGTH + 13  # lower and upper asymptote before, lower and upper now
-R, STOP_FORCE, ADDED, AXIAL_MASS, G, SLOPE, EACH, STRIP_NOW, EASED = range(H + 4, H + 13)
+R, STOP_FORCE, ADDED, AXIAL_MASS, G, SLOPE, EACH, STRIP_NOW, EASED, JOINT_RATE = range(H + 4, H + 14)
 # What the legs do, six rows each: elongation, speed, hysteretic, stop and whole force, elongation of the strip.
-OUT = EASED + 1
+OUT = JOINT_RATE + 1
 OUT_V, OUT_R, OUT_STOP, OUT_FORCE, OUT_STRIP = OUT + LEGS, OUT + 2 * LEGS, OUT + 3 * LEGS, OUT + 4 * LEGS, OUT + 5 * LEGS
 # Time at the start of the step at hand and length of the step; when the legs stood as kept, and when they are looked at.
 TIME, STEP, TIME_BEFORE, TIME_NOW = range(OUT + 6 * LEGS, OUT + 6 * LEGS + 4)
-ROWS = TIME_NOW + 1
+# The platform's mass matrix in full, row by row, for formulas that change it in all runs at once.
+MATRIX = TIME_NOW + 1
+ROWS = MATRIX + 36
 
 # Behind the rows: room for what a formula wants to see as plain vectors, and then the work of effects, three rows for each
 # formula that does any (its power, the sum over the stages, what it has done so far).
 SCRATCH_POSE, SCRATCH_TWIST, SCRATCH_WRENCH, SCRATCH_MATRIX, SCRATCH_PAIR = 0, 7, 13, 19, 55
+SCRATCH_U, SCRATCH_V, SCRATCH_TURN, SCRATCH_OWN, SCRATCH_OUT = 0, 6, 12, 14, 30
 SCRATCH = 64  # a whole number of rows whatever the width
 
 # Parameters of a controller, its gains behind them.
@@ -69,21 +72,22 @@ SCRATCH = 64  # a whole number of rows whatever the width
     LAW_CAMERA, LAW_NOISE_RAD, LAW_STEP_RAD, LAW_OBSERVER, LAW_LIMIT, LAW_MOTOR, LAW_FAILED_SENSOR, LAW_SEED, LAW_GAINS,
 ) = range(20)  # fmt: skip
 
-# A controller's memory, behind the work of effects: of the six legs direction, lever (six rows a leg), c of l'' = J a + c and the force,
-# and then for each run by itself what it has sensed, commanded and done.
-CONTROL_AXIS, CONTROL_BIAS, CONTROL_FORCE, CONTROL_ROWS = 0, 6 * LEGS, 7 * LEGS, 8 * LEGS
-COUNTED, CLOCK, PEAK, TAKEN_OUT, POWER_BEFORE = (
-    0,
-    1,
-    2,
-    3,
-    4,
-)  # samples, time of the last step, largest force, energy taken out and its rate
-HELD, LEVEL, FORCE = 5, 11, 17  # command in force, force that follows it, force on the leg; six each
-TRUE_U, TRUE_V, READ, ESTIMATE, SPEED = 23, 29, 35, 41, 47  # of the legs: true, last reading, what the law is given
-TURN, OWN, OWN_SIZE = 53, 55, 16  # theta_z and its rate from a camera; what the law keeps
-QUEUED, TAKEN, QUEUE, QUEUE_LENGTH = 71, 72, 73, 64  # commands under way, each with the time from which it holds
-CONTROL_MEMORY = QUEUE + 7 * QUEUE_LENGTH
+# A controller's memory, in rows behind the work of effects: of the six legs direction and lever (six rows a leg), c of l'' = J a + c, and
+# the force on each; then what it has sensed, commanded and done.
+CONTROL_AXIS, CONTROL_BIAS, CONTROL_FORCE = 0, 6 * LEGS, 7 * LEGS
+# Samples so far, time of the last step, largest force, energy taken out and its rate.
+COUNTED, CLOCK, PEAK, TAKEN_OUT, POWER_BEFORE = range(8 * LEGS, 8 * LEGS + 5)
+# Six rows each: command in force, force that follows it; last reading, elongation and speed that the law is given; what it commands.
+HELD, LEVEL, READ, ESTIMATE, SPEED, COMMAND = range(POWER_BEFORE + 1, POWER_BEFORE + 1 + 6 * LEGS, LEGS)
+TURN = COMMAND + LEGS  # theta_z and its rate from a camera
+# True theta_z; whether the law is asked, whether an actuator has failed; time from which a command holds, that of the oldest one under
+# way, and the next that something happens at, which a step of a sweep does not cross.
+TRUE_TURN, DUE, FAILED, HOLDS, ARRIVAL, EVENT = range(TURN + 2, TURN + 8)
+OWN_SIZE = 16
+OWN, OWN_NEXT = EVENT + 1, EVENT + 1 + OWN_SIZE  # what the law keeps
+QUEUED = OWN_NEXT + OWN_SIZE  # commands under way, each with the time from which it holds
+TAKEN, QUEUE, QUEUE_LENGTH = QUEUED + 1, QUEUED + 2, 64
+CONTROL_ROWS = QUEUE + 7 * QUEUE_LENGTH
 
 # How many runs stand side by side: one alone, a few, or as many as fill the registers.
 ALONE, FEW, MANY = 1, 4, 16

@@ -67,7 +67,7 @@ from simulate.law import advance
 
 
 @njit(cache=True, error_model="numpy", forceinline=True)
-def assemble_platform(w: Rows, flat: Array, by_lane: Rows, by_run: Array, formulas: FormulaPointers, n: int) -> None:
+def assemble_platform(w: Rows, flat: Array, by_lane: Rows, by_run: Array, formulas: FormulaPointers, n: int, with_work: bool) -> None:
     """Mass matrix and right side of the platform: mass, turned inertia, effects on both, weight, gyroscopic moment."""
     for k in range(21):
         w[SYSTEM + k] = 0.0
@@ -84,7 +84,7 @@ def assemble_platform(w: Rows, flat: Array, by_lane: Rows, by_run: Array, formul
     w[SYSTEM + 18] = p * a * g + q * b * h + s * c * k
     w[SYSTEM + 19] = p * d * g + q * e * h + s * f * k
     w[SYSTEM + 20] = p * g * g + q * h * h + s * k * k
-    contributions.change_platform_mass(flat, by_run, formulas, n)
+    contributions.change_platform_mass(w, flat, by_lane, by_run, formulas, n, with_work)
     x, y, z = w[TRIAL + 10], w[TRIAL + 11], w[TRIAL + 12]
     xx, xy, yy = w[SYSTEM + 9], w[SYSTEM + 13], w[SYSTEM + 14]
     xz, yz, zz = w[SYSTEM + 18], w[SYSTEM + 19], w[SYSTEM + 20]
@@ -146,13 +146,13 @@ def leg_forces(w: Rows, flat: Array, by_lane: Rows, by_run: Array, formulas: For
     """Hysteretic force, stops and effects of the leg at hand."""
     line = LEG_VALUE + LINE
     w[STRIP_NOW] = w[U]
-    contributions.uncoil_strip(flat, by_run, formulas, n)
+    contributions.uncoil_strip(flat, by_lane, by_run, formulas, n, with_work)
     a_l, b_l, a_u, b_u = w[line], w[line + 1], w[line + 2], w[line + 3]
     u0, u = w[LEG_BEFORE + 3], w[STRIP_NOW]
     w[H], w[H + 1] = a_l * u0 + b_l, a_u * u0 + b_u
     w[H + 2], w[H + 3] = a_l * u + b_l, a_u * u + b_u
     w[ADDED] = w[AXIAL_MASS] = 0.0
-    contributions.move_asymptotes(flat, by_run, formulas, n)
+    contributions.move_asymptotes(flat, by_lane, by_run, formulas, n, with_work)
     travel = u - u0
     h0, h1 = chosen(travel > 0.0, w[H], w[H + 1]), chosen(travel > 0.0, w[H + 2], w[H + 3])
     w[R] = advance(w[LEG_BEFORE + 1], travel, h0, h1, w[line + 4])
@@ -189,8 +189,8 @@ def ease_in(w: Rows, flat: Array, p: Lanes, x: Lanes, n: int) -> None:
 
 
 @njit(cache=True, error_model="numpy", forceinline=True)
-def add_leg(w: Rows, formulas: FormulaPointers, with_work: bool) -> None:
-    """Force and axial inertia of the leg at hand into right side and mass matrix, its power into the energy balance."""
+def push_platform(w: Rows, with_work: bool) -> None:
+    """Force and axial inertia of the leg at hand into the right side, its power into the energy balance."""
     push = w[R] + w[STOP_FORCE] + w[ADDED] - w[AXIAL_MASS] * w[BIAS]
     for k in range(3):
         w[RIGHT + k] += w[AXIS + k] * push
@@ -198,8 +198,6 @@ def add_leg(w: Rows, formulas: FormulaPointers, with_work: bool) -> None:
     if with_work:
         w[RATE + STATES] += w[R] * w[V]
         w[RATE + STATES + 1] += w[STOP_FORCE] * w[V]
-    if formulas.leg_mass[1] > 0:
-        add_axial_mass(w)
 
 
 @njit(cache=True, error_model="numpy", forceinline=True)

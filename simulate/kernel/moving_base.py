@@ -15,7 +15,7 @@ from numba import njit
 from measure.common.arrays import Array
 from simulate.dispatch.formulas import FormulaPointers
 from simulate.dispatch.lanes import Rows, chosen
-from simulate.kernel.contributions import base_mass, sum_base_forces
+from simulate.kernel.contributions import hold_base, weigh_base
 from simulate.kernel.layout import BASE, BASE_FORCE, BASE_ROW, BASE_SYSTEM, EACH, KINETIC, RATE, RIGHT, STATES, SYSTEM, TRIAL, WEIGHT
 
 Z, VZ = 2, 9  # places of the height and of its rate in a state
@@ -40,10 +40,8 @@ def look_from_base(w: Rows) -> None:
 @njit(cache=True, error_model="numpy", forceinline=True)
 def stand_on_base(w: Rows, flat: Array, by_lane: Rows, by_run: Array, formulas: FormulaPointers, n: int, with_work: bool) -> None:
     """Behind the legs: the base's row of the system, from what the legs have added to the platform's."""
-    for i in range(n):
-        place, speed = flat[(TRIAL + BASE) * n + i], flat[(TRIAL + BASE + 1) * n + i]
-        flat[BASE_SYSTEM * n + i] = base_mass(by_run, formulas, i, n)
-        flat[EACH * n + i] = sum_base_forces(flat, by_run, formulas, i, n, place, speed, with_work)
+    weigh_base(w, flat, by_lane, by_run, formulas, n, with_work)
+    hold_base(w, flat, by_lane, by_run, formulas, n, with_work)
     w[TRIAL + Z] += w[TRIAL + BASE]
     w[TRIAL + VZ] += w[TRIAL + BASE + 1]
     for k in range(6):

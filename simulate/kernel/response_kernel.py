@@ -20,8 +20,7 @@ from simulate.kernel.block import Block, block_memory, bounded, first_stage, lat
 from simulate.kernel.layout import (
     BEYOND,
     CENTRE,
-    CONTROL_MEMORY,
-    CONTROL_ROWS,
+    EVENT,
     FULL,
     LEG,
     LEG_SIZE,
@@ -60,6 +59,8 @@ FRAME, SAMPLE, UNTIL, TOUCHED, ALIVE, HALF_A, HALF_D, TURNED, NOW = range(COUNT,
 TURN, HEIGHT, AWAY, TILTED, QUANTITIES = 0, 2, 4, 6, 8
 BEFORE = NOW + QUANTITIES
 FOLLOWED = BEFORE + QUANTITIES
+
+CONTROL = ROWS + SCRATCH // MANY  # first row of a controller's memory
 
 _SMALL = 0.05  # half angles in a step up to which the arctangent is a polynomial
 _ROUNDING = 1e-9  # of a step
@@ -106,7 +107,7 @@ def respond_runs(block: Block, values: Array, followed: Array, pace: Pace, full_
     for i in range(MANY):
         run_of[i], begun = begin_next(block, followed, i, values, begun)
     while ended < len(values):
-        set_step(w, p, f, pace)
+        set_step(w, p, f, pace, controlled)
         later_stages(block)
         w[TIME] = f[UNTIL]
         first_stage(block)
@@ -136,10 +137,12 @@ def begin_next(block: Block, followed: Array, i: int, values: Array, begun: int)
 
 
 @njit(cache=True, error_model="numpy", forceinline=True)
-def set_step(w: Rows, p: Rows, f: Rows, pace: Pace) -> None:
-    """Length and end of the next step of each run; none goes beyond its frame."""
+def set_step(w: Rows, p: Rows, f: Rows, pace: Pace, controlled: bool) -> None:
+    """Length and end of the next step of each run; none goes beyond its frame, or the next sample or command of a controller."""
     end = (f[FRAME] + 1.0) * pace.frame
     left, step = end - w[TIME], own_step(w, p, pace.frame, pace.at_stops, pace.part)
+    if controlled:
+        step = smaller(w[CONTROL + EVENT] - w[TIME], step)
     last = step > left - _ROUNDING * pace.frame
     w[STEP] = chosen(last, left, step)
     f[UNTIL] = chosen(last, end, w[TIME] + step)
@@ -264,5 +267,4 @@ def write_answer(w: Array, followed: Array, i: int, pace: Pace, controlled: bool
     if answer[FULL_HEIGHT] == np.inf:
         answer[FULL_HEIGHT] = np.nan
     if controlled:
-        memory = (ROWS + CONTROL_ROWS) * MANY + SCRATCH + i * CONTROL_MEMORY
-        answer[CONTROL_FORCE], answer[CONTROL_ENERGY] = w[memory + PEAK], w[memory + TAKEN_OUT]
+        answer[CONTROL_FORCE], answer[CONTROL_ENERGY] = w[(CONTROL + PEAK) * MANY + i], w[(CONTROL + TAKEN_OUT) * MANY + i]

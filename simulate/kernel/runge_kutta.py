@@ -13,10 +13,11 @@ from numba import cfunc, njit
 from numba.np.numpy_support import carray
 
 from measure.common.arrays import Array
+from simulate.control.control_loop import add_control
 from simulate.dispatch.compiled_code import compiled_once
 from simulate.dispatch.formulas import STAGE, FormulaPointers, pointers_at
 from simulate.dispatch.lanes import Rows, chosen, from_row, larger, rows_at
-from simulate.kernel.contributions import add_control, add_platform_wrenches, count_working, keep_leg_for_control, power_row
+from simulate.kernel.contributions import add_platform_wrenches, count_working, keep_leg_for_control, power_row
 from simulate.kernel.layout import (
     ELONGATION,
     HEADING,
@@ -40,28 +41,29 @@ from simulate.kernel.layout import (
     TURNED,
 )
 from simulate.kernel.mechanics import (
-    add_leg,
+    add_axial_mass,
     assemble_platform,
     leg_forces,
     leg_kinematics,
     load_leg,
+    push_platform,
     store_leg,
 )
 from simulate.kernel.moving_base import base_energy, base_rates, eliminate_base, look_from_base, stand_on_base
 from simulate.kernel.rigid_body import kinetic_energy, rotate, solve, state_rates
-from simulate.kernel.transverse import add_transverse
+from simulate.kernel.transverse import add_joint_friction, add_transverse
 
 
 @compiled_once
-def compiled_stage(n: int, with_work: bool) -> Any:
+def compiled_stage(n: int, with_work: bool, controlled: bool) -> Any:
     """The compiled stage for n runs side by side; `.address` is what kernels want. It must outlive their calls, and does.
 
-    One that keeps no account of work is for sweeps, and may round a product and its sum at once.
+    One that keeps no account of work is for sweeps, and may round a product and its sum at once. controlled : with a controller.
     """
-    return cfunc(STAGE, cache=True, error_model="numpy")(_stage(n, with_work, not with_work))
+    return cfunc(STAGE, cache=True, error_model="numpy")(_stage(n, with_work, not with_work, controlled))
 
 
-def _stage(n: int, with_work: bool, fused: bool) -> Any:
+def _stage(n: int, with_work: bool, fused: bool, controlled: bool) -> Any:
     def compute(memory: Any, size: int, rows: Any, every: Any, each: int, pointers: int, ahead: float) -> None:
         """The stage that looks ahead by a part of the step at hand; the one that looks ahead by nothing ends the step before.
 
@@ -76,7 +78,10 @@ def _stage(n: int, with_work: bool, fused: bool) -> Any:
         else:
             set_trial_state(w, ahead)
             w[TIME_BEFORE], w[TIME_NOW] = w[TIME], w[TIME] + ahead * w[STEP]
-        derivative(w, flat, by_lane, by_run, formulas, ahead, n, with_work)
+        add_legs(w, flat, by_lane, by_run, formulas, n, with_work)
+        if controlled:
+            add_control(w, flat, by_lane, by_run, formulas, ahead, n, with_work)
+        accelerate(w, flat, by_lane, by_run, formulas, n, with_work)
         if ahead == 0.0:
             carry_legs(w)
         accumulate(w, formulas, ahead, n, with_work)
@@ -85,12 +90,10 @@ def _stage(n: int, with_work: bool, fused: bool) -> Any:
 
 
 @njit(cache=True, error_model="numpy", forceinline=True)
-def derivative(
-    w: Rows, flat: Array, by_lane: Rows, by_run: Array, formulas: FormulaPointers, ahead: float, n: int, with_work: bool
-) -> None:
-    """Rates of the trial states, and of the work done where account of it is kept, into the rows RATE; what the legs do into OUT."""
+def add_legs(w: Rows, flat: Array, by_lane: Rows, by_run: Array, formulas: FormulaPointers, n: int, with_work: bool) -> None:
+    """Platform and legs at the trial states, into the system; what the legs do into OUT."""
     rotate(w)
-    assemble_platform(w, flat, by_lane, by_run, formulas, n)
+    assemble_platform(w, flat, by_lane, by_run, formulas, n, with_work)
     if with_work:
         flat[power_row(0, n) : power_row(count_working(formulas), n)] = 0.0
     if formulas.base_mass[1] > 0:
@@ -99,14 +102,21 @@ def derivative(
         load_leg(w, by_lane, leg)
         leg_kinematics(w)
         leg_forces(w, flat, by_lane, by_run, formulas, n, with_work)
-        add_leg(w, formulas, with_work)
-        if formulas.leg_transverse[1] + formulas.joint_resistance[1] > 0:
-            add_transverse(w, flat, by_run, formulas, n, with_work)
+        push_platform(w, with_work)
+        if formulas.leg_transverse[1] > 0:
+            add_transverse(w, flat, by_lane, by_run, formulas, n, with_work)
+        if formulas.joint_resistance[1] > 0:
+            add_joint_friction(w, flat, by_lane, by_run, formulas, n, with_work)
+        if formulas.leg_mass[1] + formulas.leg_transverse[1] > 0:
+            add_axial_mass(w)
         if formulas.control[1] > 0:
             keep_leg_for_control(w, formulas, leg, n, with_work)
         store_leg(w, leg)
-    if formulas.control[1] > 0:
-        add_control(flat, by_run, formulas, ahead, n, with_work)
+
+
+@njit(cache=True, error_model="numpy", forceinline=True)
+def accelerate(w: Rows, flat: Array, by_lane: Rows, by_run: Array, formulas: FormulaPointers, n: int, with_work: bool) -> None:
+    """Base and wrenches into the system, and its solution: rates of the trial states, and of the work where account of it is kept."""
     if formulas.base_mass[1] > 0:
         stand_on_base(w, flat, by_lane, by_run, formulas, n, with_work)
     add_platform_wrenches(flat, by_lane, by_run, formulas, n, with_work)

@@ -108,8 +108,9 @@ def _asks_for_so_many(model: Model, step: float, longest: float) -> str:
 def pace_of(model: Model, longest: float = LONGEST_FLIGHT_S) -> Pace:
     """The steps of a sweep's runs: in flight as long as told where nothing is stiff, at a stop as its stiffness asks.
 
-    All steps are in proportion to `longest`, so that half of it halves them. A model that gives a step gives both. A controller acts at
-    the start of a step; with one, none is longer than in a single deployment.
+    All steps are in proportion to `longest`, so that half of it halves them. A model that gives a step gives both. With a controller none
+    goes beyond its next sample, or the next command that arrives, so these ask for nothing. Brakes turn about where legs rest at a stop,
+    so steps there are half as long.
 
     Raises
     ------
@@ -122,9 +123,10 @@ def pace_of(model: Model, longest: float = LONGEST_FLIGHT_S) -> Pace:
     if given:
         return Pace(_beside_samples(given, between), given, _SETTING_IN * fineness, between, samples)
     flying = replace(model, end_stop=replace(model.end_stop, stiffness_N_per_m=0.0, damping_N_s_per_m=0.0))
-    frame = step_of(flying, LONGEST_FLIGHT_S if model.controller is None else LONGEST_STEP_S)
-    at_stops = _AT_STOPS * step_of(model, math.inf)
-    return Pace(_beside_samples(fineness * frame, between), fineness * at_stops, _SETTING_IN * fineness, between, samples)
+    frame = step_of(flying, LONGEST_FLIGHT_S)
+    braked = model.controller is not None and not model.controller.passive
+    at_stops = (1.0 if braked else _AT_STOPS) * step_of(model, math.inf)
+    return Pace(fineness * frame, fineness * at_stops, _SETTING_IN * fineness, between, samples)
 
 
 def _beside_samples(step: float, between: float) -> float:

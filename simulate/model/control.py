@@ -109,7 +109,7 @@ class SampledController(Controller):
     sample_rate_Hz: Positive | None = None
     """how often sensors are read and the law is computed; absent: all the time"""
     delay_s: NotNegative = 0.0
-    """from reading the sensors to the command at the actuator; ends with the next step of integration"""
+    """from reading the sensors to the command at the actuator; in a single deployment it ends with the next step of integration"""
     sensor: Literal["elongation", "camera"] = "elongation"
     """elongation: of each leg; camera: theta_z, from which follow the elongations as far as they come from the rotation"""
     sensor_noise_m: NotNegative = 0.0
@@ -145,10 +145,10 @@ class SampledController(Controller):
         What is sampled is held from step to step, so its gains ask for no shorter step.
         """
         del model
-        slope = self.force_limit_N / self.brake_speed_m_per_s if self.actuator == "brake" else 0.0
+        slope = slope_at_rest(self.force_limit_N, self.brake_speed_m_per_s) if self.actuator == "brake" else 0.0
         ideal = self.sample_rate_Hz is None
         spring, damper = (getattr(self, name, 0.0) if ideal else 0.0 for name in ("stiffness_N_per_m", "damping_N_s_per_m"))
-        return spring, max(damper, _STABLE * slope)
+        return spring, max(damper, slope)
 
     def reseeded(self, by: int) -> SampledController:
         """The same with another noise."""
@@ -166,7 +166,13 @@ _NEED_A_RATE = (
     "delay_s", "lag_s", "sensor_noise_m", "sensor_step_m", "sensor_noise_rad", "sensor_step_rad", "observer_Hz", "failed_sensor",
 )  # fmt: skip
 
-_STABLE = 0.125  # of the slope of a brake at rest: with it the step is at 0.6 of the limit of stability, and not far within
+_STABLE = 0.125  # of the slope of dry friction at rest: with it the step is at 0.6 of the limit of stability, and not far within
+
+
+def slope_at_rest(force_N: float, speed_m_per_s: float) -> float:
+    """Damping of dry friction that sets in as tanh(v / speed), N s/m, as far as the step has to follow it to stay stable."""
+    return _STABLE * force_N / speed_m_per_s
+
 
 Laws = Mapping[str, type[Controller]]
 

@@ -171,7 +171,7 @@ def responses_of(models: Sequence[Model], longest_s: float = longest_flight()) -
 def respond(rows: Array, formulas: FormulaTable, pace: Pace, full_height: float, alone: bool = False) -> Array:
     """Responses (runs, responses.COUNT) of rows of models, SI; steps as from `kernel.step_size.pace_of`. On all cores, or alone on one."""
     answers = np.empty((len(rows), responses.COUNT))
-    stage = compiled_stage(MANY, False).address
+    stage = compiled_stage(MANY, False, len(formulas.control) > 0).address
     if alone:
         respond_block(rows, formulas, stage, pace, full_height, answers)
     else:

@@ -23,16 +23,38 @@ from typing import Any, cast
 import numpy as np
 from scipy.integrate import solve_ivp
 
+from simulate.control.eddy_damper import EddyDamper
+from simulate.control.mechanical_link import MechanicalLink
+from simulate.control.one_way import OneWay
+from simulate.control.profile import Profile
+from simulate.control.synchronise import Synchronise
 from simulate.effects import (
     CATALOGUE,
     AirDrag,
+    Backlash,
+    BaseExcitation,
     CablePendulum,
+    CounterweightInertia,
+    CurvedAsymptotes,
+    EddyDamping,
+    FlexibleBase,
+    ForceRelaxation,
     GravityImbalance,
+    HandrailContact,
+    JointFriction,
+    LegMass,
     PowerLawFriction,
+    PulleyInertia,
+    RateDependentAsymptotes,
+    Ripple,
+    SeriesPlay,
+    StribeckFriction,
     TransitionZone,
 )
 from simulate.files.model_file import read_model
 from simulate.model import responses
+from simulate.model.control import Controller
+from simulate.model.effect import Effect
 from simulate.model.model import Model, per_leg
 from simulate.sweeps.designs import design_of
 from simulate.sweeps.factors import paper_factors
@@ -40,6 +62,31 @@ from simulate.sweeps.step_search import choose_step
 from simulate.sweeps.sweep import Sweep, run_on
 
 RUNS = 4096
+
+# Effects so slight that the motion, and so the number of steps, stays what it is.
+SLIGHT: dict[str, Effect] = {
+    effect.name: effect
+    for effect in (
+        GravityImbalance(1e-3), AirDrag(1e-3), CablePendulum(1e-3), HandrailContact(0.02, 1e-2), BaseExcitation(1e-4),
+        CounterweightInertia(0.999), PulleyInertia(1e-4), EddyDamping(1e-4, 0.1), PowerLawFriction(1e-4, 2.0), StribeckFriction(1e-5, 0.05),
+        TransitionZone(1e-4, 0.08), ForceRelaxation(1e-4, 0.3), Ripple(1e-5, 0.05), Backlash(1e-6), CurvedAsymptotes(1e-3, 1e-3),
+        RateDependentAsymptotes(b_l=(1e-4, 0.0)), SeriesPlay(1e-6), LegMass(1e-4), JointFriction(1e-6, 1e-6), FlexibleBase(1e3, 5.0),
+    )
+}  # fmt: skip
+
+_GAINS: dict[str, Any] = {"stiffness_N_per_m": 1000.0, "damping_N_s_per_m": 20.0}
+CONTROLLERS: dict[str, Controller] = {
+    "eddy-damper": EddyDamper(damping_N_s_per_m=5.0),
+    "mechanical-link": MechanicalLink(**_GAINS),
+    "synchronise, motors": Synchronise(**_GAINS, force_limit_N=1.0, actuator="motor"),
+    "synchronise, brakes": Synchronise(**_GAINS, force_limit_N=1.0),
+    "profile, brakes of 5 N": Profile(duration_s=1.0, **_GAINS, force_limit_N=5.0),
+    "one-way, 10 N": OneWay(clutch_force_N=10.0),
+    "brakes sampled at 1 kHz": Synchronise(**_GAINS, force_limit_N=1.0, sample_rate_Hz=1000.0),
+    "and noise, delay, lag, observer": Synchronise(
+        **_GAINS, force_limit_N=1.0, sample_rate_Hz=1000.0, sensor_noise_m=1e-4, delay_s=2e-3, lag_s=5e-3, observer_Hz=60.0
+    ),
+}
 
 
 def seconds(work: Callable[[], object], times: int = 1) -> float:
@@ -150,6 +197,9 @@ def main() -> None:
     print_first_start()
     print("step tried on the design:", found.report)
     print_errors(model, sweep)
+    for name, controller in CONTROLLERS.items():
+        print(f"with a controller: {name}; ", end="")
+        print_errors(model, full_design(replace(model, controller=controller)), 2)
 
 
 def print_costs(model: Model, ours: float) -> None:
@@ -158,11 +208,27 @@ def print_costs(model: Model, ours: float) -> None:
         took = seconds(lambda runs=runs: full_design(model).responses(0, runs), 3)
         print(f"{runs} runs of them, for each run                          {took / ours * RUNS / runs:19.2f}")
     idle = tuple(kind() for name, kind in CATALOGUE.items() if name not in [effect.name for effect in model.effects])
-    acting = (GravityImbalance(1e-3), AirDrag(1e-3), CablePendulum(1e-3), PowerLawFriction(1e-4, 2.0), TransitionZone(1e-4, 0.08))
-    for what, effects in (("whole catalogue, switched off", idle), *((f"{n} effects more", acting[:n]) for n in (1, 2, 3, 4, 5))):
-        other = full_design(replace(model, effects=(*model.effects, *effects)))
-        other.responses(0, 16)
-        print(f"{what:55}{seconds(lambda other=other: answers_of(other)) / ours:19.2f}")
+    five = ("gravity-imbalance", "air-drag", "cable-pendulum", "power-law-friction", "transition-zone")
+    print_ratio("whole catalogue, switched off", model, replace(model, effects=(*model.effects, *idle)))
+    for n in range(1, len(five) + 1):
+        acting = tuple(SLIGHT[name] for name in five[:n])
+        print_ratio(f"{n} effects more", model, replace(model, effects=(*model.effects, *acting)))
+    for name, effect in SLIGHT.items():
+        print_ratio(f"with {name}", model, replace(model, effects=(*model.effects, effect)))
+    for name, controller in CONTROLLERS.items():
+        print_ratio(f"with a controller: {name}", model, replace(model, controller=controller))
+
+
+def print_ratio(what: str, model: Model, other: Model, runs: int = 512) -> None:
+    """Time of runs of the design with another model, as a share of the time with this one, by turns."""
+    sweeps, took = [full_design(model), full_design(other)], [np.inf, np.inf]
+    for sweep in sweeps:
+        sweep.responses(0, 16)
+    for _ in range(3):
+        for i, sweep in enumerate(sweeps):
+            took[i] = min(took[i], seconds(lambda sweep=sweep: sweep.responses(0, runs)))
+    frames = "" if sweeps[1].pace[:2] == sweeps[0].pace[:2] else f"   steps up to {1e3 * sweeps[1].pace.frame:.2g} ms"
+    print(f"{what:55}{took[1] / took[0]:19.2f}{frames}")
 
 
 def print_first_start() -> None:
@@ -178,10 +244,10 @@ def print_first_start() -> None:
         subprocess.run([sys.executable, "-c", code], env={**os.environ, "NUMBA_CACHE_DIR": kept}, check=True)
 
 
-def print_errors(model: Model, sweep: Sweep) -> None:
+def print_errors(model: Model, sweep: Sweep, blocks: int = 8) -> None:
     """Error of theta_z against a sixteenth of the step, balanced stored forces (sum of signs zero) apart: they are unstable."""
     fine = replace(sweep, longest_s=sweep.longest_s / 16)
-    runs = np.random.default_rng(0).permutation(RUNS // 64)[:8] * 64
+    runs = np.random.default_rng(0).permutation(RUNS // 64)[:blocks] * 64
     apart, balanced = [], []
     for first in runs:
         coded = sweep.design.piece(int(first), int(first) + 64)

@@ -59,6 +59,25 @@ def test_functions_are_those_of_the_library_to_some_last_digits(function, exact)
     np.testing.assert_allclose(computed(function), exact, rtol=5e-15, atol=0)
 
 
+@pytest.mark.parametrize("name", ["sin", "cos"])
+def test_waves_are_those_of_the_library_over_many_turns_and_beyond(name):
+    @njit
+    def run(memory):
+        w = rows_at(memory, N, False)
+        w[1] = math.sin(w[0])
+        w[2] = math.cos(w[0])
+
+    at = np.concatenate(
+        [np.linspace(-20.0, 20.0, 4001), np.linspace(-9.9e4, 9.9e4, 4000), [1e5, -1e7, 1e15], np.arange(-40, 40) * np.pi / 2]
+    )
+    for eight in at[: len(at) // N * N].reshape(-1, N):
+        memory = np.concatenate([eight, np.zeros(2 * N)])
+        run(memory)
+        np.testing.assert_allclose(
+            memory[N : 2 * N] if name == "sin" else memory[2 * N :], getattr(np, name)(eight), rtol=1e-15, atol=5e-16
+        )
+
+
 def test_a_choice_is_made_lane_by_lane_and_a_mask_can_be_asked():
     @njit
     def run(memory):

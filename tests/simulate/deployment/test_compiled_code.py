@@ -19,7 +19,7 @@ print([len(loop.signatures) for loop in loops])
 def test_models_with_the_same_kinds_of_effects_share_their_formulas_and_stages(lopsided):
     heavier = replace(lopsided, platform=replace(lopsided.platform, mass_kg=1.1))
     assert formula_table_of(heavier) is formula_table_of(lopsided)
-    assert compiled_stage(1, True) is compiled_stage(1, True)
+    assert compiled_stage(1, True, False) is compiled_stage(1, True, False)
 
 
 def test_a_single_deployment_compiles_neither_the_loop_of_many_nor_that_of_a_sweep(pytestconfig):

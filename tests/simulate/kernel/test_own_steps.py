@@ -6,7 +6,25 @@ import numpy as np
 import pytest
 
 from simulate.deployment.deploy import deploy
-from simulate.effects import CentreOfMassOffset, GravityImbalance, StribeckFriction, TransitionZone
+from simulate.dispatch.formulas import SIGNATURES
+from simulate.dispatch.lane_forms import form_for_all
+from simulate.effects import (
+    CATALOGUE,
+    BaseExcitation,
+    CentreOfMassOffset,
+    CounterweightInertia,
+    CurvedAsymptotes,
+    FlexibleBase,
+    GravityImbalance,
+    JointFriction,
+    LegMass,
+    PulleyInertia,
+    RateDependentAsymptotes,
+    Ripple,
+    SeriesPlay,
+    StribeckFriction,
+    TransitionZone,
+)
 from simulate.kernel.step_size import pace_of
 from simulate.model import responses
 from simulate.model.model import Simulation
@@ -85,10 +103,28 @@ def test_a_run_that_diverges_is_named_with_its_time_and_its_neighbours_are_not_t
     np.testing.assert_array_equal(sweep.responses_at(coded[~lost]), answers[~lost])
 
 
-def test_formulas_give_the_same_run_side_by_side_as_alone(prototype):
-    """exp, tanh and a power are computed for all runs at once in a sweep, and by the library in a single deployment."""
-    effects = (*prototype.effects, StribeckFriction(0.02, 0.05), TransitionZone(0.1, 0.08))
-    model = replace(prototype, effects=effects, simulation=Simulation(0.25, 1000.0, 2.5e-4))
+EVERY_KIND = {
+    "leg_force": (StribeckFriction(0.02, 0.05), TransitionZone(0.1, 0.08), Ripple(0.05, 0.03, 0.4)),
+    "leg_asymptotes": (CurvedAsymptotes(2.0, -3.0), RateDependentAsymptotes(b_l=(0.05, 0.02))),
+    "leg_mass, leg_transverse": (LegMass(0.2),),
+    "joint_resistance": (JointFriction(1e-3, 2e-4),),
+    "platform_mass": (CounterweightInertia(0.7), PulleyInertia(0.2)),
+    "platform_wrench": (BaseExcitation(0.5, 8.0, 0.3),),
+    "strip_elongation": (SeriesPlay(1e-3),),
+    "base_mass, base_force": (FlexibleBase(8.0, 12.0, 0.05),),
+}
+
+
+@pytest.mark.parametrize("kinds", EVERY_KIND)
+def test_formulas_give_the_same_run_side_by_side_as_alone(prototype, kinds):
+    """A formula is computed for all runs at once in a sweep, and with the functions of the library in a single deployment."""
+    model = replace(prototype, effects=(*prototype.effects, *EVERY_KIND[kinds]), simulation=Simulation(0.25, 1000.0, 2.5e-4))
     model = replace(model, actuator=model.actuator.shifted((0.05, 0, 0, -0.03, 0, 0)))
     theta = deploy(model).channels["theta_z_rad"]
     assert responses_of([model])[0, responses.THETA_Z] == pytest.approx(theta[np.argmax(np.abs(theta))], abs=1e-9)
+
+
+def test_only_formulas_with_a_branch_are_computed_run_by_run():
+    formulas = [(name, kind, getattr(effect, kind)) for name, effect in CATALOGUE.items() for kind in SIGNATURES]
+    alone = {name for name, kind, formula in formulas if formula is not None and form_for_all(formula, kind) is None}
+    assert alone == {"backlash", "handrail-contact"}

@@ -48,7 +48,7 @@ def drawn(lopsided, seed, kinds):
 def kernel_block(model):
     table = formula_table_of(model)
     row, count = row_of(model), count_with_power(table)
-    block = Block(*block_memory(len(row), ALONE, count, 0), pointers_of(table), compiled_stage(ALONE, True).address, ALONE, count)
+    block = Block(*block_memory(len(row), ALONE, count, 0), pointers_of(table), compiled_stage(ALONE, True, False).address, ALONE, count)
     release(block, 0, row)
     fill(block, STEP_ROW, STEP)
     return block

@@ -1,0 +1,210 @@
+"""Formulas of effects for runs side by side: one call for a block of runs, with rows where a formula has numbers."""
+
+from __future__ import annotations
+
+import hashlib
+from contextlib import suppress
+from pathlib import Path
+from typing import Any
+
+from numba import cfunc, njit, types
+from numba.core.errors import NumbaError
+from numba.extending import register_jitable
+
+from simulate.dispatch.compiled_code import compiled_once
+from simulate.dispatch.intrinsics import caller, shifted
+from simulate.dispatch.lanes import rows_at
+from simulate.kernel.layout import MANY
+
+_NUMBERS = types.CPointer(types.float64)
+
+# The forms for runs side by side: one call for a block, not one for each run; numbers become rows. A sweep computes a formula with the
+# numbers of all its runs at once, if it can be (no branch). The two that every leg needs at every stage have a form in other kernels too:
+# there the parameters of a run stand `size` apart; with `together`, which a sweep says, they are rows.
+LANE_SIGNATURES = {
+    "leg_force": types.void(*[_NUMBERS] * 6, types.int64, _NUMBERS, _NUMBERS, types.int64, types.int64),
+    "leg_mass": types.void(_NUMBERS, _NUMBERS, types.int64, _NUMBERS, _NUMBERS, types.int64, types.int64),
+    "strip_elongation": types.void(*[_NUMBERS] * 4),
+    "leg_asymptotes": types.void(*[_NUMBERS] * 5),
+    "leg_transverse": types.void(*[_NUMBERS] * 4),
+    "joint_resistance": types.void(*[_NUMBERS] * 3),
+    "platform_wrench": types.void(*[_NUMBERS] * 5),
+    "platform_mass": types.void(*[_NUMBERS] * 3),
+    "base_mass": types.void(*[_NUMBERS] * 2),
+    "base_force": types.void(*[_NUMBERS] * 4),
+    "law": types.void(*[_NUMBERS] * 7),
+}
+
+
+@compiled_once
+def lanes_form(formula: Any, kind: str) -> Any:
+    """The form for lanes, or None where there is none: a formula with a branch is called run by run.
+
+    Compiled code is kept by the formula's name and by what stands in its file.
+    """
+    found = form_for_all(formula, kind)
+    return _kept(_LANES[kind], formula, kind) if found is None and kind in _LANES else found
+
+
+@compiled_once
+def form_for_all(formula: Any, kind: str) -> Any:
+    """The form that computes all runs of a sweep's block at once, or None where the formula cannot be computed so."""
+    register_jitable(formula)
+    with suppress(NumbaError):
+        return _kept(_TOGETHER[kind], formula, kind)
+    return None
+
+
+def _kept(make: Any, formula: Any, kind: str) -> Any:
+    source = Path(formula.__code__.co_filename)
+    try:
+        return cfunc(LANE_SIGNATURES[kind], cache=True)(make(formula, hashlib.sha256(source.read_bytes()).digest()))
+    except (OSError, RuntimeError):
+        return cfunc(LANE_SIGNATURES[kind])(make(formula, b""))
+
+
+# The forms use `source` only to have it in their closure, by which numba tells kept code apart.
+def _leg_force_lanes(formula: Any, source: bytes) -> Any:
+    def lanes(u: Any, v: Any, t: Any, R: Any, turned: Any, p: Any, size: int, rows: Any, out: Any, n: int, together: int) -> None:
+        for i in range(n if len(source) >= 0 else 0):
+            out[i] = formula(u[i], v[i], t[i], R[i], u[i] - turned[i], shifted(p, i * size))
+
+    return lanes
+
+
+def _leg_force_together(formula: Any, source: bytes) -> Any:
+    def lanes(u: Any, v: Any, t: Any, R: Any, turned: Any, p: Any, size: int, rows: Any, out: Any, n: int, together: int) -> None:
+        if together:
+            place, speed, time, stored, last = of_all(u), of_all(v), of_all(t), of_all(R), of_all(turned)
+            of_all(out)[0] = formula(place[0], speed[0], time[0], stored[0], place[0] - last[0], of_all(rows))
+        else:
+            for i in range(n if len(source) >= 0 else 0):
+                out[i] = formula(u[i], v[i], t[i], R[i], u[i] - turned[i], shifted(p, i * size))
+
+    return lanes
+
+
+@njit(forceinline=True)
+def of_all(numbers: Any) -> Any:
+    """Rows of a sweep's block."""
+    return rows_at(numbers, MANY, True)
+
+
+def _leg_mass_lanes(formula: Any, source: bytes) -> Any:
+    def lanes(u: Any, p: Any, size: int, rows: Any, out: Any, n: int, together: int) -> None:
+        for i in range(n if len(source) >= 0 else 0):
+            out[i] += formula(u[i], shifted(p, i * size))
+
+    return lanes
+
+
+def _leg_mass_together(formula: Any, source: bytes) -> Any:
+    def lanes(u: Any, p: Any, size: int, rows: Any, out: Any, n: int, together: int) -> None:
+        if together:
+            of_all(out)[0] += formula(of_all(u)[0], of_all(rows))
+        else:
+            for i in range(n if len(source) >= 0 else 0):
+                out[i] += formula(u[i], shifted(p, i * size))
+
+    return lanes
+
+
+def _strip_elongation_together(formula: Any, source: bytes) -> Any:
+    def lanes(u: Any, before: Any, p: Any, out: Any) -> None:
+        if len(source) >= 0:
+            of_all(out)[0] = formula(of_all(u)[0], of_all(before)[0], of_all(p))
+
+    return lanes
+
+
+def _leg_asymptotes_together(formula: Any, source: bytes) -> Any:
+    def lanes(u: Any, v: Any, t: Any, p: Any, h: Any) -> None:
+        if len(source) >= 0:
+            formula(of_all(u)[0], of_all(v)[0], of_all(t)[0], of_all(p), of_all(h))
+
+    return lanes
+
+
+def _leg_transverse_together(formula: Any, source: bytes) -> Any:
+    def lanes(length: Any, full: Any, p: Any, g: Any) -> None:
+        if len(source) >= 0:
+            formula(of_all(length)[0], of_all(full)[0], of_all(p), of_all(g))
+
+    return lanes
+
+
+def _joint_resistance_together(formula: Any, source: bytes) -> Any:
+    def lanes(rate: Any, p: Any, out: Any) -> None:
+        if len(source) >= 0:
+            of_all(out)[0] += formula(of_all(rate)[0], of_all(p))
+
+    return lanes
+
+
+def _platform_wrench_together(formula: Any, source: bytes) -> Any:
+    def lanes(t: Any, pose: Any, twist: Any, p: Any, wrench: Any) -> None:
+        if len(source) >= 0:
+            formula(of_all(t)[0], of_all(pose), of_all(twist), of_all(p), of_all(wrench))
+
+    return lanes
+
+
+def _platform_mass_together(formula: Any, source: bytes) -> Any:
+    def lanes(pose: Any, p: Any, mass: Any) -> None:
+        if len(source) >= 0:
+            formula(of_all(pose), of_all(p), of_all(mass))
+
+    return lanes
+
+
+def _base_mass_together(formula: Any, source: bytes) -> Any:
+    def lanes(p: Any, out: Any) -> None:
+        if len(source) >= 0:
+            of_all(out)[0] += formula(of_all(p))
+
+    return lanes
+
+
+def _base_force_together(formula: Any, source: bytes) -> Any:
+    def lanes(place: Any, speed: Any, p: Any, out: Any) -> None:
+        if len(source) >= 0:
+            of_all(out)[0] += formula(of_all(place)[0], of_all(speed)[0], of_all(p))
+
+    return lanes
+
+
+def _law_together(formula: Any, source: bytes) -> Any:
+    def lanes(t: Any, u: Any, v: Any, turn: Any, memory: Any, p: Any, out: Any) -> None:
+        if len(source) >= 0:
+            formula(of_all(t)[0], of_all(u), of_all(v), of_all(turn), of_all(memory), of_all(p), of_all(out))
+
+    return lanes
+
+
+_LANES = {"leg_force": _leg_force_lanes, "leg_mass": _leg_mass_lanes}
+_TOGETHER = {
+    "leg_force": _leg_force_together,
+    "leg_mass": _leg_mass_together,
+    "strip_elongation": _strip_elongation_together,
+    "leg_asymptotes": _leg_asymptotes_together,
+    "leg_transverse": _leg_transverse_together,
+    "joint_resistance": _joint_resistance_together,
+    "platform_wrench": _platform_wrench_together,
+    "platform_mass": _platform_mass_together,
+    "base_mass": _base_mass_together,
+    "base_force": _base_force_together,
+    "law": _law_together,
+}
+
+
+call_leg_force_lanes = caller(LANE_SIGNATURES["leg_force"])
+call_leg_mass_lanes = caller(LANE_SIGNATURES["leg_mass"])
+call_strip_elongation_lanes = caller(LANE_SIGNATURES["strip_elongation"])
+call_leg_asymptotes_lanes = caller(LANE_SIGNATURES["leg_asymptotes"])
+call_leg_transverse_lanes = caller(LANE_SIGNATURES["leg_transverse"])
+call_joint_resistance_lanes = caller(LANE_SIGNATURES["joint_resistance"])
+call_platform_wrench_lanes = caller(LANE_SIGNATURES["platform_wrench"])
+call_platform_mass_lanes = caller(LANE_SIGNATURES["platform_mass"])
+call_base_mass_lanes = caller(LANE_SIGNATURES["base_mass"])
+call_base_force_lanes = caller(LANE_SIGNATURES["base_force"])
+call_law_lanes = caller(LANE_SIGNATURES["law"])
