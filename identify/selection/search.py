@@ -41,7 +41,8 @@ _SHORT = 1.0  # of a promise, in log evidence: then the fit may have gone astray
 @dataclass
 class Search:
     """What was fitted and what was only weighed. prior : log prior of a set of names. due : names that are fitted whatever they promise,
-    because the law had bent to what is missing. led : by what promise each was fitted."""
+    because the law had bent to what is missing. led : by what promise each was fitted. led_anew : what was led from the model file.
+    reached : log weight to which the fit of each led by itself."""
 
     catalogue: Mapping[str, type[Effect]]
     prior: Prior
@@ -55,6 +56,7 @@ class Search:
     due: set[Names] = field(default_factory=set)
     led: dict[Names, Ahead] = field(default_factory=dict)
     led_anew: set[Names] = field(default_factory=set)
+    reached: dict[Names, float] = field(default_factory=dict)
     spent: int = 0
 
     @property
@@ -276,9 +278,12 @@ class Search:
         self._keep(ahead.names, found)
         self.spent += 0 if found.fit.rms < CLOSE else _DEAD_END
         self._base_again(self.fitted[ahead.names].weighed)
+        self.reached[ahead.names] = self.fitted[ahead.names].log_weight
+        if self.reached[ahead.names] == max(self.reached.values()):  # as far as a fit by itself leads: a rival may have been led on
+            self._brought_back(self.fitted[ahead.names])
         likeliest = max(self.fitted.values(), key=lambda one: one.log_weight)
         if ahead.names == likeliest.names:
-            self._with_less(self._brought_back(likeliest))
+            self._with_less(likeliest)
 
     def _with_less(self, one: Hypothesis) -> None:
         """Fit what is left of several names without each of them: the first one may have stood for the second.
