@@ -193,8 +193,11 @@ LOSES = 3.0
 """Log evidence below the best first look, or below nothing, from which on a hypothesis is not looked at more closely."""
 
 SLIGHT = 2.0
-"""Tolerances, root mean square over the parameters, up to which an error of the model file is no finding but stands with what was moved
-within them: a tolerance is itself known to a factor of two at best."""
+"""Tolerances, root mean square over the parameters that show, up to which an error of the model file is no finding but stands with what was
+moved within them: a tolerance is itself known to a factor of two at best."""
+
+NO_WORSE = 1.02
+"""Times the gap of a run that was held out, up to which names do not make it worse: its simulation and release are exact to a percent."""
 
 UNNAMED = 0.02
 """Prior probability of a force that no catalogue holds, all tables together."""

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from identify.campaign.noiseless import AddedNoise
+from identify.criteria import NO_WORSE
 from identify.design.further_test import NextTest
 from identify.draft.effect_file import Variable
 from identify.estimation.problem import Fit
@@ -18,8 +19,6 @@ from identify.selection.verdict import Finding, Names
 from measure.notebook.shown import Shown
 from simulate.model.effect import Effect
 from simulate.model.model import Model
-
-_WORSE = 1.02  # times the gap of a run held out: simulation and release are exact to a percent
 
 
 @dataclass(frozen=True)
@@ -73,7 +72,7 @@ class Drafted:
     @property
     def carries_over(self) -> bool:
         """Whether the runs held out are met no worse with it; true where there are none."""
-        return self.before is None or self.after is None or self.after <= _WORSE * self.before
+        return self.before is None or self.after is None or self.after <= NO_WORSE * self.before
 
     @property
     def at_bound(self) -> list[str]:
@@ -114,7 +113,7 @@ class Held:
     @property
     def grows(self) -> bool:
         """Whether the names make it worse."""
-        return gap_left(self.after) > _WORSE * gap_left(self.before)
+        return gap_left(self.after) > NO_WORSE * gap_left(self.before)
 
 
 @dataclass(frozen=True, repr=False)

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from identify.criteria import SLIGHT
+from identify.criteria import EFFECT_SPREAD, SLIGHT
 from identify.estimation.fit import Fitted, Posed
 from measure.common.arrays import Array
 from simulate.effects import (
@@ -101,13 +101,25 @@ def tolerance_of(effect: Effect, model: Model) -> Array:
 
 
 def slight_errors(fit: Fitted[Posed]) -> tuple[tuple[Effect, float], ...]:
-    """Errors of the model file that were fitted like effects and came out hardly beyond their tolerances, with their size in these."""
+    """Errors of the model file that were fitted like effects and came out hardly beyond their tolerances, with their size in these.
+
+    The size is the root mean square over as many parameters as the measurements determine: the others stay at nought and say nothing.
+    """
     found = []
     for effect in fit.problem.effects_at(fit.q):
         sizes = np.array(list(sizes_in_tolerances(fit, effect.name).values()))
-        size = float(np.sqrt(np.mean(sizes**2))) if len(sizes) and np.all(np.isfinite(sizes)) else np.inf
+        known = len(sizes) and np.all(np.isfinite(sizes))
+        size = float(np.sqrt(np.sum(sizes**2) / _determined(fit, effect.name))) if known else np.inf
         found += [(effect, size)] if size < SLIGHT else []
     return tuple(found)
+
+
+def _determined(fit: Fitted[Posed], name: str) -> float:
+    """How many parameters of an effect the measurements determine and not their priors; at least one."""
+    rows = [k for k, one in enumerate(fit.problem.parameters) if k >= fit.problem.first_effect and one.name.startswith(f"{name}.")]
+    spreads = np.array([min(fit.problem.parameters[k].spread, EFFECT_SPREAD) for k in rows])
+    kept = 1.0 - np.diag(fit.covariance)[rows] / spreads**2
+    return max(1.0, float(np.sum(np.clip(kept, 0.0, 1.0))))
 
 
 def sizes_in_tolerances(fit: Fitted[Posed], name: str) -> dict[tuple[str, int], float]:
