@@ -22,7 +22,7 @@ WORDS: Mapping[str, tuple[str, Tone]] = {
     "unknown": ("unknown: there is a gap, and no effect of the catalogue explains it", "bad"),
     "no-gap": ("no-gap: model and measurements differ by noise", "good"),
 }
-_QUOTED = 2
+_QUOTED = 3
 _MOST_OUTLIERS = 5.0  # percent: what the noise's heavy tails allow for
 
 
@@ -59,9 +59,9 @@ def _worth(gap: Mapping[str, Any]) -> str:
     it, held = "with it", gap.get("held_out")
     if held is None:
         before, after = (times(gap[key]["rms_over_noise"], _QUOTED) for key in ("before", "after"))
-        return f"{it} the measurements are met to {after} of the noise, without to {before}"
+        return f"{it} the measurements are met to {after} of the noise, without it to {before}"
     before, after = (times(held[key]["rms_over_noise"], _QUOTED) for key in ("before", "after"))
-    return f"{it} a run that took no part is met to {after} of the noise, without to {before}"
+    return f"{it} a run that took no part is met to {after} of the noise, without it to {before}"
 
 
 def numbers(found: Explanation, result: Mapping[str, Any]) -> list[Number]:

@@ -55,7 +55,7 @@ def test_the_first_sentence_names_the_effect_its_size_in_units_of_people_and_wha
     assert low < size < high
     assert size == pytest.approx(10.0, rel=0.02)
     assert "or hub-inertia" in said[1] or "or leg-mass" in said[1]
-    assert "of the noise, without to" in said[1]
+    assert "of the noise, without it to" in said[1]
 
 
 def test_the_gap_is_drawn_where_the_eye_sees_it(shaken):
