@@ -64,6 +64,11 @@ def _looks_like(one: Parameter, shift: float, geometry: Geometry | None) -> str:
             f"geometry.stowed_height_m = {height:.4g} under its [run.model]; otherwise "
             "the table counts from another place, or the model lacks something"
         )
+    if one.key == "length_scale":
+        return (
+            f"the film's scale looks off by {100.0 * shift:.3g} %: look at what it was measured from. "
+            "If that is right the model lacks something, and what else was moved in this run is not to be believed either"
+        )
     if one.key == "instant_s":
         return "the clock looks as if it did not begin at the release: shift time_s so that the release is at 0"
     if one.key == STORED_FORCE or one.key.startswith("stored_force_N"):

@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 
 from identify.campaign.runs import read_campaign
+from identify.estimation.parameters import Parameter
 from identify.gap.compare import compare
-from identify.gap.dragged import dragged, in_words, lost
+from identify.gap.dragged import _looks_like, dragged, in_words, lost
 from simulate.files.model_file import read_model
 
 
@@ -27,6 +28,11 @@ def test_a_run_whose_stowed_height_was_not_written_is_said_to_have_begun_there(t
     assert runs[1].label in first
     assert "geometry.stowed_height_m = 0.28" in first
     assert max(moved, key=lambda one: abs(one.shift)).shift == pytest.approx(0.28 - model.geometry.stowed_height_m, abs=0.006)
+
+
+def test_a_film_whose_scale_was_moved_says_so():
+    scale = Parameter("film.length_scale", 1.5e-4, 1.0, -np.inf, np.inf, "film.csv")
+    assert "the film's scale looks off by 13.7 %" in _looks_like(scale, 0.137, None)
 
 
 def test_nothing_is_dragged_where_all_is_as_written(two):
