@@ -22,6 +22,7 @@ def test_a_promise_moves_the_exponent_and_is_kept_by_the_fit(at):
     (promise,) = (one for one in promises(at, {NAME: CATALOGUE[NAME]}) if one.name == NAME)
     problem, start = posed(at, promise)
     shape = problem.effects_at(start)[0]
+    assert isinstance(shape, PowerLawFriction)
     assert shape.exponent == pytest.approx(0.7, abs=0.1)
     assert promise.log_z == pytest.approx(weighed(solve(problem, start)).log_z, abs=3.0)
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -13,7 +14,7 @@ from identify.selection.model_errors import _determined, slight_errors
 NAME = "geometry-error"
 
 
-def fit_of(deviations):
+def fit_of(deviations) -> Any:
     """A fit of a law and of an error with parameters known to some deviations; the prior of each is ten."""
     rows = [
         SimpleNamespace(name="beta_per_m", spread=2.0),
