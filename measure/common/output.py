@@ -12,6 +12,7 @@ import shutil
 import signal
 import sys
 import tempfile
+import threading
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
@@ -24,6 +25,7 @@ _KEY = ".unspool-"
 _TEMPORARY = re.compile(r"\.unspool-[0-9a-f]{16}-")
 _LONGEST_SUFFIX = 12
 _appeared = 0  # blocks of `all_or_none` that have ended well and had something to write
+_INTERRUPTS = [getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGALRM") if hasattr(signal, name)]
 _together: list[list[tuple[Path, Path]]] = []  # by block of `all_or_none`: temporary files that wait for their names
 
 _REPORTED_PACKAGES = ("unspool", "numpy", "scipy", "numba", "lmfit", "opencv-python-headless", "av")
@@ -138,15 +140,24 @@ def _put_back(path: Path, old: Path | None) -> None:
 
 @contextmanager
 def _undisturbed() -> Iterator[None]:
-    """Ctrl-C and the like wait until the block has ended; some milliseconds."""
-    if not hasattr(signal, "pthread_sigmask"):
+    """Ctrl-C and the like wait until the block has ended; some milliseconds.
+
+    A signal goes to any thread of a process that takes it, and its handler to the main thread: so the handlers wait, not the thread.
+    """
+    if threading.current_thread() is not threading.main_thread():  # no handler runs here
         yield
         return
-    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT, signal.SIGTERM})
+    asked: list[int] = []
+    before = {number: handler for number in _INTERRUPTS if (handler := signal.getsignal(number)) is not None}
+    for number in before:
+        signal.signal(number, lambda number, frame: asked.append(number))
     try:
         yield
     finally:
-        signal.pthread_sigmask(signal.SIG_SETMASK, before)
+        for number, handler in before.items():
+            signal.signal(number, handler)
+        for number in dict.fromkeys(asked):
+            signal.raise_signal(number)
 
 
 def regular(path: Path) -> Path:

@@ -7,6 +7,8 @@ import random
 import signal
 import subprocess
 import sys
+import threading
+import time
 from pathlib import Path
 
 import pytest
@@ -263,10 +265,36 @@ def test_a_signal_while_results_take_their_names_waits_until_all_have_theirs(tmp
 
     def replace(source, target):
         os.kill(os.getpid(), signal.SIGINT)
+        time.sleep(0.005)  # until some thread has taken it
         real(source, target)
 
     monkeypatch.setattr(output.os, "replace", replace)
     paths = [tmp_path / "a.csv", tmp_path / "b.csv"]
     with pytest.raises(KeyboardInterrupt):
         write_all(Outputs({"--output": paths[0], "--json": paths[1]}), paths)
+    assert tree(tmp_path) == {"a.csv": b"new", "b.csv": b"new"}
+
+
+def test_it_waits_likewise_where_other_threads_take_the_signal(tmp_path, monkeypatch):
+    """Kernels and test processes have further threads; a signal to the process comes to any of them."""
+    ended = threading.Event()
+    others = [threading.Thread(target=ended.wait) for _ in range(4)]
+    for other in others:
+        other.start()
+    try:
+        for number in range(20):
+            (tmp_path / str(number)).mkdir()
+            with monkeypatch.context() as patched:
+                test_a_signal_while_results_take_their_names_waits_until_all_have_theirs(tmp_path / str(number), patched)
+    finally:
+        ended.set()
+        for other in others:
+            other.join()
+
+
+def test_results_are_written_from_a_thread_of_a_user_too(tmp_path):
+    paths = [tmp_path / "a.csv", tmp_path / "b.csv"]
+    own = threading.Thread(target=lambda: write_all(Outputs({"--output": paths[0], "--json": paths[1]}), paths))
+    own.start()
+    own.join()
     assert tree(tmp_path) == {"a.csv": b"new", "b.csv": b"new"}
