@@ -7,9 +7,11 @@ import pytest
 from board.outside import Gust, Snag
 
 from identify.gap.force_tables import seen_places
-from identify.gap.platform_force import KNOTS, ForceAlongHeight, ForceAlongSpeed, ForceAlongTime, MissingForce
+from identify.gap.platform_force import ALONGS, KNOTS, ForceAlongHeight, ForceAlongSpeed, ForceAlongTime, MissingForce
 from identify.selection.unknown_force import simulated, unnamed_forces
 from identify.selection.weighing import weighed
+from measure.common.file_kinds import TABLE, kind_of
+from measure.tables.csv_cells import write_columns
 from simulate.effects import GravityImbalance
 
 HEIGHTS = ({}, {"geometry.stowed_height_m": 0.35}, {"geometry.stowed_height_m": 0.45})
@@ -88,3 +90,10 @@ def test_a_force_within_its_band_is_not_put_into_words():
     force = np.stack([-0.2 * speed**2, np.zeros(12), np.zeros(12)], axis=1)
     missing = MissingForce(ForceAlongSpeed, speed, force, np.full((12, 3), 1.0), {}, 0.1)
     assert "No missing force" in missing.sentence
+
+
+@pytest.mark.parametrize("along", ALONGS, ids=lambda one: one.words)
+def test_its_table_is_a_result_that_a_second_run_may_replace(tmp_path, along):
+    places, force = np.linspace(0.2, 0.7, 9), np.full((9, 3), 0.1)
+    write_columns(MissingForce(along, places, force, 0.1 * force, {}, 0.0625).columns, tmp_path / "missing_force.csv")
+    assert kind_of(tmp_path / "missing_force.csv") == TABLE
