@@ -128,6 +128,10 @@ class Posed(Protocol):
         """Place of a parameter by its name."""
         ...
 
+    def rows_of(self, name: str) -> NDArray[np.intp]:
+        """Places of the parameters of an effect."""
+        ...
+
     def slopes_at(self, q: Array) -> Array:
         """Change of each value with its own q, (k,)."""
         ...

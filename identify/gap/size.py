@@ -6,11 +6,10 @@ from collections.abc import Iterable
 
 import numpy as np
 
+from identify.campaign.noise import high_frequency
 from identify.criteria import SPIKE
 from identify.loops.interference import jumps
 from measure.common.arrays import Array
-
-_PER_SIGMA = 1.4826
 
 
 def gap_size(parts: Iterable[Array]) -> float:
@@ -24,6 +23,4 @@ def gap_size(parts: Iterable[Array]) -> float:
 
 def without_spikes(gaps: Array) -> Array:
     """The gaps (n,) of a run and channel less the samples that stand off both neighbours by far more than the noise."""
-    steps = np.diff(gaps)
-    noise = _PER_SIGMA * float(np.median(np.abs(steps))) / np.sqrt(2.0) if len(steps) else 0.0
-    return gaps[jumps(gaps) <= SPIKE * max(1.0, noise)]
+    return gaps[jumps(gaps) <= SPIKE * max(1.0, high_frequency(gaps, np.ones(len(gaps))))]

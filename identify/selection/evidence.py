@@ -101,9 +101,9 @@ class Lines:
         """How many columns there are."""
         return self.columns.shape[1] + self.errors.shape[1]
 
-    def beside(self, done: Array | None) -> Lines:
-        """With something added to the gaps (m,)."""
-        return self if done is None else replace(self, gaps=self.gaps + done)
+    def shifted(self, shift: Array | float) -> Lines:
+        """With other gaps: something (m,) is added to them."""
+        return replace(self, gaps=self.gaps + shift) if np.any(shift) else self
 
 
 @dataclass(frozen=True)

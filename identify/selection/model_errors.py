@@ -116,10 +116,14 @@ def slight_errors(fit: Fitted[Posed]) -> tuple[tuple[Effect, float], ...]:
 
 def _determined(fit: Fitted[Posed], name: str) -> float:
     """How many parameters of an effect the measurements determine and not their priors; at least one."""
-    rows = [k for k, one in enumerate(fit.problem.parameters) if k >= fit.problem.first_effect and one.name.startswith(f"{name}.")]
-    spreads = np.array([min(fit.problem.parameters[k].spread, EFFECT_SPREAD) for k in rows])
-    kept = 1.0 - np.diag(fit.covariance)[rows] / spreads**2
-    return max(1.0, float(np.sum(np.clip(kept, 0.0, 1.0))))
+    rows = fit.problem.rows_of(name)
+    known = 1.0 - np.diag(fit.covariance)[rows] / effect_spreads(fit.problem, rows) ** 2
+    return max(1.0, float(np.sum(np.clip(known, 0.0, 1.0))))
+
+
+def effect_spreads(problem: Posed, rows: NDArray[np.intp]) -> Array:
+    """Standard deviations of the priors of some parameters of effects, in scales."""
+    return np.array([min(problem.parameters[k].spread, EFFECT_SPREAD) for k in rows])
 
 
 def sizes_in_tolerances(fit: Fitted[Posed], name: str) -> dict[tuple[str, int], float]:

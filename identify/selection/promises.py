@@ -15,7 +15,7 @@ from identify.estimation.problem import Fit, Problem
 from identify.gap.gap_test import gap_test
 from identify.selection.evidence import Columns
 from identify.selection.first_look import Gain, Promise
-from identify.selection.model_errors import FORCES
+from identify.selection.model_errors import FORCES, effect_spreads
 from identify.selection.signatures import chords
 from identify.selection.stand import Both, Stand, Weighed
 from measure.common.arrays import Array
@@ -190,13 +190,12 @@ def _slopes(at: Weighed, effect: Effect) -> list[_Shape]:
 
 def _with_shape_free(at: Weighed, effect: Effect, sizes: Array) -> tuple[float, Both, Array]:
     """An effect weighed where a first line has led, for there its shape shows, too: log evidence, evidence, and sizes (n,) a step on."""
-    problem, m, first = at.fit.problem.with_another(effect), at.fit.problem.measured, len(at.fit.q)
-    new = range(first, first + len(sizes))
-    gaps, slopes = problem.jacobian(np.concatenate([at.fit.q, sizes]), new)
-    rows = [problem.parameters[k] for k in new]
-    low, high = np.array([(one.low, one.high) for one in rows]).T
-    columns = Columns(slopes[:m], np.minimum([one.spread for one in rows], EFFECT_SPREAD), sizes, low, high)
-    both = at.beside(columns, {effect.name}, done=(gaps - at.fit.gaps)[:m])
+    problem, m = at.fit.problem.with_another(effect), at.fit.problem.measured
+    new = problem.rows_of(effect.name)
+    gaps, slopes = problem.jacobian(np.concatenate([at.fit.q, sizes]), new.tolist())
+    low, high = np.array([(problem.parameters[k].low, problem.parameters[k].high) for k in new]).T
+    columns = Columns(slopes[:m], effect_spreads(problem, new), sizes, low, high)
+    both = at.beside(columns, {effect.name}, shift=(gaps - at.fit.gaps)[:m])
     return both.log_z, both, np.clip(both.likelier.amounts[-len(sizes) :], low, high)
 
 

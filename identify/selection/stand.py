@@ -13,7 +13,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from identify.criteria import EFFECT_SPREAD, NOTHING, SURE_MISFIT, WITHIN
+from identify.criteria import NOTHING, SURE_MISFIT, WITHIN
 from identify.estimation.least_squares import updated_slopes
 from identify.estimation.noise_model import ChannelNoise, log_likelihood, spacing
 from identify.estimation.problem import Fit, Problem
@@ -21,7 +21,7 @@ from identify.gap.gap_test import is_noise
 from identify.gap.misfit import misfit_of
 from identify.selection.evidence import ROUNDS, Channel, Columns, Evidence, Lines, evidence
 from identify.selection.first_look import FirstLook
-from identify.selection.model_errors import ModelErrors, model_errors, tolerance_of
+from identify.selection.model_errors import ModelErrors, effect_spreads, model_errors, tolerance_of
 from identify.selection.signatures import Signature, columns_of_shapes
 from measure.common.arrays import Array
 from simulate.effects import StoredForcePerRun
@@ -131,9 +131,7 @@ class Stand:
         """What the hypothesis adds: its effects where they stand."""
         fit, m, first = self.fit, self.fit.problem.measured, self.fit.problem.first_effect
         kept = np.setdiff1d(np.arange(first, len(fit.q)), self._out)
-        low, high = self.bounds[:, kept]
-        spread = np.minimum([fit.problem.parameters[k].spread for k in kept], EFFECT_SPREAD) if len(kept) else np.empty(0)
-        return Columns(fit.jacobian[:m, kept], spread, fit.q[kept], low, high)
+        return Columns(fit.jacobian[:m, kept], effect_spreads(fit.problem, kept), fit.q[kept], *self.bounds[:, kept])
 
     @property
     def _out(self) -> NDArray[np.intp]:
@@ -287,17 +285,17 @@ class Weighed:
         without: Collection[str] = (),
         noise: tuple[ChannelNoise, ...] = (),
         rounds: int = ROUNDS,
-        done: Array | None = None,
+        shift: Array | float = 0.0,
     ) -> Both:
         """Columns weighed beside what is there.
 
         Parameters
         ----------
         without : kinds of errors of the model file that are not let free beside them.
-        done : (m,) what their effect does to the gaps at the amounts at which they were taken, where these are not nought.
+        shift : (m,) what their effect does to the gaps at the amounts at which they were taken, where these are not nought.
         """
         exact, within = self.exact, self.within
-        noise, lines, as_it_is = noise or self.evidence.noise, within.lines(without).beside(done), exact.lines().beside(done)
+        noise, lines, as_it_is = noise or self.evidence.noise, within.lines(without).shifted(shift), exact.lines().shifted(shift)
 
         def of_exact(floor: float = -np.inf) -> Evidence:
             return evidence(as_it_is, exact.columns.beside(columns), noise, rounds, floor)

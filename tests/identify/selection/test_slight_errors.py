@@ -21,7 +21,7 @@ def fit_of(deviations) -> Any:
         *(SimpleNamespace(name=f"{NAME}.position_m[{i}]", spread=10.0) for i in range(36)),
     ]
     effect = SimpleNamespace(name=NAME)
-    problem = SimpleNamespace(parameters=rows, first_effect=1, effects_at=lambda _: (effect,))
+    problem = SimpleNamespace(parameters=rows, first_effect=1, effects_at=lambda _: (effect,), rows_of=lambda _: np.arange(1, 37))
     return SimpleNamespace(problem=problem, q=None, covariance=np.diag([0.1, *np.square(deviations)]))
 
 
