@@ -130,7 +130,7 @@ def _amplitudes(form: Form, values: Sequence[float] | Array, variable: Variable,
         per = _PER[variable.unit][power]
         key = f"{name}_N_m{per[1:]}" if variable.is_moment else f"{name}_{per}"
         size = max(abs(value), 1e-12) / measures.of(unit_of(key))
-        rows.append(_row(key, 0.0, -_WIDEST * size, _WIDEST * size, 0.1 * size, f"{name} of the {variable.quantity}"))
+        rows.append(_row(key, 0.0, -_WIDEST * size, _WIDEST * size, 0.1 * size, f"{name.replace('_', ' ')} of the {variable.quantity}"))
     return rows
 
 

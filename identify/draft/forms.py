@@ -105,7 +105,7 @@ def _terms(text: str, places: Sequence[int]) -> str:
 
 
 _WIDTHS, _PLACES = (0.03, 0.1, 0.3), tuple(np.linspace(0.05, 0.95, 13).tolist())
-_FIRSTS, _LASTS = tuple(np.linspace(0.05, 0.75, 8).tolist()), tuple(np.linspace(0.25, 0.95, 8).tolist())
+_BEGINS, _ENDS = tuple(np.linspace(0.05, 0.75, 8).tolist()), tuple(np.linspace(0.25, 0.95, 8).tolist())
 _TURN = Shape("turn", "where it turns", (0.03, 0.1, 0.3))
 
 FORMS: tuple[Form, ...] = (
@@ -148,8 +148,8 @@ FORMS: tuple[Form, ...] = (
         "{0} / (1 + exp(-(x - {1}) / {3})) / (1 + exp((x - {2}) / {3})) N",
         (("level", 0),),
         (
-            Shape("first", "where it sets in", _FIRSTS, True),
-            Shape("last", "where it ends", _LASTS, True),
+            Shape("begin", "where it sets in", _BEGINS, True),
+            Shape("end", "where it ends", _ENDS, True),
             Shape("width", "how gradually", (0.02,)),
         ),
     ),

@@ -41,7 +41,7 @@ _SHORT = 1.0  # of a promise, in log evidence: then the fit may have gone astray
 @dataclass
 class Search:
     """What was fitted and what was only weighed. prior : log prior of a set of names. due : names that are fitted whatever they promise,
-    because the law had bent to what is missing. led : by what promise each was fitted. led_anew : what was led from the model file.
+    because the law had bent to what is missing. led : by what promise each was fitted. tried_anew : what was led from the model file, too.
     reached : log weight to which the fit of each led by itself."""
 
     catalogue: Mapping[str, type[Effect]]
@@ -55,7 +55,7 @@ class Search:
     seen_from: set[Names] = field(default_factory=set)
     due: set[Names] = field(default_factory=set)
     led: dict[Names, Ahead] = field(default_factory=dict)
-    led_anew: set[Names] = field(default_factory=set)
+    tried_anew: set[Names] = field(default_factory=set)
     reached: dict[Names, float] = field(default_factory=dict)
     spent: int = 0
 
@@ -127,8 +127,8 @@ class Search:
 
     def _brought_back(self, one: Hypothesis) -> Hypothesis:
         """The same looked for again where films are missed: a fit may end in a wrong local minimum of a release, or of a bent base."""
-        if one.names and one.names not in self.led_anew:
-            self.led_anew.add(one.names)
+        if one.names and one.names not in self.tried_anew:
+            self.tried_anew.add(one.names)
             led = led_anew(one.weighed)
             if led is not None:
                 self._keep(one.names, led)
@@ -279,7 +279,7 @@ class Search:
         self.spent += 0 if found.fit.rms < CLOSE else _DEAD_END
         self._base_again(self.fitted[ahead.names].weighed)
         self.reached[ahead.names] = self.fitted[ahead.names].log_weight
-        if self.reached[ahead.names] == max(self.reached.values()):  # as far as a fit by itself leads: a rival may have been led on
+        if self.reached[ahead.names] == max(self.reached.values()):  # compared as fitted: a rival may have been led on already
             self._brought_back(self.fitted[ahead.names])
         likeliest = max(self.fitted.values(), key=lambda one: one.log_weight)
         if ahead.names == likeliest.names:
