@@ -105,7 +105,7 @@ def _widths(runs: int) -> list[tuple[int, slice]]:
     """How many stand side by side, and which: a block costs nearly the same whether or not all its places are taken."""
     rest = runs % MANY
     many = runs - rest if rest <= MANY // 2 else runs
-    few = (runs - many + 1) // FEW * FEW
+    few = (runs - many + FEW - 2) // FEW * FEW  # a single one over is cheaper alone
     ends = [(MANY, 0, many), (FEW, many, min(many + few, runs)), (ALONE, min(many + few, runs), runs)]
     return [(width, slice(first, last)) for width, first, last in ends if last > first]
 

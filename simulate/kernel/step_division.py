@@ -1,8 +1,9 @@
 """Where the steps of a deployment have to be shorter: as a leg runs into a stop.
 
 A stop sets in within its smoothing length, which a fast leg crosses in less than a step. Where a run is compared with a
-measurement, a step there is divided until a part of it covers no more than 3 % of that length. Runs that are compared to the
-last digit, as for derivatives, have to be divided alike, so the division is chosen in one run and followed by the others.
+measurement, a step there is divided until a part of it covers no more than 3 % of that length as the stop begins, which is a
+kink, and 20 % while it sets in, which is smooth. Runs that are compared to the last digit, as for derivatives, have to be
+divided alike, so the division is chosen in one run and followed by the others.
 
 In a sweep each run goes in steps of its own: long ones in flight, one that ends where a stop begins, short ones until it has
 set in. They depend on the run alone, so its neighbours change no digit.
@@ -19,7 +20,8 @@ from simulate.dispatch.lanes import Lanes, Rows, chosen, larger, smaller
 from simulate.kernel.layout import FULL, LEG, LEG_SIZE, LEGS, LOWEST, OUT, OUT_V, STOP
 
 MOST_PARTS = 64
-_A_PART = 0.03  # of the smoothing length
+_A_PART, _INSIDE = 0.03, 0.2  # of the smoothing length, in one part: as a stop begins, and while it sets in
+_AROUND = 0.25  # of a step: so near to its ends the beginning of a stop counts as in it
 _SET_IN = 3.0  # smoothing lengths behind which a stop is a plain spring and damper
 _BEHIND = 0.02  # smoothing lengths: a step that is to end at a stop ends so far behind its beginning
 _AT_REST = 1e-9  # m/s, so that a leg at rest is divided by
@@ -40,9 +42,18 @@ def parts_of_step(w: Array, by_lane: Array, i: int, n: int, step: float) -> int:
         u, v = w[(OUT + leg) * n + i], w[(OUT_V + leg) * n + i]
         over, under = u - by_lane[(at + FULL) * n + i], by_lane[(at + LOWEST) * n + i] - u
         travel = abs(v) * step
-        if min(abs(over), abs(under)) < travel or 0.0 < max(over, under) < _SET_IN * smoothing:
+        if is_near(-over, v, travel) or is_near(under, v, travel):
             parts = max(parts, min(MOST_PARTS, int(travel / (_A_PART * smoothing)) + 1))
+        elif 0.0 < max(over, under) < _SET_IN * smoothing:
+            parts = max(parts, min(MOST_PARTS, int(travel / (_INSIDE * smoothing)) + 1))
     return parts
+
+
+@njit(cache=True, error_model="numpy")
+def is_near(way: float, v: float, travel: float) -> bool:
+    """Whether a leg passes the beginning of a stop, `way` from it, in this step, or nearly so: a run that follows may pass it beside."""
+    ahead = way if v > 0.0 else -way
+    return -_AROUND * travel < ahead < (1.0 + _AROUND) * travel
 
 
 @njit(cache=True, error_model="numpy", forceinline=True)
