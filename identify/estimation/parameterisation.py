@@ -171,13 +171,17 @@ class Unknowns:
     def effects_at(self, q: Array) -> tuple[Effect, ...]:
         """The unknown effects with the parameters that the parameters say."""
         place, made = self.first_effect, []
-        for effect in self.effects:
-            size = len(effect.flat())
-            values = effect.flat() + q[place : place + size] * self.scales[place : place + size]
-            bounds = np.array(list(effect.own_bounds(self.model, self.measures).values()))
-            made.append(effect.with_flat(np.clip(values, bounds[:, 0], bounds[:, 1])))
-            place += size
+        for effect, (origin, low, high) in zip(self.effects, self._origins_of_effects, strict=True):
+            own = slice(place, place + len(origin))
+            made.append(effect.with_flat(np.clip(origin + q[own] * self.scales[own], low, high)))
+            place = own.stop
         return tuple(made)
+
+    @cached_property
+    def _origins_of_effects(self) -> tuple[tuple[Array, Array, Array], ...]:
+        """Of each effect the parameters that its search starts from, and their bounds."""
+        bounds = [np.array(list(effect.own_bounds(self.model, self.measures).values())).reshape(-1, 2) for effect in self.effects]
+        return tuple((effect.flat(), of[:, 0], of[:, 1]) for effect, of in zip(self.effects, bounds, strict=True))
 
     def rows_of(self, name: str) -> NDArray[np.intp]:
         """Indices of the parameters of an unknown effect, by its name."""

@@ -143,10 +143,7 @@ class Actuator:
 
     def shifted(self, force_N: tuple[float, ...]) -> Actuator:
         """The same law with both asymptotes and the initial force of each leg shifted by `force_N` (six)."""
-        moved = {
-            name: tuple(float(v) for v in np.broadcast_to(getattr(self, name), LEGS) + np.asarray(force_N))
-            for name in ("b_l_N", "b_u_N", "initial_force_N")
-        }
+        moved = {name: tuple((per_leg(getattr(self, name)) + force_N).tolist()) for name in ("b_l_N", "b_u_N", "initial_force_N")}
         return replace(self, **moved)  # type: ignore[arg-type]
 
 
@@ -253,7 +250,7 @@ class Rig:
 
 def per_leg(value: PerLeg) -> np.ndarray:
     """Six values, whether one or six were given."""
-    return np.broadcast_to(np.asarray(value, dtype=float), LEGS).copy()
+    return np.array(value, dtype=float) if isinstance(value, tuple) else np.full(LEGS, value, dtype=float)
 
 
 _NO_GEOMETRY = """\
