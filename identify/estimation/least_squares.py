@@ -15,7 +15,7 @@ from identify.estimation.covariance import shift_of
 from identify.estimation.fit import Fitted, P, Posed
 from measure.common.arrays import Array
 
-_FORESEEN = 0.3  # part of a change of the gaps that a Jacobian may miss and still be updated instead of being worked out again
+_FORESEEN = 0.5  # part of a change of the gaps that a Jacobian may miss and still be updated instead of being worked out again
 _AT_BOUND, _OFF_BOUND = 1e-6, 1e-3  # in scales: nearer than this a parameter is at its bound, and starts so far off it
 _LAST_LEG = 60
 _OF_LOOPS, _POLISHING, _SHORTER, _POLISHED = 200, 60, 0.9, 1e-11  # evaluations; further steps, by how much each is shorter, the last one

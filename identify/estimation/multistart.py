@@ -6,8 +6,9 @@ them has most likely found the wrong one; a model that is wrong before the stops
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import MutableMapping, Sequence
 from dataclasses import replace
+from typing import TypeAlias
 
 import numpy as np
 
@@ -23,14 +24,19 @@ _MET = 1.25  # times the noise
 _DRAWS, _FIRST_STEPS, _STEPS = 10, 5, 20
 _FOR_ONE_KEPT = 3  # places that are tried for each that is followed to the end
 _FARTHER = 0.7, 1.3  # times as far off
+_REMEMBERED = 4  # local minima of a release
+
+Minima: TypeAlias = MutableMapping[str, Sequence[Array]]
+"""By the name of a run: the releases (k,) that are its deepest local minima, as some model has them."""
 
 
-def released_again(fit: Fit, free: Sequence[int] | None = None) -> Fit:
+def released_again(fit: Fit, free: Sequence[int] | None = None, known: Minima | None = None) -> Fit:
     """The same fit, or a better one that another local minimum of a film's release leads to.
 
     Parameters
     ----------
     free : indices of the parameters that may move; by default all.
+    known : minima found with other models of the same runs: those alone are tried then. What is found here is added.
     """
     if gap_test(fit).p_value > UNUSUAL_P or not (missed := _missed_behind_the_stops(fit)):
         return fit
@@ -39,7 +45,7 @@ def released_again(fit: Fit, free: Sequence[int] | None = None) -> Fit:
         return fit
     spread = early.covariance if free is None else _own_covariance(early, free)
     for index in missed:
-        fit = from_elsewhere(fit, index, early.q, spread, free)
+        fit = from_elsewhere(fit, index, early.q, spread, free, known)
     return to_the_end(fit, free)
 
 
@@ -59,13 +65,15 @@ def _rms(gaps: Array) -> float:
     return float(np.sqrt(np.mean(gaps**2)))
 
 
-def from_elsewhere(fit: Fit, index: int, early: Array, spread: Array, free: Sequence[int] | None = None) -> Fit:
+def from_elsewhere(
+    fit: Fit, index: int, early: Array, spread: Array, free: Sequence[int] | None = None, known: Minima | None = None
+) -> Fit:
     """A film's release from many places, each followed into its local minimum by itself, and the whole fitted on from the deepest.
 
     Parameters
     ----------
     index : of the film. early, spread : parameters (k,) as the motion before the stops has them, and their covariance (k, k).
-    free : indices of the parameters that may move; by default all.
+    free, known : as in `released_again`.
     """
     problem = fit.problem
     own = problem.of_release(index)
@@ -73,12 +81,14 @@ def from_elsewhere(fit: Fit, index: int, early: Array, spread: Array, free: Sequ
     alone = replace(problem, films=(problem.films[index],), loops=(), covariate="")  # nothing else depends on where the film was released
     own_alone = list(range(alone.first_nuisance, alone.first_nuisance + len(own)))
     unseen = [i - first for i in problem.unseen_of_release(index)]
-    places = _places(fit.q[own], early[own], spread[np.ix_(own, own)], unseen)
+    known, name = {} if known is None else known, problem.films[index].run.name
+    places = known.get(name) or _places(fit.q[own], early[own], spread[np.ix_(own, own)], unseen)
     here, *starts = (laid_out(replace(fit, q=_with(fit.q, own, place)), alone) for place in (fit.q[own], *places))
     minima = _followed(alone, starts, own_alone)
+    known.setdefault(name, [minimum.q[own_alone] for minimum in _distinct(minima)[:_REMEMBERED]])
     gaps = alone.gaps(here)
     # the rest was fitted to the local minimum the film stands in, so another shows how deep it is only when everything moves
-    elsewhere = [_with(fit.q, own, minimum.q[own_alone]) for minimum in _distinct(minima, float(gaps @ gaps))]
+    elsewhere = [_with(fit.q, own, minimum.q[own_alone]) for minimum in _distinct(minima, float(gaps @ gaps))[:2]]
     return min([fit, *(solve(problem, q, free=free) for q in elsewhere)], key=lambda f: f.cost)
 
 
@@ -90,7 +100,8 @@ def _followed(alone: Problem, starts: Sequence[Array], own: Sequence[int]) -> li
         return sorted(found, key=lambda fit: fit.cost)
 
     tried = led(starts, _FIRST_STEPS)
-    unfinished = [fit.q for fit in tried[: len(tried) // _FOR_ONE_KEPT] if not fit.converged]
+    kept = max(len(tried) // _FOR_ONE_KEPT, min(len(tried), 2))
+    unfinished = [fit.q for fit in tried[:kept] if not fit.converged]
     return [fit for fit in tried if fit.converged] + led(unfinished, _STEPS)
 
 
@@ -110,15 +121,15 @@ def _places(here: Array, early: Array, spread: Array, unseen: Sequence[int]) -> 
     return places + [_with(here, unseen, way) for way in ways]
 
 
-def _distinct(minima: Sequence[Fit], here: float) -> list[Fit]:
-    """The two deepest of different depth that are not far above the one the film stands in; mirror images are equally deep."""
+def _distinct(minima: Sequence[Fit], here: float = np.inf) -> list[Fit]:
+    """Those of different depth that are not far above the one the film stands in, the deepest first; mirror images are equally deep."""
     found: list[Fit] = []
     depths = [here]
     for minimum in sorted(minima, key=lambda f: f.cost):
         if minimum.cost < here + NEAR and all(abs(minimum.cost - depth) > ROUGHLY for depth in depths):
             found.append(minimum)
             depths.append(minimum.cost)
-    return found[:2]
+    return found
 
 
 def _own_covariance(fit: Fit, free: Sequence[int]) -> Array:

@@ -8,11 +8,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from identify.criteria import EFFECT_SPREAD, FORCES_DIFFER, LOSES, ROUGHLY, TWO_SIDED_95, UNUSUAL_P
+from identify.criteria import EFFECT_SPREAD, FORCES_DIFFER, LOSES, ROUGHLY, TWO_SIDED_95
+from identify.estimation.horizons import horizons
 from identify.estimation.least_squares import solve
 from identify.estimation.parameters import STORED_FORCE
 from identify.estimation.problem import Fit, Problem
-from identify.gap.gap_test import gap_test
 from identify.selection.evidence import Columns
 from identify.selection.first_look import Gain, Promise
 from identify.selection.model_errors import FORCES, effect_spreads
@@ -24,9 +24,9 @@ from simulate.model.effect import Effect
 _SHOWN = 1e-6  # of the noise, by a typical size
 _CHORDS = 3.0  # of a size at which an effect is tried: one standard deviation of its prior
 _HALF = 0.5  # of what a name brings at a first look; one that brings less is not looked at in its place
-_DUE = 6  # names that are fitted whole where a law has bent
+_DUE = 8  # names that are fitted whole where a law has bent, at most
 _OF_RELEASES = 8  # steps of their fit to the law as given
-_STEPS, _NEARLY = 8, 5.0  # of a fit in a few steps; log evidence below the best of them, from where a whole fit may still lead higher
+_STEPS, _NEARLY = 12, 5.0  # of a fit in a few steps; log evidence below the best of them, from where a whole fit may still lead higher
 _FEW = 3  # shapes of an effect that are weighed to the end
 
 
@@ -77,26 +77,42 @@ def with_law_as_given(fit: Fit) -> Fit:
     return Fit(problem, own, *problem.jacobian(own), True)
 
 
-def nearly_as_good(at: Weighed, found: Sequence[Promise]) -> list[Promise]:
-    """Every name fitted in a few steps from where the law is as the model file has it: the few that come near the best one.
+def nearly_as_good(at: Weighed, whole: Problem, found: Sequence[Promise]) -> list[Promise]:
+    """Every name followed in a few steps from where the law is as the model file has it: those that stay near the best in longer films.
 
-    Where a law has bent to what is missing, straight lines say little of any name. One that brings no more than the law does by itself in
-    as many steps is none of them; where that leaves noise already, nothing tells names apart there.
+    Where a law has bent to what is missing, straight lines say little of any name, and films up to their first stop hardly more. One that
+    brings no more than the law does by itself is none of them.
+
+    Parameters
+    ----------
+    at : with the law of the model file, and films up to their first stop. whole : the problem with whole films.
     """
-    law = _few_steps(at.exact.given, at.fit.q)
-    if gap_test(law).p_value > UNUSUAL_P:
-        return []
-    tried = [_in_few_steps(at, promise) for promise in found if promise.shape is not None and promise.looks]
-    tried.sort(key=lambda one: -one.log_z)
-    least = max(Stand.exact(law).weighed(at.evidence.noise).log_z, tried[0].log_z - _NEARLY)
-    return [one for one in tried[:_DUE] if one.log_z > least]
+    legs = horizons(whole) or [whole.until_s]
+    by_law = _law_followed(at, legs)
+    left = [promise for promise in found if promise.shape is not None and promise.looks]
+    for place, horizon in enumerate(legs):
+        followed = [_followed(at, promise, horizon) for promise in left]
+        least = max([by_law[place], *(log_z - _NEARLY for log_z, _ in followed)])
+        ranked = sorted((one for one in followed if one[0] > least), key=lambda one: -one[0])
+        left = [replace(promise, log_z=log_z) if place == 0 else promise for log_z, promise in ranked]
+    return left[:_DUE]
 
 
-def _in_few_steps(at: Weighed, promise: Promise) -> Promise:
+def _law_followed(at: Weighed, legs: Sequence[float]) -> list[float]:
+    """What the law does by itself: its log evidence after each leg."""
+    fit, reached = at.fit, []
+    for horizon in legs:
+        fit = _few_steps(at.exact.given.until(horizon), fit.q)
+        reached.append(Stand.exact(fit).weighed().log_z)
+    return reached
+
+
+def _followed(at: Weighed, promise: Promise, horizon: float) -> tuple[float, Promise]:
+    """A promise fitted in a few steps with films up to a time, s: its log evidence there, and where it stands."""
     problem, start = posed(at, promise)
-    fit, first, own = _few_steps(problem, start), problem.first_effect, problem.rows_of(promise.name)
-    log_z = Stand.exact(fit).weighed(at.evidence.noise).log_z
-    return replace(promise, log_z=log_z, base=fit.q[:first], sizes=fit.q[own], errors=None)
+    fit, first, own = _few_steps(problem.until(horizon), start), problem.first_effect, problem.rows_of(promise.name)
+    log_z = Stand.exact(fit).weighed().log_z
+    return log_z, replace(promise, base=fit.q[:first], sizes=fit.q[own], errors=None)
 
 
 def _few_steps(problem: Problem, start: Array) -> Fit:

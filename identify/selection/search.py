@@ -13,11 +13,12 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from identify.criteria import CLOSE, ROUGHLY
+from identify.criteria import CLOSE, ROUGHLY, UNUSUAL_P
 from identify.estimation.horizons import before_the_stops, solve_from_afar
 from identify.estimation.least_squares import solve, to_the_end
-from identify.estimation.multistart import released_again
+from identify.estimation.multistart import Minima, released_again
 from identify.estimation.problem import Fit
+from identify.gap.gap_test import gap_test
 from identify.gap.unnamed import Unnamed
 from identify.selection.first_look import Promise
 from identify.selection.hypotheses import Ahead, Budget, Hypothesis, Prior, Say, halves
@@ -42,7 +43,7 @@ _SHORT = 1.0  # of a promise, in log evidence: then the fit may have gone astray
 class Search:
     """What was fitted and what was only weighed. prior : log prior of a set of names. due : names that are fitted whatever they promise,
     because the law had bent to what is missing. led : by what promise each was fitted. tried_anew : what was led from the model file, too.
-    reached : log weight to which the fit of each led by itself."""
+    reached : log weight to which the fit of each led by itself. releases : local minima of each run's release that were found."""
 
     catalogue: Mapping[str, type[Effect]]
     prior: Prior
@@ -57,6 +58,7 @@ class Search:
     led: dict[Names, Ahead] = field(default_factory=dict)
     tried_anew: set[Names] = field(default_factory=set)
     reached: dict[Names, float] = field(default_factory=dict)
+    releases: Minima = field(default_factory=dict)
     spent: int = 0
 
     @property
@@ -133,7 +135,7 @@ class Search:
             if led is not None:
                 self._keep(one.names, led)
                 one = self.fitted[one.names]
-        again = released_again(one.fit)
+        again = released_again(one.fit, known=self.releases)
         if again.cost < one.fit.cost - _DEEPER:
             self._keep(one.names, weighed_again(one.weighed, again))
         return self.fitted[one.names]
@@ -204,8 +206,8 @@ class Search:
         for at, reached in self._stands(one) if further else [(one.weighed, one.weighed.log_z)]:
             found = list(promises(at, self.catalogue))
             self._weigh(one, found if further else (), reached)
-            if further and at is not one.weighed and one.fit.rms < CLOSE:
-                near = nearly_as_good(at, found)
+            if further and at is not one.weighed and one.fit.rms < CLOSE and self._misses_something(one):
+                near = nearly_as_good(at, one.weighed.exact.given, found)
                 self.due |= {tuple(sorted({*one.names, promise.name})) for promise in near}
                 self._weigh(one, near, reached)
             if at is one.weighed:
@@ -215,6 +217,11 @@ class Search:
         for effect in one.fit.problem.effects:
             if effect.is_linear():  # another one cannot be taken out along straight lines
                 self._weigh(one, promises(one.weighed, self.catalogue, effect.name), one.weighed.log_z)
+
+    def _misses_something(self, one: Hypothesis) -> bool:
+        """Whether it leaves what is unusual for noise, or some name promises more; else a law that has bent may stay so."""
+        promised = (other for other in self.ahead.values() if other.promise is not None)
+        return gap_test(one.fit).p_value < UNUSUAL_P or any(other.log_weight > one.log_weight for other in promised)
 
     def _weigh(self, one: Hypothesis, found: Iterable[Promise], reached: float) -> None:
         for promise in found:
@@ -265,9 +272,7 @@ class Search:
         self.led[ahead.names] = ahead
         beside = ahead.beside.weighed
         problem, start = posed(beside, promise)
-        if ahead.names in self.due:
-            found = weighed(solve_from_afar(problem, start))
-        elif promise.errors is None or beside.both.is_exact:
+        if promise.errors is None or beside.both.is_exact:
             found = weighed(to_the_end(solve(problem, start, loosely=True)))
             if found.log_z + self.prior(ahead.names) < ahead.log_weight - _SHORT:
                 self._keep(ahead.names, weighed(solve_from_afar(problem, start)))

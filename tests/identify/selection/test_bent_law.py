@@ -15,19 +15,19 @@ FEW = ("hub-inertia", "viscous-friction", "camera-roll", "counterweight-inertia"
 
 @pytest.fixture
 def from_the_file(campaign, fitted, prototype):
-    """Two elevations of a rig whose hub is 10 g heavier, up to the first stop, with the law as the model file has it."""
+    """Two elevations of a rig whose hub is 10 g heavier: whole, and up to the first stop with the law as the model file has it."""
     runs = {"loops": (), "deployments": ({}, {"geometry.stowed_height_m": 0.30}), "hold_out": False, "channels": ("z_m",)}
     hub = HubInertia(prototype.effect(HubInertia).mass_kg + 0.01)
     base = fitted(campaign(hub, 91, **runs))
-    return along_lines(with_law_as_given(solve(before_the_stops(base.problem), base.q)))
+    return base.problem, along_lines(with_law_as_given(solve(before_the_stops(base.problem), base.q)))
 
 
 def test_a_name_is_found_by_a_few_steps_where_straight_lines_say_little_of_it(from_the_file):
-    found = list(promises(from_the_file, {name: CATALOGUE[name] for name in FEW}))
+    whole, early = from_the_file
+    found = list(promises(early, {name: CATALOGUE[name] for name in FEW}))
     by_lines = {one.name: one.log_z for one in found}
-    tried = {one.name: one for one in nearly_as_good(from_the_file, found)}
-    assert "hub-inertia" in tried
-    assert tried["hub-inertia"].log_z > by_lines["hub-inertia"] + 3.0
+    tried = {one.name: one for one in nearly_as_good(early, whole, found)}
+    assert next(iter(tried)) == "hub-inertia"
+    assert tried["hub-inertia"].log_z > by_lines["hub-inertia"] + 2.0
     assert tried["hub-inertia"].sizes[0] > 0.0
-    assert max(by_lines, key=by_lines.__getitem__) != "hub-inertia"
     assert "camera-roll" not in tried

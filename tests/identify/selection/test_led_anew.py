@@ -28,6 +28,7 @@ def astray(right):
     return Weighed(there, there, Both(there.weighed(), there.weighed()))
 
 
+@pytest.mark.slow
 def test_a_bent_fit_is_led_to_the_likelier_place(right):
     lost = astray(right)
     found = led_anew(lost)
