@@ -13,7 +13,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from identify.criteria import CLOSE, ROUGHLY, UNUSUAL_P
+from identify.criteria import CLOSE, LOSES, ROUGHLY, UNUSUAL_P
 from identify.estimation.horizons import before_the_stops, solve_from_afar
 from identify.estimation.least_squares import solve, to_the_end
 from identify.estimation.multistart import Minima, released_again
@@ -144,11 +144,14 @@ class Search:
         if one.promise is None or one.names in self.fitted:
             return False
         if self._adds_to_enough(one):
-            return one.log_weight > self.foremost.log_weight
+            return one.log_weight > self.foremost.log_weight - (0.0 if self.foremost.names else LOSES)
         return one.names in self.due or one.log_weight > self._bar or self._is_alike(one)
 
     def _adds_to_enough(self, one: Ahead) -> bool:
-        """Whether it adds a name to the foremost ones, which leave noise: promised less, it changes no verdict."""
+        """Whether it adds a name to the foremost ones, which leave noise: promised less, it changes no verdict.
+
+        Beside nothing it may: a law that has bent hides what is missing from straight lines.
+        """
         best = self.foremost
         return set(best.names) <= set(one.names) and best.weighed.leaves_noise
 
