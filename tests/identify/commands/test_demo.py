@@ -39,7 +39,8 @@ def test_the_same_film_and_loops_without_the_effect_show_no_gap(tmp_path, made_b
 
 
 @pytest.mark.slow
-def test_the_script_makes_the_shipped_tables_to_the_byte(tmp_path, made_by):
+def test_the_script_makes_the_shipped_tables_to_the_byte(tmp_path, made_by, monkeypatch):
+    monkeypatch.setattr(made_by, "render", lambda *motion, **options: None)  # the pictures are no table, and have no chance in common
     made_by.make(tmp_path)
     shipped = [path for path in DATASETS.rglob("*") if path.suffix in (".csv", ".toml")]
     assert len(shipped) == 12
