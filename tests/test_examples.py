@@ -146,6 +146,10 @@ def test_the_tutorial_runs_from_top_to_bottom(tmp_path):
     notebook = nbformat.read(TUTORIAL, as_version=4)
     assert not any(cell.get("outputs") for cell in notebook.cells), "the tutorial is kept without its outputs"
     NotebookClient(notebook, timeout=None, kernel_name="python3", resources={"metadata": {"path": str(tmp_path / "docs")}}).execute()
+    shown = "".join(output.get("text", "") for cell in notebook.cells for output in cell.get("outputs", ()))
+    assert "verdict: named" in shown
+    assert re.search(r"HubInertia\(mass_kg=\S*0\.0100\d*\)?, 95 %", shown), shown
+    assert "cannot be told from: nothing else" in shown
 
 
 def test_the_tutorial_imports_from_the_front_doors_only():

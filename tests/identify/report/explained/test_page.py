@@ -14,7 +14,7 @@ from identify.report.explained.alone import candidates
 from identify.report.explained.page import report_html
 from identify.report.explained.story import checks
 from identify.report.explained.variants import variants_of
-from identify.report.gap_figures import EFFECT, GIVEN, REFITTED, figure_of, largest, told
+from identify.report.gap_figures import EFFECT, GIVEN, REFITTED, curve_rows, figure_of, largest
 from identify.report.gap_plots import missing_force_figure
 from identify.report.phrases import PHRASES, phrase_of
 from identify.selection.verdict import Finding
@@ -59,7 +59,7 @@ def test_the_first_sentence_names_the_effect_its_size_in_units_of_people_and_wha
 
 
 def test_the_gap_is_drawn_where_the_eye_sees_it(shaken):
-    rows = told(shaken)
+    rows = curve_rows(shaken)
     first = largest(rows)
     assert first.over_noise > 0.5 * max(row.over_noise for row in rows)
     assert first.visible > 0.2, "a fifth of the measured range"
