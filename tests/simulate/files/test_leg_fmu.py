@@ -129,6 +129,7 @@ def test_each_unit_is_made_of_the_base_units_that_the_name_of_its_variable_says(
         if variable.unit and "_" in variable.name:
             force, length, time, mass = unit_of(variable.name)
             made = base[variable.unit]
+            assert made is not None
             assert (made.kg, made.m, made.s) == (mass + force, length + force, time - 2 * force), variable.name
             checked.add(variable.unit)
     assert checked == {"m", "m/s", "N", "N/m", "1/m"}
