@@ -26,7 +26,7 @@ def test_the_missing_friction_of_a_real_damper_is_viscous_and_mends_a_frequency_
     read = [read_loop_file(path, ColumnMapping(units={"elongation": "mm"}))[0] for path in files]
     # the machine counts its travel the other way round, and its cell is off by about 130 N
     loops = [Loop(loop.time_s, -loop.elongation_m, loop.force_N - 130.0, name=path.name) for loop, path in zip(read, files, strict=True)]
-    law = model_of(fit_actuator([prepare(loop) for loop in loops], suggest=False))
+    law = model_of(fit_actuator([prepare(loop) for loop in loops]))
     found = explain(law, [Run(loop, hold_out=i == 4) for i, loop in enumerate(loops)])
     assert found.verdict in ("named", "class", "partly")  # a law of five numbers leaves more than the machine's noise
     names = {found.findings[0].name, *found.findings[0].equivalents}
