@@ -22,7 +22,6 @@ from simulate.files.model_file import read_model
 FEW = {
     name: CATALOGUE[name] for name in ("hub-inertia", "leg-mass", "viscous-friction", "power-law-friction", "platform-mass", "force-offset")
 }
-STROKES = ((0.2, 0.04), (1.0, 0.04), (3.0, 0.04))
 
 
 def zeroed_anew(folder, sigma_N=0.01, drift_N_per_s=0.0):
@@ -71,7 +70,7 @@ def test_common_zeros_stay_common(campaign):
 
 @pytest.mark.slow
 def test_with_a_deployment_too_an_inertia_is_named(campaign):
-    model, runs, zeros = zeroed_anew(campaign(HubInertia(0.746 + 0.01), 822, deployments=({},), loops=STROKES), drift_N_per_s=1e-3)
+    model, runs, zeros = zeroed_anew(campaign(HubInertia(0.746 + 0.01), 822, deployments=({},)), drift_N_per_s=1e-3)
     found = explain(model, runs, FEW, budget=BUDGETS["quick"])
     assert found.verdict in ("named", "class")
     assert "hub-inertia" in (found.findings[0].name, *found.findings[0].equivalents)
