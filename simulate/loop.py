@@ -41,6 +41,7 @@ def loop_force(
     lines : (5,) a_l, b_l, a_u, b_u, beta.
     time_s, elongation_m, speed_m_per_s, acceleration_m_per_s2 : (n,) each.
     start_force_N : the hysteretic force R at the first sample.
+    effects : what else acts on the leg.
 
     Returns
     -------

@@ -2,20 +2,23 @@
 
 The convention is in CONTRIBUTING.md: `console` and `python` blocks of one document run from top to bottom in one empty
 folder with the datasets in it. What a console block shows must be printed, numbers aside; a line of three dots stands for
-anything. Links into the generated reference are checked by `make docs`.
+anything. Links into the generated reference are checked by `make docs`. Our own commands run in the process of the test, where
+everything is imported; that they are installed under their names is held by what their `--help` prints.
 """
 
 from __future__ import annotations
 
+import glob
 import json
-import os
 import re
+import shlex
 import shutil
 import subprocess
 import sys
 import tomllib
 from collections.abc import Iterator
 from functools import cache
+from importlib import import_module
 from pathlib import Path
 from types import ModuleType
 from typing import Any
@@ -25,7 +28,7 @@ import pytest
 from identify.commands.subcommands.tasks import TASKS
 
 ROOT = Path(__file__).resolve().parents[1]
-COMMANDS = tuple(tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]["scripts"])
+COMMANDS: dict[str, str] = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]["scripts"]
 README, TUTORIAL = ROOT / "README.md", ROOT / "docs" / "tutorial.ipynb"
 PAGES = sorted(path for path in (ROOT / "docs").rglob("*.md") if "generated" not in path.parts)
 DOCUMENTS = [README, ROOT / "CONTRIBUTING.md", *PAGES]
@@ -58,13 +61,32 @@ def numberless(text: str) -> str:
     return " ".join(re.sub(r"[-+]?\d[\d.]*(e[-+]?\d+)?", "#", text).split())
 
 
-def run_console(block: str, folder: Path) -> None:
-    """Type a console block in a folder, and look for each of its lines, in their order, in what is printed."""
-    path = os.pathsep.join((str(BESIDE_PYTHON), os.environ["PATH"]))
+def words_of(line: str) -> list[str]:
+    """What a shell makes of a line: without its comment, names with a star as those of the files."""
+    return [name for word in shlex.split(line, comments=True) for name in (sorted(glob.glob(word)) or [word])]
+
+
+def answered(line: str, capfd: pytest.CaptureFixture[str]) -> tuple[int, str]:
+    """Status of a line that is typed in the present folder, and what it prints; what is no command of ours is the shell's."""
+    words = words_of(line)
+    if words[0] not in COMMANDS:
+        ran = subprocess.run(line, shell=True, capture_output=True, text=True, check=False)
+        return ran.returncode, ran.stdout + ran.stderr
+    module, function = COMMANDS[words[0]].split(":")
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("sys.argv", words)
+        try:
+            status = getattr(import_module(module), function)(words[1:])
+        except SystemExit as end:
+            status = int(end.code or 0)
+    return status, "".join(capfd.readouterr())
+
+
+def run_console(block: str, capfd: pytest.CaptureFixture[str]) -> None:
+    """Type a console block, and look for each of its lines, in their order, in what is printed."""
     for line, status, shown in typed(block):
-        ran = subprocess.run(line, shell=True, cwd=folder, env={**os.environ, "PATH": path}, capture_output=True, text=True, check=False)
-        said = ran.stdout + ran.stderr
-        assert ran.returncode == status, f"{line}\nends with status {ran.returncode} and not {status}:\n{said}"
+        ended, said = answered(line, capfd)
+        assert ended == status, f"{line}\nends with status {ended} and not {status}:\n{said}"
         printed = iter([numberless(text) for text in said.splitlines()])
         for text in shown:
             assert numberless(text) in printed, f"{line}\ndoes not print, or not in this order:\n{text}\nbut:\n{said}"
@@ -101,7 +123,7 @@ def has_examples(document: Path) -> bool:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("document", [path for path in DOCUMENTS if has_examples(path)], ids=name_of)
-def test_examples_run_and_show_what_they_say(document, tmp_path, monkeypatch):
+def test_examples_run_and_show_what_they_say(document, tmp_path, monkeypatch, capfd):
     if "datasets/" in document.read_text(encoding="utf-8"):
         shutil.copytree(ROOT / "datasets", tmp_path / "datasets")
     monkeypatch.chdir(tmp_path)
@@ -109,7 +131,7 @@ def test_examples_run_and_show_what_they_say(document, tmp_path, monkeypatch):
     monkeypatch.setitem(sys.modules, "example", module)
     for number, (language, block) in enumerate(blocks(document)):
         if language == "console":
-            run_console(block, tmp_path)
+            run_console(block, capfd)
         elif language == "python":
             run_python(block, tmp_path / f"example_{number}.py", module)
 
@@ -124,6 +146,10 @@ def test_the_tutorial_runs_from_top_to_bottom(tmp_path):
     notebook = nbformat.read(TUTORIAL, as_version=4)
     assert not any(cell.get("outputs") for cell in notebook.cells), "the tutorial is kept without its outputs"
     NotebookClient(notebook, timeout=None, kernel_name="python3", resources={"metadata": {"path": str(tmp_path / "docs")}}).execute()
+    shown = "".join(output.get("text", "") for cell in notebook.cells for output in cell.get("outputs", ()))
+    assert "verdict: named" in shown
+    assert re.search(r"HubInertia\(mass_kg=\S*0\.0100\d*\)?, 95 %", shown), shown
+    assert "cannot be told from: nothing else" in shown
 
 
 def test_the_tutorial_imports_from_the_front_doors_only():

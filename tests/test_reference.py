@@ -1,6 +1,10 @@
 """The reference is written from the code: nothing is left out, formulas stay formulas, and figures show something."""
 
+import ast
+import inspect
+import re
 from dataclasses import fields, is_dataclass
+from importlib import import_module
 
 import numpy as np
 import pytest
@@ -71,6 +75,32 @@ def test_every_name_of_a_front_door_has_a_line_that_says_what_it_is(package):
     rows = [line for line in front_doors.page(package).splitlines() if line.startswith("| {py:obj}")]
     assert rows
     assert not [row for row in rows if row.endswith("|  |")]
+
+
+def functions_of(package):
+    exported = ((name, getattr(import_module(package), name)) for name in import_module(package).__all__)
+    return {name: thing for name, thing in exported if inspect.isfunction(thing)}
+
+
+def explained(doc, section):
+    """The names that a section of a docstring explains; None where there is no such section."""
+    found = re.search(rf"^{section}\n-+\n(.*?)(?=\n\n\w+\n---|\Z)", doc, re.M | re.S)
+    return found and {name for names in re.findall(r"^\*{0,2}(\w[\w, ]*?)(?: :.*)?$", found[1], re.M) for name in names.split(", ")}
+
+
+@pytest.mark.parametrize("package", front_doors.PACKAGES)
+def test_every_function_of_a_front_door_says_what_it_takes_gives_and_refuses(package):
+    wrong = []
+    for name, function in functions_of(package).items():
+        doc, signature = inspect.getdoc(function) or "", inspect.signature(function)
+        unsaid = set(signature.parameters) - (explained(doc, "Parameters") or set())
+        wrong += [f"{name}: Parameters lack {sorted(unsaid)}"] * bool(unsaid)
+        wrong += [f"{name}: no Returns"] * (
+            signature.return_annotation not in (None, "None") and not re.search(r"^(Returns|Yields)\n-", doc, re.M)
+        )
+        raises = any(isinstance(node, ast.Raise) for node in ast.walk(ast.parse(inspect.getsource(function))))
+        wrong += [f"{name}: no Raises"] * (raises and explained(doc, "Raises") is None)
+    assert not wrong, "\n".join(wrong)
 
 
 @every_effect

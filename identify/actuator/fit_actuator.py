@@ -63,6 +63,11 @@ def fit_actuator(
     changes : parameters that are held, bounded, or begin elsewhere.
     suggest : try every effect of the catalogue on what is left, not only those of the channels.
 
+    Returns
+    -------
+    ActuatorFit
+        Estimates with standard errors by name, the verdict, what is left, and the `lmfit` result.
+
     Raises
     ------
     InputError

@@ -23,7 +23,13 @@ def read_campaign(paths: Iterable[Path], mapping: ColumnMapping | None = None) -
 
     Parameters
     ----------
+    paths : of tables and lists.
     mapping : how tables are to be read that are not in the project's own columns, where a run says nothing itself.
+
+    Returns
+    -------
+    tuple of Run
+        In the order of the lists.
 
     Raises
     ------

@@ -1,6 +1,6 @@
 """Which further test would split a class best: each is predicted with the rivals' own fits, before anyone measures it.
 
-One of two rivals makes the measurement, the other is fitted to it along straight lines, with base, effects and the new run's
+One of two rivals makes the measurement, the other is fitted to it in the linearised model, with base, effects and the new run's
 release free as far as everything measured before lets them. What is left, in units of the noise, is what the test would show:
 
     delta^2 = min |g + J x|^2 + |R x|^2 + |release - as drawn|^2
@@ -14,7 +14,7 @@ Nobody knows the true one's parameters better than its fit does, nor how a platf
 with others the test may show less. So each makes the measurement with several sets, drawn from its covariance (as far as what
 was measured bears them out) and from what `[nuisance]` says of releases, and the chance is the mean: a release just as it
 should be lands on all its stops at once, which none does, and shows a multiple of what others do. The most telling tests are
-predicted once more with more releases and by full simulation: an effect can often bend farther than a straight line. Where a
+predicted once more with more releases and by full simulation: a nonlinear effect can often follow where the linearised one cannot. Where a
 single run is not sure enough to tell, several of the same kind are predicted together, as few as will do.
 """
 
@@ -99,7 +99,7 @@ def _chance(best: Fit, rival: _Side, shown: Sequence[Array]) -> float:
 
 
 def chance_of_split(lead: float, before: float, shown: tuple[Array, Array]) -> float:
-    """How likely a further test excludes one of two effects, by the straight-line theory of the lead.
+    """How likely a further test excludes one of two effects, by the linearised theory of the lead.
 
     Parameters
     ----------
@@ -115,7 +115,7 @@ def chance_of_split(lead: float, before: float, shown: tuple[Array, Array]) -> f
 def _excludes(lead: float, before: float, shown: Array) -> float:
     """How likely a test that shows so much brings the lead of the true effect to where it excludes the other; the mean over (n,).
 
-    A rival that should be excluded by a lead as long as this and is not was kept for what straight lines do not tell; then the lead has
+    A rival that should be excluded by a lead as long as this and is not was kept for what linearised models do not show; then the lead has
     to grow as much as one that begins at nothing, so that a test that shows nothing is not believed to split anything.
     """
     spread = 2.0 * np.sqrt(shown) + 1e-12
@@ -148,8 +148,8 @@ class _Side:
 def likely_parameters(fit: Fit) -> list[Array]:
     """Parameters (k,) from a fit's covariance, within their bounds, a dozen at most; always the same draws.
 
-    Where an effect bends, a straight line leads to parameters that the measurements do not bear out: one is kept as rarely as the sum of
-    squares is there above the parabola.
+    Where an effect is not linear, the linearised model leads to parameters that the measurements do not bear out: one is kept as rarely
+    as the sum of squares is there above the parabola.
     """
     power, turn = np.linalg.eigh(fit.covariance)
     spread = turn * np.sqrt(np.maximum(power, 0.0))
@@ -163,7 +163,7 @@ def likely_parameters(fit: Fit) -> list[Array]:
 
 @dataclass(frozen=True)
 class _Line:
-    """A rival before a further run, in straight lines from where it would be if it knew the release, (r,).
+    """A rival before a further run, linearised about where it would be if it knew the release, (r,).
 
     rows : (m, k), what its parameters do to that run, to what it knew, and to the release.
     further : (m,), which of them come anew with each run.

@@ -25,9 +25,18 @@ def compare(model: Model, runs: Sequence[Run], *, fit_release: bool = True, chan
 
     Parameters
     ----------
+    model : Model
+        The model file's.
+    runs : Sequence of Run
+        Loops and deployments, see `read_campaign`.
     fit_release : whether each run's own release (pose and instant, within the spreads of the model file) is fitted first;
         it differs from run to run without meaning anything. Otherwise the model is taken to the letter.
     changes : parameters that are held, bounded, or begin elsewhere.
+
+    Returns
+    -------
+    Comparison
+        Curves of every run and channel with their numbers, and whether the gap is noise.
 
     Raises
     ------

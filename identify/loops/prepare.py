@@ -25,6 +25,11 @@ _ANOTHER = 10.0  # records long, a gap between two recordings
 def prepare(loop: Loop) -> LoopData:
     """Smooth a loop's motion, find its noise, its reversals and what of it counts.
 
+    Parameters
+    ----------
+    loop : Loop
+        As it was measured, n samples.
+
     Returns
     -------
     LoopData

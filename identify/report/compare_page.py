@@ -9,7 +9,7 @@ import numpy as np
 
 from identify.gap.comparison import Comparison
 from identify.gap.gap_test import p_words
-from identify.report.gap_figures import Stage, Told, figure_of, largest, last_cycle, loop_curves, opened_name
+from identify.report.gap_figures import CurveRow, Stage, figure_of, largest, last_cycle, loop_curves, opened_name
 from measure.pages.figure import Figure
 from measure.pages.in_use import shown_as
 from measure.pages.page import facts_of, number
@@ -27,7 +27,7 @@ def compare_html(found: Comparison, next_words: Sequence[str], note: Mapping[str
     next_words : what to do now. note : provenance.
     """
     name = found.fit.problem.model.name
-    rows = [Told(curve.run, curve.channel, (Stage("model", "given", curve),)) for curve in found.curves]
+    rows = [CurveRow(curve.run, curve.channel, (Stage("model", "given", curve),)) for curve in found.curves]
     first = largest(rows)
     ordered = [first, *(one for one in rows if one is not first)]
     figures = [_figure(found, one, f"run-{i + 1}") for i, one in enumerate(ordered)]
@@ -49,7 +49,7 @@ def compare_html(found: Comparison, next_words: Sequence[str], note: Mapping[str
     )
 
 
-def _summary(found: Comparison, first: Told, next_words: Sequence[str], note: Mapping[str, Any]) -> Summary:
+def _summary(found: Comparison, first: CurveRow, next_words: Sequence[str], note: Mapping[str, Any]) -> Summary:
     rms, noise = number(found.fit.rms, 3), found.gap_is_noise
     factor, unit, label = shown_as(first.channel)
     size = f"{factor * float(np.max(np.abs(first.without.gap))):.3g} {unit}"
@@ -76,7 +76,7 @@ def _summary(found: Comparison, first: Told, next_words: Sequence[str], note: Ma
     )
 
 
-def _row(one: Told) -> list[Any]:
+def _row(one: CurveRow) -> list[Any]:
     factor, unit, label = shown_as(one.channel)
     n = one.without.numbers
     lengths = [f"{factor * n[key]:.3g} {unit}" for key in ("rmse", "max_abs")]
@@ -91,7 +91,7 @@ def _row(one: Told) -> list[Any]:
     ]
 
 
-def _figure(found: Comparison, one: Told, name: str) -> Figure:
+def _figure(found: Comparison, one: CurveRow, name: str) -> Figure:
     problem = found.fit.problem
     loop = next((loop for loop in problem.loops if loop.run.name == one.run), None)
     if loop is None:

@@ -35,7 +35,7 @@ class Stage:
 
 
 @dataclass(frozen=True)
-class Told:
+class CurveRow:
     """A channel of a run under every model, the first as given or, of a run held out, refitted."""
 
     run: str
@@ -61,7 +61,7 @@ class Told:
         return float(np.sqrt(np.mean((curve.gap / curve.sigma) ** 2))) if len(curve.gap) else 0.0
 
 
-def told(found: Explanation, variants: Mapping[str, Fit] | None = None) -> list[Told]:
+def curve_rows(found: Explanation, variants: Mapping[str, Fit] | None = None) -> list[CurveRow]:
     """Every channel of every run, those held out last.
 
     variants : fits with what was found switched on and off, by the state of the switches.
@@ -73,27 +73,27 @@ def told(found: Explanation, variants: Mapping[str, Fit] | None = None) -> list[
     rows = _together(fits)
     for held in found.held:
         own = [(REFITTED, "refitted", held.before, "")] + ([(EFFECT, "effect", held.after, "")] if found.findings else [])
-        rows += [Told(one.run, one.channel, one.stages, held_out=True) for one in _together(own)]
+        rows += [CurveRow(one.run, one.channel, one.stages, held_out=True) for one in _together(own)]
     return rows
 
 
-def _together(fits: Sequence[tuple[str, str, Fit, str]]) -> list[Told]:
+def _together(fits: Sequence[tuple[str, str, Fit, str]]) -> list[CurveRow]:
     curves = [[Stage(name, look, curve, when) for curve in curves_of(fit)] for name, look, fit, when in fits]
-    return [Told(stages[0].curve.run, stages[0].curve.channel, stages) for stages in zip(*curves, strict=True)]
+    return [CurveRow(stages[0].curve.run, stages[0].curve.channel, stages) for stages in zip(*curves, strict=True)]
 
 
-def largest(rows: Sequence[Told]) -> Told:
+def largest(rows: Sequence[CurveRow]) -> CurveRow:
     """Where one sees the gap best: of what stands clear of the noise, the channel whose gap is the largest part of its range."""
     most = max(row.over_noise for row in rows)
     return max((one for one in rows if one.over_noise >= min(_CLEAR, most)), key=lambda one: one.visible)
 
 
-def largest_over_noise(rows: Sequence[Told]) -> Told:
+def largest_over_noise(rows: Sequence[CurveRow]) -> CurveRow:
     """Where the gap is the largest over its noise."""
     return max(rows, key=lambda one: one.over_noise)
 
 
-def figure_of(one: Told, *, name: str, tall: bool = False) -> Figure:
+def figure_of(one: CurveRow, *, name: str, tall: bool = False) -> Figure:
     """One channel over time with what is left below, all models on one scale."""
     factor, unit, label = shown_as(one.channel)
     first = one.without
@@ -114,7 +114,7 @@ def opened_name(label: str) -> str:
     return label[:1].upper() + label[1:]
 
 
-def _caption(one: Told, factor: float, unit: str) -> str:
+def _caption(one: CurveRow, factor: float, unit: str) -> str:
     sizes = {
         stage.name: factor * float(np.max(np.abs(stage.curve.gap))) for stage in one.stages if stage.when in ("", "1" * len(stage.when))
     }
@@ -124,11 +124,11 @@ def _caption(one: Told, factor: float, unit: str) -> str:
 def loop_figure(found: Explanation, name: str = "loop") -> Figure | None:
     """The loop in which the gap is largest: force against elongation, measured, with the law before and after."""
     loops = {loop.run.name for loop in found.before.problem.loops}
-    rows = [one for one in told(found) if one.run in loops and not one.held_out]
+    rows = [one for one in curve_rows(found) if one.run in loops and not one.held_out]
     return any_figure(found, max(rows, key=lambda row: row.over_noise), name) if rows else None
 
 
-def any_figure(found: Explanation, one: Told, name: str) -> Figure:
+def any_figure(found: Explanation, one: CurveRow, name: str) -> Figure:
     """A deployment over time; a loop, one cycle of it, over the elongation."""
     problem = found.before.problem
     loop = next((loop for loop in problem.loops if loop.run.name == one.run and not one.held_out), None)
@@ -147,7 +147,7 @@ def last_cycle(reversals: Sequence[int], samples: NDArray[np.intp]) -> NDArray[n
     return (samples >= turns[-3]) & (samples <= turns[-1])
 
 
-def loop_curves(one: Told, elongation_mm: Array, kept: NDArray[np.bool_], name: str) -> Figure:
+def loop_curves(one: CurveRow, elongation_mm: Array, kept: NDArray[np.bool_], name: str) -> Figure:
     """Force against elongation with what is left below, of the samples that are kept."""
     u, first = elongation_mm[kept], one.without
     lines = [Line(MEASURED, u, first.measured[kept], "measured", dots=True)]

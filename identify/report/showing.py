@@ -9,7 +9,7 @@ import numpy as np
 from identify.actuator.actuator_fit import ActuatorFit
 from identify.gap.comparison import Comparison
 from identify.report.explained.story import sentence
-from identify.report.gap_figures import largest, told
+from identify.report.gap_figures import curve_rows, largest
 from identify.report.gap_plots import comparison_figure, pair_figure
 from identify.report.loop_plots import fit_figure
 from identify.report.result import parameters_of, result_of
@@ -78,7 +78,7 @@ class ShowingExplanation:
 
     def figure(self) -> Any:
         """The channel in which one sees the gap best, with what is left below."""
-        one = largest(told(self.found))
+        one = largest(curve_rows(self.found))
         after = next((stage.curve for stage in one.stages if stage.look == "effect"), None)
         return pair_figure(one.without, after)
 

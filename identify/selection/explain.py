@@ -61,6 +61,7 @@ def explain(
 
     Parameters
     ----------
+    model : the model file's.
     runs : loops and deployments; those held out take no part in fitting or naming. Tables without noise are given some, see `noiseless`.
     catalogue : effects to try, by name.
     covariate : a further column of the loops (a pressure, a temperature) to which a part of their force is proportional.
@@ -266,7 +267,13 @@ def extended(model: Model, explanation: Explanation) -> Model:
 
     Parameters
     ----------
-    model : the model file's. explanation : what `explain` found.
+    model : the model file's.
+    explanation : what `explain` found.
+
+    Returns
+    -------
+    Model
+        To be handed to `write_model`.
     """
     at = explanation.model
     named = tuple(finding.effect for finding in explanation.findings)

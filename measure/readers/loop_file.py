@@ -57,7 +57,21 @@ def _quoted(table: RawTable, place: int) -> str:
 
 
 def read_loop_file(path: Path, mapping: ColumnMapping | None = None) -> tuple[Loop, Understood]:
-    """Read a loop from a laboratory's text file; also this project's own columns.
+    """Read a loop from a laboratory's file; also this project's own columns.
+
+    Parameters
+    ----------
+    path : Path or str
+        Text, a workbook, MATLAB, HDF5, LabVIEW or a universal file.
+    mapping : ColumnMapping, optional
+        Which columns are the quantities, and in which units, where names do not say it.
+
+    Returns
+    -------
+    Loop
+        Each column of n rows as an array (n,), in SI; conditions that the file states as further columns.
+    Understood
+        How the file was read.
 
     Raises
     ------

@@ -18,6 +18,18 @@ _FIRST_BYTES = 10_000
 def read_measurement(path: Path, mapping: ColumnMapping | None = None) -> Loop | Trajectory:
     """Read a trajectory or a loop; the mapping concerns loops and trajectories of other programs, not those in the project's columns.
 
+    Parameters
+    ----------
+    path : Path or str
+        A table.
+    mapping : ColumnMapping, optional
+        Which columns are the quantities, and in which units, where names do not say it.
+
+    Returns
+    -------
+    Loop or Trajectory
+        In SI, as the columns tell.
+
     Raises
     ------
     InputError

@@ -89,6 +89,16 @@ def _columns(loop: Loop) -> dict[str, Array]:
 def read_loop(path: Path) -> Loop:
     """Read a loop in this project's own columns; further columns of numbers come along, those of words do not.
 
+    Parameters
+    ----------
+    path : Path or str
+        A CSV file with `time_s`, `elongation_m` and `force_N`.
+
+    Returns
+    -------
+    Loop
+        Each column of n rows as an array (n,), in SI.
+
     Raises
     ------
     InputError
@@ -119,5 +129,13 @@ def _no_column(place: str, header: Sequence[str], missing: str) -> str:
 
 
 def write_loop(loop: Loop, path: Path) -> None:
-    """Write a loop, further columns behind the three."""
+    """Write a loop, further columns behind the three.
+
+    Parameters
+    ----------
+    loop : Loop
+        What is written.
+    path : Path
+        The CSV file; an older one is replaced as a whole.
+    """
     write_columns(_columns(loop), path)

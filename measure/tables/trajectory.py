@@ -103,6 +103,16 @@ class Trajectory(Shown, by="measure.notebook.table_plots.ShowingTrajectory"):
 def read_trajectory(path: Path) -> Trajectory:
     """Read a trajectory; empty cells of a channel are what was not seen.
 
+    Parameters
+    ----------
+    path : Path or str
+        A CSV file with `time_s` and any of the six channels, each with its `sigma_` where it is known.
+
+    Returns
+    -------
+    Trajectory
+        Channels of n rows as arrays (n,), in SI; not a number where nothing was seen.
+
     Raises
     ------
     InputError
@@ -131,7 +141,15 @@ def _require_known(place: str, header: Sequence[str]) -> None:
 
 
 def write_trajectory(trajectory: Trajectory, path: Path) -> None:
-    """Write a trajectory, each channel followed by its sigma; what was not seen stays empty."""
+    """Write a trajectory, each channel followed by its sigma; what was not seen stays empty.
+
+    Parameters
+    ----------
+    trajectory : Trajectory
+        What is written.
+    path : Path
+        The CSV file; an older one is replaced as a whole.
+    """
     write_columns(_columns(trajectory), path)
 
 

@@ -31,6 +31,16 @@ _MOST_HALVINGS = 4
 def deploy(model: Model) -> Deployment:
     """Simulate one deployment.
 
+    Parameters
+    ----------
+    model : Model
+        The rig with its release, duration and sample rate; it is simulated as it is given.
+
+    Returns
+    -------
+    Deployment
+        n samples of the six channels, forces and energies, in SI.
+
     Raises
     ------
     InputError
@@ -69,8 +79,19 @@ def deploy_many(models: Sequence[Model], division: StepDivision | None = None, *
 
     Parameters
     ----------
+    models : at least one.
     division : into how many parts each step is divided, from `deploy_with_division`; by default none is.
     one_core : for threads that keep the other cores busy themselves.
+
+    Returns
+    -------
+    list of Deployment
+        One for each model, in their order.
+
+    Raises
+    ------
+    ValueError
+        The models differ in the kinds of their effects, in their controller, or in duration, rate or step.
     """
     kernel = integrator.deploy_on_one_core if one_core else integrator.deploy_on_all_cores
     first = models[0]
@@ -119,6 +140,21 @@ def deploy_checked(model: Model) -> Deployment:
 
     After four halvings, and where the run diverges, it stays as it is: the error says so. It is None where half the step would take more
     steps than anybody waits for.
+
+    Parameters
+    ----------
+    model : Model
+        As for `deploy`.
+
+    Returns
+    -------
+    Deployment
+        The coarser of the last two runs with its `step_error`.
+
+    Raises
+    ------
+    InputError
+        The model has no geometry, or would take too many steps.
     """
     run, halvings = deploy(model), 0
     while True:

@@ -83,6 +83,7 @@ def write_fmu(model: Model, path: Path, leg: int | None = None) -> None:
 
     Parameters
     ----------
+    model : its force law and what acts on its legs.
     path : ends in .fmu.
     leg : 1 to 6; may be left out where all legs are alike.
 

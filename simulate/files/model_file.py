@@ -32,6 +32,17 @@ _BESIDE_THE_MODEL = ("schema", "effect", "controller", "provenance")
 def read_model(path: Path, catalogue: Catalogue = CATALOGUE) -> Model:
     """Read and check a model file.
 
+    Parameters
+    ----------
+    path : Path or str
+        A TOML file, `schema = 1`.
+    catalogue : effects that the file may name, by name.
+
+    Returns
+    -------
+    Model
+        In SI.
+
     Raises
     ------
     InputError
@@ -231,7 +242,16 @@ def _listed(value: Any) -> Any:
 
 
 def write_model(model: Model, path: Path, provenance: Mapping[str, Any] | None = None) -> None:
-    """Write a model as a file that every command accepts."""
+    """Write a model as a file that every command accepts.
+
+    Parameters
+    ----------
+    model : Model
+        What is written.
+    path : Path
+        The TOML file; an older one is replaced as a whole.
+    provenance : from what it was made; it becomes the table of that name.
+    """
     import tomli_w
 
     write_text(Path(path), tomli_w.dumps(document_of(model, provenance)))

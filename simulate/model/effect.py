@@ -53,6 +53,10 @@ def parameter(
         nothing of itself while the effect is off; of an effect that is not linear, sizes at which it is tried.
     linear : whether the effect grows in proportion to it from where it is switched off; a gap that opens does not.
     units : of each entry, `N_per_m`, where the name does not end with it.
+
+    Returns
+    -------
+    A field of the effect's dataclass.
     """
     limits = {"low": low, "high": high, "typical": typical, "doc": doc, "source": source, "units": units}
     return field(default=default, metadata={**limits, "starts": starts, "linear": linear})

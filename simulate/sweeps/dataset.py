@@ -20,6 +20,7 @@ def write_sweep(result: SweepResult, path: Path, note: Mapping[str, Any] | None 
 
     Parameters
     ----------
+    result : from `sweep`.
     path : its ending decides.
     note : what made it, as `measure.common.output.provenance` gives it; kept as JSON in the attribute `provenance`.
 

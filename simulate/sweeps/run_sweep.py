@@ -62,7 +62,8 @@ def sweep(
     indices : "sobol" or "morris": the runs are chosen for these indices of each factor, instead of by a design.
     rare : runs of each level of a subset simulation, which finds the probability of rare failures; none without.
     executor : computes the runs elsewhere (processes, a cluster); `workers` is then its own business.
-    folder : keep the responses there, piece by piece, instead of in memory; with `resume` what stands there is kept.
+    folder : keep the responses there, piece by piece, instead of in memory.
+    resume : keep what stands in that folder of an earlier run of the same sweep.
     progress : wraps the pieces as they come in, given their number.
     foretell : called before they begin with the seconds that they will take on this machine, from a sample of the runs.
 

@@ -74,8 +74,19 @@ def tolerance_of(
 ) -> Mapping[str, Any]:
     """What the JSON of a sweep says about tolerances.
 
-    Slopes; spreads by angle, and the share of simulated runs that kept it; the curve of angle over spread; the leg that turns the platform
-    most; by how much to adjust it, or how to sort the legs, where the model itself turns.
+    Parameters
+    ----------
+    model : Model
+        The rig as it is nominally.
+    angles_deg : within which theta_z is to stay.
+    probability : with which it is to stay there.
+    seed : of the runs that are simulated to check the spreads.
+
+    Returns
+    -------
+    Mapping
+        Slopes; spreads by angle, N, and the share of simulated runs that kept it; the curve of angle over spread; the leg that turns the
+        platform most; by how much to adjust it, or how to sort the legs, where the model itself turns.
     """
     gradient = gradient_deg_per_N(model)
     good = bool(np.all(np.isfinite(gradient)) and np.any(gradient))

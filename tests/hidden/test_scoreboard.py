@@ -138,7 +138,8 @@ def test_the_processor_time_of_an_answer_is_its_own(tmp_path: Path, monkeypatch:
 
 
 @pytest.mark.slow
-def test_the_recommended_test_is_done_as_it_is_described(tmp_path: Path):
+def test_the_recommended_test_is_done_as_it_is_described(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    monkeypatch.setattr("board.truths.HIDDEN", ("viscous-friction", "hub-inertia"))  # what else it might be does not matter here
     case = made(IN_LOOPS, tmp_path)
     before = read_campaign([case / "campaign.toml"])
     of_loops = {"kind": "loop", "frequency_Hz": 6.0, "amplitude_m": 0.03, "splits": {"a": 0.9}, "model": {}}

@@ -1,4 +1,4 @@
-"""What each candidate would leave of the gap if it alone were added: exact where it was fitted, along straight lines where not."""
+"""What each candidate would leave of the gap if it alone were added: exact where it was fitted, linearised where not."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ _MUCH = 1.5  # times the gap that the foremost leaves, from which on a candidate
 
 @dataclass(frozen=True)
 class Candidate:
-    """A candidate by itself. left : root mean square gap over the noise with it alone. fitted : whether whole, or along straight lines."""
+    """A candidate by itself. left : root mean square gap over the noise with it alone. fitted : whether whole, or linearised."""
 
     name: str
     left: float
@@ -67,7 +67,7 @@ def _effect(found: Explanation, name: str) -> Effect | None:
 
 
 def left_alone(found: Explanation, effect: Effect) -> float:
-    """Root mean square gap over the noise with base, releases and this effect fitted along straight lines, in its best shape."""
+    """Root mean square gap over the noise with base, releases and this effect fitted in the linearised model, in its best shape."""
     fit = found.before
     free = fit.clear_of_bounds
     base = np.where(free, fit.jacobian, 0.0)

@@ -46,7 +46,7 @@ def report_html(
     note : provenance.
     """
     result, variants = result_of(found, missing_force_file), variants_of(found)
-    rows = gap_figures.told(found, variants)
+    rows = gap_figures.curve_rows(found, variants)
     shown = {
         "summary": summary_of(found, note or {}, result),
         "rig": found.before.problem.model.name,
@@ -103,7 +103,7 @@ def _gap_words(found: Explanation, result: Mapping[str, Any]) -> str:
     return f"{words}; with what was found by {after}." if found.findings else f"{words}."
 
 
-def _figures(found: Explanation, rows: list[gap_figures.Told]) -> dict[str, Any]:
+def _figures(found: Explanation, rows: list[gap_figures.CurveRow]) -> dict[str, Any]:
     """The first figure, elevation and lateral channel beside it, the best run held out, and all the rest."""
     films = {film.run.name for film in found.before.problem.films}
     ours = [one for one in rows if not one.held_out]
@@ -126,7 +126,7 @@ def _figures(found: Explanation, rows: list[gap_figures.Told]) -> dict[str, Any]
     }
 
 
-def _seen(found: Explanation, rows: list[gap_figures.Told]) -> dict[str, Any]:
+def _seen(found: Explanation, rows: list[gap_figures.CurveRow]) -> dict[str, Any]:
     """The picture of the film, and the run in space."""
     runs = [film.run for film in found.before.problem.films]
     names = {run.name for run in runs}
@@ -148,7 +148,7 @@ def _candidates(found: Explanation) -> dict[str, Any]:
     return {
         "candidates": bars,
         "before": before,
-        "straight": any(not one.fitted for one in tried),
+        "linearised": any(not one.fitted for one in tried),
         "candidates_csv": csv_address(
             {"effect": [c.name for c in tried], "gap left over noise": [c.left for c in tried], "probability": [c.weight for c in tried]}
         ),
@@ -158,7 +158,7 @@ def _candidates(found: Explanation) -> dict[str, Any]:
         ],
         "weights_csv": csv_address({"answer": list(found.weights), "probability": list(found.weights.values())}),
         "rest": [
-            [row.name, row.delta_bic, percent(row.weight), "fitted" if row.fitted else "weighed along straight lines"]
+            [row.name, row.delta_bic, percent(row.weight), "fitted" if row.fitted else "linearised"]
             for row in names_left(found, tried)[:40]
         ],
         "sureness": sureness(found),

@@ -78,7 +78,7 @@ def test_quiet_says_nothing(loop_files, capsys):
 def test_the_same_file_twice_counts_once_and_is_said(loop_files, tmp_path, capsys):
     twin = tmp_path / "twin.csv"
     twin.write_bytes(Path(loop_files[0]).read_bytes())
-    assert main([loop_files[0], str(twin)]) == 0
+    assert main([loop_files[0], str(twin), "--no-suggest"]) == 0
     assert "is the same file as" in capsys.readouterr().out
 
 
@@ -94,38 +94,38 @@ def test_a_sign_that_was_turned_stands_in_the_saved_mapping(loop_files, tmp_path
     loop, rig, clockwise = read_loop(Path(loop_files[1])), tmp_path / "rig.toml", tmp_path / "clockwise.csv"
     travel = -1e3 * loop.elongation_m * (-1 if unit == "mm*-1" else 1)
     write_columns({"time_s": loop.time_s, "travel": travel, "force_N": loop.force_N}, clockwise)
-    given = [str(clockwise), "--column", "elongation=travel", "--unit", f"elongation={unit}"]
+    given = [str(clockwise), "--column", "elongation=travel", "--unit", f"elongation={unit}", "--no-suggest"]
     assert main([*given, "--save-mapping", str(rig)]) == 0
     assert "counted the other way round" in capsys.readouterr().out
     assert read_mapping(rig).units["elongation"] == kept
-    assert main([str(clockwise), "--mapping", str(rig)]) == 0
+    assert main([str(clockwise), "--mapping", str(rig), "--no-suggest"]) == 0
     assert "counted the other way round" not in capsys.readouterr().out
 
 
 def test_an_actuator_can_be_put_into_a_model(loop_files, tmp_path):
     base, copy = tmp_path / "base.toml", tmp_path / "copy.toml"
-    assert main([*loop_files, "--quiet", "-o", str(base)]) == 0
+    assert main([*loop_files, "--quiet", "--no-suggest", "-o", str(base)]) == 0
     text = base.read_text() + "\n[platform]\nmass_kg = 1.25\n"
     base.write_text(text)
-    assert main([*loop_files, "--quiet", "--model", str(base), "-o", str(copy)]) == 0
+    assert main([*loop_files, "--quiet", "--no-suggest", "--model", str(base), "-o", str(copy)]) == 0
     assert read_model(copy).platform.mass_kg == 1.25
 
 
 def test_polynomials_in_the_speed_stand_in_the_model_file(loop_files, tmp_path, capsys):
     out, result = tmp_path / "rate.toml", tmp_path / "rate.json"
-    assert main([*loop_files, "--rate", "speed", "--rate-order", "1", "-o", str(out), "--quiet"]) == 0
+    assert main([*loop_files, "--rate", "speed", "--rate-order", "1", "--no-suggest", "-o", str(out), "--quiet"]) == 0
     rate = read_model(out).actuator.rate
     assert rate is not None
     assert rate.abscissa == "speed_m_per_s"
     assert rate.b_l[0] == pytest.approx(2.79, abs=0.01)
-    assert main([*loop_files, "--rate", "frequency", "--json", str(result)]) == 0
+    assert main([*loop_files, "--rate", "frequency", "--no-suggest", "--json", str(result)]) == 0
     assert "order 0 is taken" in capsys.readouterr().out
     assert set(json.loads(result.read_text())["rate"]["left_out_nrmse_percent"]) == {"0", "1"}
 
 
 def test_profile_and_bootstrap_stand_in_the_result(loop_files, tmp_path):
     out = tmp_path / "r.json"
-    assert main([*loop_files, "--profile", "--bootstrap", "4", "--seed", "3", "--json", str(out), "--quiet"]) == 0
+    assert main([*loop_files, "--profile", "--bootstrap", "4", "--seed", "3", "--no-suggest", "--json", str(out), "--quiet"]) == 0
     result = json.loads(out.read_text())
     low, high = result["beta_profile"]["ci95"]
     assert low < 400.0 < high
@@ -136,7 +136,7 @@ def test_profile_and_bootstrap_stand_in_the_result(loop_files, tmp_path):
 def test_a_frequency_that_the_name_claims_and_the_signal_denies_is_said(loop_files, tmp_path, capsys):
     wrong = tmp_path / "run_2Hz.csv"
     wrong.write_bytes(Path(loop_files[1]).read_bytes())
-    main([str(wrong)])
+    main([str(wrong), "--no-suggest"])
     assert "its name says 2 Hz, the signal 1 Hz" in capsys.readouterr().out
 
 
@@ -183,7 +183,7 @@ def test_ten_runs_of_a_real_damper_give_the_published_friction(tmp_path):
 @needs_real
 @pytest.mark.slow
 def test_without_viscous_friction_the_dampers_residual_points_at_speed(tmp_path):
-    files = [str(path) for path in sorted((REAL / "mr-damper-0V").glob("*.csv"))]
+    files = [str(path) for path in sorted((REAL / "mr-damper-0V").glob("*.csv"))][::2]
     out = tmp_path / "r.json"
     main([*files, "--unit", "elongation=mm", "--no-suggest", "--json", str(out), "--quiet"])
     result = json.loads(out.read_text())

@@ -41,7 +41,7 @@ def loops(levels=(0.0, 0.0, 0.0, 0.0)) -> list[Loop]:
 
 @pytest.fixture(scope="module")
 def fit() -> ActuatorFit:
-    return fit_actuator([prepare(loop) for loop in loops()], (HubInertia,))
+    return fit_actuator([prepare(loop) for loop in loops()], (HubInertia,), suggest=False)
 
 
 @pytest.mark.parametrize("own_zeros", [False, True])
@@ -51,7 +51,7 @@ def test_a_campaign_of_loops_gives_what_the_loops_give_by_themselves(prototype, 
     What fit-actuator adds to the covariance for channels that may be out of step is left out.
     """
     measured = loops((0.0, 0.02, -0.03, 0.05)) if own_zeros else loops()
-    alone = fit_actuator([prepare(loop) for loop in measured], (HubInertia,), tare="each" if own_zeros else "common")
+    alone = fit_actuator([prepare(loop) for loop in measured], (HubInertia,), tare="each" if own_zeros else "common", suggest=False)
     model = replace(prototype, effects=())
     asked = solve(problem_of(model, [Run(loop) for loop in measured], own_zeros=own_zeros).with_effects([HubInertia()]))
     by_themselves, near = estimates_of(replace(alone.fit, widened=None)), 1e-4 if own_zeros else 1e-6
@@ -108,7 +108,7 @@ def test_a_fit_is_a_table_and_a_line(fit):
 
 
 def fitted(*changes: Change) -> ActuatorFit:
-    return fit_actuator([prepare(loop) for loop in loops()], (HubInertia,), changes=changes)
+    return fit_actuator([prepare(loop) for loop in loops()], (HubInertia,), changes=changes, suggest=False)
 
 
 def test_a_parameter_that_is_held_is_no_error_of_the_others(fit):

@@ -44,8 +44,8 @@ def test_an_effect_in_loops_is_recovered(campaign, truth, shape):
     ("truth", "shape"),
     [
         (known.SeriesPlay(1.1e-3), known.SeriesPlay()),
-        (known.EddyDamping(0.4, 0.12), known.EddyDamping(0.0, 0.1)),
-        (known.Ripple(0.01, 0.0235, 0.9), known.Ripple(0.0, 1 / 44)),
+        pytest.param(known.EddyDamping(0.4, 0.12), known.EddyDamping(0.0, 0.1), marks=pytest.mark.calibrate),
+        pytest.param(known.Ripple(0.01, 0.0235, 0.9), known.Ripple(0.0, 1 / 44), marks=pytest.mark.calibrate),
         (known.SensorFilter((2e-3, 3e-3)), known.SensorFilter((0.005, 0.005))),
         (known.LensDistortion(-0.05, 0.42), known.LensDistortion(0.0, 0.35)),
         (known.FlexibleBase(20.0, 15.0, 0.02), known.FlexibleBase(20.0, 13.5, 0.03)),

@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from types import SimpleNamespace
+from typing import Any
 
+import numpy as np
 import pytest
 
 from identify.campaign.runs import read_campaign
 from identify.selection import explain
-from identify.selection.explanation import gap_left
+from identify.selection.explanation import Held, gap_left
 
 
 @pytest.fixture
@@ -40,3 +43,14 @@ def test_a_worse_release_changes_nothing(one):
     base, run = one
     right = explain._carried_over(base, run)
     assert explain._with_release_of(right, lost(right)).cost <= right.cost
+
+
+def leaving(size) -> Any:
+    """A fit that leaves so many times the noise."""
+    gaps = size * np.random.default_rng(1).normal(size=200)
+    return SimpleNamespace(problem=SimpleNamespace(blocks=["z_m"]), part=lambda block: gaps)
+
+
+@pytest.mark.parametrize(("before", "after", "grows"), [(3.0, 1.0, False), (1.0, 1.01, False), (1.0, 1.05, True), (1.0, 3.0, True)])
+def test_names_make_a_held_out_run_worse_where_its_gap_grows_by_more_than_a_trifle(before, after, grows):
+    assert Held(leaving(before), leaving(after)).grows is grows

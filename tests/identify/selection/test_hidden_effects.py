@@ -10,8 +10,13 @@ import numpy as np
 import pytest
 from board.outside import Gust
 
+from identify.campaign.runs import read_campaign
 from identify.commands.explain_gap import main
+from identify.report.result import result_of
+from identify.selection.explain import explain
+from identify.selection.hypotheses import BUDGETS
 from simulate.effects import (
+    CATALOGUE,
     EndStopDissipation,
     GravityImbalance,
     HubInertia,
@@ -113,10 +118,14 @@ def test_a_force_that_no_effect_of_the_catalogue_explains_is_unknown_and_said_wh
     assert "at its largest (0.20)" in result["missing_force"]
 
 
-@pytest.mark.slow
-def test_one_elevation_curve_alone_cannot_tell_a_single_effect(campaign):
+FEW = ("gravity-imbalance", "hub-inertia", "force-relaxation", "transition-zone", "viscous-friction", "platform-mass")
+
+
+@pytest.mark.parametrize("names", [pytest.param(FEW, marks=pytest.mark.slow), pytest.param(CATALOGUE, marks=pytest.mark.calibrate)])
+def test_one_elevation_curve_alone_cannot_tell_a_single_effect(campaign, names):
     folder = campaign(GravityImbalance(0.3), 401, loops=(), deployments=({},), channels=("z_m",))
-    result = explained(folder, "--budget", "quick")
+    model, runs = read_model(folder / "model.toml"), read_campaign([folder / "campaign.toml"])
+    result = result_of(explain(model, runs, {name: CATALOGUE[name] for name in names}, budget=BUDGETS["quick"]))
     assert result["verdict"] in ("class", "no-gap"), result["sentence"]
     if result["verdict"] == "class":
         (effect,) = result["effects"]

@@ -79,16 +79,19 @@ def answer(model, runs):
     return found.verdict, [one.name for one in found.findings], [(one.effect.flat(), one.stderr) for one in found.findings]
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(
     "pair",
-    [(Scale(force=1e-3), Scale(force=1e3)), (Scale(length=1e-3, time=0.1), Scale(length=1e3, time=3.0))],
-    ids=["forces and masses", "lengths and times"],
+    [
+        pytest.param((Scale(1e-3, 1e2, 3.0), Scale(1e3, 1e-2, 0.1)), id="all at once", marks=pytest.mark.slow),
+        pytest.param((Scale(force=1e-3), Scale(force=1e3)), id="forces and masses", marks=pytest.mark.calibrate),
+        pytest.param((Scale(length=1e-3, time=0.1), Scale(length=1e3, time=3.0)), id="lengths and times", marks=pytest.mark.calibrate),
+    ],
 )
 def test_neither_the_size_of_the_rig_nor_the_order_of_the_runs_changes_the_answer(asked, pair):
     """A millionth of the size, and the runs in the other order: the same names, sizes and standard errors.
 
-    Longer times cost more steps, so they are scaled less here; a hundredth and a hundred times have the same answer.
+    Longer times cost more steps, so they are scaled less here; a hundredth and a hundred times have the same answer. Forces, lengths
+    and times change at once by powers of which no simple product is one.
     """
     model, runs = asked
     found = []

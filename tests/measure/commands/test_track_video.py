@@ -42,6 +42,17 @@ def test_a_rising_platform_rises_in_millimetres(film, tmp_path):
     assert (tmp_path / "out.csv.provenance.json").exists()
 
 
+def test_the_summary_says_how_far_the_platform_went_and_its_instants_where_there_are_enough_frames(film, rising, tmp_path):
+    found = []
+    for frames in (12, 6):
+        write_film(tmp_path / "film.avi", rising[:frames])
+        assert _run(film, tmp_path, "--mm-per-px", "0.5", "--json", str(tmp_path / "r.json")) == 0
+        found.append(json.loads((tmp_path / "r.json").read_text())["platform"])
+    assert [one["frames_with_pose"] for one in found] == [12, 6]
+    assert [one["range"]["z_m"] for one in found] == [pytest.approx(0.75e-3 * steps, abs=2e-5) for steps in (11, 5)]
+    assert [set(one["instants"]) for one in found] == [{"release_s", "fastest_s", "end_of_stroke_s"}, set()]
+
+
 def test_pictures_of_the_marks_are_written_where_asked(film, tmp_path):
     assert _run(film, tmp_path, "--mm-per-px", "0.5", "--pictures", str(tmp_path / "look")) == 0
     assert {p.name for p in (tmp_path / "look").iterdir()} == {"first_frame.png", "contact_sheet.png", "quality.png"}

@@ -75,18 +75,33 @@ def test_a_line_beside_the_rule_has_no_graduation():
         pitch_along(noise, (20.0, 60.0, 500.0, 60.0))
 
 
+def _hanging(lean, seed):
+    """A dark line that leans by so many degrees, with noise."""
+    y, x = np.mgrid[:300, :80].astype(float)
+    off = (x - 40) * np.cos(np.radians(lean)) + (y - 150) * np.sin(np.radians(lean))
+    return 150 - 90 * np.exp(-0.5 * (off / 0.8) ** 2) + np.random.default_rng(seed).normal(0, 2.0, x.shape)
+
+
+def _up_of(grey):
+    return plumb_line(np.rint(grey).clip(0, 255).astype(np.uint8), (41.0, 20.0, 39.0, 280.0))
+
+
 @pytest.mark.parametrize("lean", [-2.3, 0.0, 1.7])
-def test_a_plumb_line_shows_where_up_is(lean):
+def test_a_plumb_line_shows_where_up_is_though_something_covers_a_part_of_it(lean):
     ratios = []
     for seed in range(4):
-        y, x = np.mgrid[:300, :80].astype(float)
-        off = (x - 40) * np.cos(np.radians(lean)) + (y - 150) * np.sin(np.radians(lean))
-        grey = 150 - 90 * np.exp(-0.5 * (off / 0.8) ** 2) + np.random.default_rng(seed).normal(0, 2.0, x.shape)
+        grey = _hanging(lean, seed)
         grey[120:130] = 60.0
-        up, sigma = plumb_line(np.rint(grey).clip(0, 255).astype(np.uint8), (41.0, 20.0, 39.0, 280.0))
+        up, sigma = _up_of(grey)
         assert abs(up - lean) < 0.05
         ratios.append((up - lean) / sigma)
     assert np.sqrt(np.mean(np.square(ratios))) < 2.5
+
+
+def test_the_sigma_of_up_is_neither_too_small_nor_too_large():
+    leans = np.random.default_rng(7).uniform(-3.0, 3.0, 50)
+    ratios = [(up - lean) / sigma for seed, lean in enumerate(leans) for up, sigma in [_up_of(_hanging(lean, seed))]]
+    assert 0.65 < np.sqrt(np.mean(np.square(ratios))) < 1.4
 
 
 def test_where_nothing_hangs_there_is_no_plumb_line():

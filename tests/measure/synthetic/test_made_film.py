@@ -9,7 +9,6 @@ import pytest
 
 from measure.common.errors import InputError
 from measure.footage.formats import open_footage
-from measure.geometry.camera import angles, rotation
 from measure.geometry.film_project import project_text, read_project
 from measure.synthetic.made_film import (
     MadeMark,
@@ -81,11 +80,6 @@ def test_its_project_file_survives_writing_and_reading(rig, tmp_path):
     project = project_for(scene, 100.0, 0.252)
     (tmp_path / "p.toml").write_text(project_text(project))
     assert read_project(tmp_path / "p.toml") == project
-
-
-def test_angles_undo_rotation():
-    theta = np.random.default_rng(0).normal(0, 0.4, (20, 3))
-    assert np.allclose(angles(rotation(theta)), theta, atol=1e-12)
 
 
 def test_a_film_has_eight_twelve_or_sixteen_bits(rig):

@@ -18,6 +18,7 @@ from simulate.files.leg_fmu import write_fmu
 from simulate.files.model_file import write_model
 from simulate.law import restoring_force
 from simulate.loop import loop_force
+from simulate.model.measures import unit_of
 
 # An importer in a process of its own; every output once straight on, and from the middle on once more after its state was brought back.
 IMPORTER = """
@@ -117,6 +118,21 @@ def test_the_same_model_gives_the_same_bytes_and_an_fmu_that_validates(model, tm
     assert about.coSimulation.canSerializeFMUstate
     units = {v.name: v.unit for v in about.modelVariables}
     assert (units["u_m"], units["speed_m_per_s"], units["force_N"], units["beta_per_m"]) == ("m", "m/s", "N", "1/m")
+
+
+def test_each_unit_is_made_of_the_base_units_that_the_name_of_its_variable_says(model, tmp_path):
+    write_fmu(model, tmp_path / "leg.fmu")
+    about = fmpy.read_model_description(str(tmp_path / "leg.fmu"))
+    base = {unit.name: unit.baseUnit for unit in about.unitDefinitions}
+    checked = set()
+    for variable in about.modelVariables:
+        if variable.unit and "_" in variable.name:
+            force, length, time, mass = unit_of(variable.name)
+            made = base[variable.unit]
+            assert made is not None
+            assert (made.kg, made.m, made.s) == (mass + force, length + force, time - 2 * force), variable.name
+            checked.add(variable.unit)
+    assert checked == {"m", "m/s", "N", "N/m", "1/m"}
 
 
 def test_legs_that_differ_must_be_named(model, tmp_path):

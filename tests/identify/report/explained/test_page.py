@@ -4,17 +4,20 @@ from __future__ import annotations
 
 import re
 from dataclasses import dataclass, replace
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
 
 from identify.campaign.noiseless import AddedNoise
 from identify.gap.platform_force import ForceAlongTime, MissingForce
+from identify.report import gap_figures
 from identify.report.explained.alone import candidates
 from identify.report.explained.page import report_html
 from identify.report.explained.story import checks
 from identify.report.explained.variants import variants_of
-from identify.report.gap_figures import EFFECT, GIVEN, REFITTED, figure_of, largest, told
+from identify.report.gap_figures import EFFECT, GIVEN, REFITTED, curve_rows, figure_of, largest
 from identify.report.gap_plots import missing_force_figure
 from identify.report.phrases import PHRASES, phrase_of
 from identify.selection.verdict import Finding
@@ -59,7 +62,7 @@ def test_the_first_sentence_names_the_effect_its_size_in_units_of_people_and_wha
 
 
 def test_the_gap_is_drawn_where_the_eye_sees_it(shaken):
-    rows = told(shaken)
+    rows = curve_rows(shaken)
     first = largest(rows)
     assert first.over_noise > 0.5 * max(row.over_noise for row in rows)
     assert first.visible > 0.2, "a fifth of the measured range"
@@ -67,6 +70,19 @@ def test_the_gap_is_drawn_where_the_eye_sees_it(shaken):
     above, below = figure.drawn
     assert [one.name for one in above.drawn] == ["measured", GIVEN, REFITTED, EFFECT]
     assert [one.name for one in below.drawn][1:] == [GIVEN, REFITTED, EFFECT], "all on one scale"
+
+
+def test_a_loop_is_drawn_from_its_own_samples(monkeypatch):
+    loops = [
+        SimpleNamespace(run=SimpleNamespace(name=name), data=SimpleNamespace(elongation_m=along, cycles=SimpleNamespace(reversals=())))
+        for name, along in (("a", np.arange(20.0)), ("b", -np.arange(20.0)))
+    ]
+    blocks = [SimpleNamespace(run="a", samples=np.arange(0, 10)), SimpleNamespace(run="b", samples=np.arange(5, 12))]
+    found: Any = SimpleNamespace(before=SimpleNamespace(problem=SimpleNamespace(loops=loops, blocks=blocks)))
+    monkeypatch.setattr(gap_figures, "loop_curves", lambda row, elongation_mm, kept, name: elongation_mm)
+    for name, expected in (("a", 1e3 * np.arange(0, 10)), ("b", -1e3 * np.arange(5, 12))):
+        row: Any = SimpleNamespace(run=name, held_out=False)
+        np.testing.assert_array_equal(gap_figures.any_figure(found, row, "loop"), expected)  # type: ignore[arg-type]
 
 
 def test_what_a_candidate_leaves_is_exact_where_it_was_fitted_and_never_less_than_noise_where_it_does_nothing(shaken):

@@ -1,0 +1,34 @@
+"""The standard deviations of a body's pose against what can be worked out by hand."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from measure.geometry.marker_body import body_motion
+
+SIDE_M = 0.2  # of the square that four markers are the corners of
+
+
+def square_still(noise_m=1e-5, frames=40):
+    """Positions (frames, 4, 3) of the markers of a square that lies still, with noise."""
+    corners = np.array([[x, y, 0.0] for x in (-0.5, 0.5) for y in (-0.5, 0.5)]) * SIDE_M
+    return corners + np.random.default_rng(1).normal(0.0, noise_m, (frames, 4, 3))
+
+
+def test_angles_of_a_square_are_as_well_known_as_its_markers_arms_say():
+    """Of a place a quarter of the variance is left; of an angle the noise's variance over the sum of the squared arms about its axis."""
+    sigma = np.median(body_motion(square_still()).sigma, axis=0)  # type: ignore[union-attr]
+    assert sigma[:3] == pytest.approx(sigma[0], rel=1e-3)
+    assert sigma[0] == pytest.approx(1e-5 / 2.0, rel=0.1)
+    across, upright = np.sqrt(4.0 * (SIDE_M / 2.0) ** 2), np.sqrt(8.0 * (SIDE_M / 2.0) ** 2)
+    assert sigma[3:] == pytest.approx(2.0 * sigma[0] / np.array([across, across, upright]), rel=1e-3)
+
+
+def test_a_turned_body_is_as_well_known_as_one_that_is_not():
+    """About the axis of the turn the angle's error stays the same; the first frame is the one that the angles are counted from."""
+    still = square_still()
+    turned = np.concatenate([still[:20], still[20:] @ Rotation.from_euler("z", 1.0).as_matrix().T])
+    sigma = body_motion(turned).sigma  # type: ignore[union-attr]
+    assert sigma[30, 5] == pytest.approx(sigma[5, 5], rel=1e-3)
