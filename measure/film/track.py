@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from measure.common.errors import InputError
-from measure.correlation.marks import MISSING, Marks, not_observed
+from measure.correlation.marks import MISSING, Marks
 from measure.correlation.tracking import check_subset
 from measure.film.choosing import chosen_marks, found_marks
 from measure.film.one_body import Body
@@ -91,16 +91,8 @@ def _middle(marks: Marks) -> tuple[float, float]:
 
 def _without(marks: Marks, copies: Sequence[int]) -> Marks:
     """The marks with the frames that are copies of the one before as missing: what they show is an old position."""
-    if not copies:
-        return marks
-    gone, rows = not_observed(MISSING), np.array(copies)
-    arrays = {"x_px": gone.x_px, "y_px": gone.y_px, "covariance_px2": gone.covariance_px2, "zncc": gone.zncc, "hidden": gone.hidden}
-    changed = {name: getattr(marks, name).copy() for name in arrays}
-    for name, value in arrays.items():
-        changed[name][rows] = value
-    status = marks.status.astype("U12")
-    status[rows] = MISSING
-    return replace(marks, status=status, **changed)
+    copied = np.isin(np.arange(len(marks.time_s)), copies)
+    return marks.without(np.repeat(copied[:, None], len(marks.names), axis=1), MISSING) if copied.any() else marks
 
 
 def _first(footage: Footage) -> Picture:

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from measure.correlation.marks import Marks
+from measure.correlation.marks import LOST, Marks
 from measure.geometry.body import Body, body_points
 from measure.geometry.camera import Camera, on_cylinder, rotation
 from measure.geometry.rigid_body import Fit
@@ -35,10 +35,11 @@ def places_on_body(marks: Marks, camera: Camera, radius_m: float | None, fit: Fi
     Returns
     -------
     Marks
-        With the covariances of the fit; where there is no pose the positions are as they were.
+        With the covariances of the fit. A sighting that the body contradicts has the status lost, and no position; where there
+        is no pose the positions are as they were.
     """
     x, y = np.moveaxis(np.stack([marks.x_px, marks.y_px], axis=-1) - fit.offset_px - _bent(marks, camera, radius_m, fit), -1, 0)
-    return replace(marks, x_px=x, y_px=y, covariance_px2=fit.mark_covariance_px2)
+    return replace(marks, x_px=x, y_px=y, covariance_px2=fit.mark_covariance_px2).without(fit.astray, LOST)
 
 
 def _bent(marks: Marks, camera: Camera, radius_m: float | None, fit: Fit) -> Array:

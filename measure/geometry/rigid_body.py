@@ -30,6 +30,9 @@ PARTIAL = "partial"
 _NOT_RIGID = 10.0
 """Misfit of the marks to the fitted body, in their own standard deviations, from which the geometry is wrong and not the noise."""
 
+_ASTRAY_PX, _ASTRAY_SIGMAS = 0.3, 5.0
+"""Distance from the body at which a sighting that was left out of its fit is not of the mark: in px, and in standard deviations."""
+
 _NEAR = 8
 """Frames to each side over which the misfit is taken: what compression and the steps of pixels add comes and goes with the motion."""
 
@@ -77,6 +80,13 @@ class Fit:
     def __repr__(self) -> str:
         posed = int(self.has_pose.sum())
         return f"Fit({', '.join(self.free)}; a pose in {posed} of {len(self.pose)} frames, sigmas widened {self.widened:.3g}x)"
+
+    @property
+    def astray(self) -> NDArray[np.bool_]:
+        """(frames, marks): sightings that were left out of the fit and lie clearly beside the body: of something else than the mark."""
+        sigma = np.sqrt(0.5 * np.trace(self.mark_covariance_px2, axis1=2, axis2=3))
+        beside = np.hypot(self.residual_px[..., 0], self.residual_px[..., 1]) > np.maximum(_ASTRAY_PX, _ASTRAY_SIGMAS * sigma)
+        return np.asarray(beside & ~self.used & self.has_pose[:, None])
 
     @property
     def has_pose(self) -> NDArray[np.bool_]:
@@ -143,7 +153,7 @@ def _fit_frames(body: Body, at: list[int], marks: Marks) -> list[FramePose | Non
 def _linearised(body: Body, marks: Marks, posed: NDArray[np.intp], fits: list[FramePose]) -> Linearised:
     """The frames with a pose, about it. A mark that was left out has no weight; one that is not observed is nowhere."""
     used = np.array([one.used for one in fits])
-    residual = np.where(used[..., None], np.array([one.residual for one in fits]), 0.0)
+    residual = np.where(marks.observed[posed][..., None], np.array([one.residual for one in fits]), 0.0)
     picture = np.stack([marks.x_px[posed], marks.y_px[posed]], axis=-1)
     left = share_left(np.hypot(*np.moveaxis(picture - marks.reference_px, -1, 0)))
     gone = left.sum(axis=1) > 0.5 * marks.observed[posed].sum(axis=1)
@@ -176,7 +186,7 @@ def _left(frames: Linearised, offsets: Offsets) -> Array:
 
 def _median_of_misfit(freedom: NDArray[np.int64]) -> Array:
     """Median of chi-square per degree of freedom, by the cube of Wilson and Hilferty (PNAS 17 (1931) 684)."""
-    return np.asarray((1.0 - 2.0 / (9.0 * freedom)) ** 3)
+    return np.asarray((1.0 - 2.0 / (9.0 * freedom)) ** 3, np.float64)
 
 
 def _variance(misfit: Array) -> float:
@@ -221,7 +231,7 @@ def _put_together(
     pose_covariance = own[posed] + unknown
     fit.covariance[posed] = pose_covariance * np.outer(rough, rough)
     fit.used[posed] = [one.used for one in fits]
-    fit.residual_px[posed] = np.where(fit.used[posed][..., None], _left(frames, offsets), np.nan)
+    fit.residual_px[posed] = np.where(marks.observed[posed][..., None], _left(frames, offsets), np.nan)
     shift, spread = offsets.on_marks(frames)
     more = np.sqrt(rough**2 - 1.0)
     shared = np.einsum("tnik,tkl,tnjl->tnij", frames.slopes * more, pose_covariance, frames.slopes * more)
