@@ -9,7 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from measure.common.errors import InputError
-from measure.correlation.marks import MISSING, Marks
+from measure.correlation.criteria import HARDLY_HIDDEN, MOST_UNCERTAIN
+from measure.correlation.marks import MISSING, OCCLUDED, Marks
 from measure.correlation.tracking import check_subset
 from measure.film.choosing import chosen_marks, found_marks
 from measure.film.one_body import Body
@@ -73,6 +74,7 @@ def track(
     chosen = bool(project.marks.place_px)
     body, subset = (chosen_marks if chosen else found_marks)(footage, project, fps, first, watched, mask)
     seen = _without(body.marks, check.copies).widened(sigma_factor(footage))
+    seen = seen.without(_hardly_seen(seen), OCCLUDED)
     body = replace(body, marks=at_one_instant(seen, project.camera.readout_s, footage.height))
     origin = project.platform.origin_px or _middle(body.marks)
     fit, table = None, None
@@ -93,6 +95,16 @@ def _without(marks: Marks, copies: Sequence[int]) -> Marks:
     """The marks with the frames that are copies of the one before as missing: what they show is an old position."""
     copied = np.isin(np.arange(len(marks.time_s)), copies)
     return marks.without(np.repeat(copied[:, None], len(marks.names), axis=1), MISSING) if copied.any() else marks
+
+
+def _hardly_seen(marks: Marks) -> NDArray[np.bool_]:
+    """Partly covered sightings, (frames, marks), of which what is left says so little that a warp can mend it in many ways."""
+    covered = marks.observed & (np.nan_to_num(marks.hidden) > HARDLY_HIDDEN)
+    gone = np.zeros(covered.shape, bool)
+    for i, bare in enumerate((marks.observed & ~covered).T):
+        if bare.any():
+            gone[:, i] = covered[:, i] & (marks.sigma_px[:, i] > MOST_UNCERTAIN * np.median(marks.sigma_px[bare, i]))
+    return gone
 
 
 def _first(footage: Footage) -> Picture:
