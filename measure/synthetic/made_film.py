@@ -8,7 +8,7 @@ of a tracker is tested and not favoured.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -28,6 +28,9 @@ __all__ = ["MadeMark", "Rod", "Scene", "Truth", "deployment_scene", "pictures", 
 Array = NDArray[np.float64]
 _INSTANTS = np.linspace(-0.4, 0.4, 5)
 """Instants within the exposure at which the scene is rendered, in exposure times."""
+
+_BAND = 4
+"""Rows that are read at one instant where the rows of a picture are read one after the other."""
 
 KINDS = {"speckle": SPECKLE, "quadrant": QUADRANT, "dot": DOT}
 
@@ -136,13 +139,14 @@ def pictures(trajectory: Trajectory, scene: Scene, *, fps: float, seed: int, fra
     dots, table = _textures(scene, np.random.default_rng([seed, 1]))
     time, _ = _poses(trajectory, fps, frames)
     instants = _INSTANTS * scene.exposure_s if scene.exposure_s else np.zeros(1)
+    bands = _bands(scene)
     cover, grey = rod_cover(scene)
     top = 2**scene.bits - 1
     step = 2.0 ** (scene.bits - 8)
     across = 1.0 + scene.light_gradient * np.linspace(-0.5, 0.5, scene.width)
     for t in time:
         light = scene.light ** (t / max(time[-1], 1e-9)) * across
-        bare = np.mean([_cast(scene, pose, dots, table) for pose in _pose_at(trajectory, t + instants)], axis=0)
+        bare = np.vstack([_exposed(band, trajectory, t + delay + instants, dots, table) for band, delay in bands])
         bright = (bare * (1.0 - cover) + grey * cover) * light * 255.0 * step
         noisy = bright + rng.normal(0.0, scene.noise * step, bright.shape)
         yield np.rint(np.clip(noisy, 0, top)).astype(np.uint8 if scene.bits == 8 else np.uint16)
@@ -199,6 +203,26 @@ def _speckles(mark: MadeMark, rng: np.random.Generator) -> Array:
     return grid + rng.uniform(-0.5, 0.5, grid.shape) * pitch
 
 
+def _bands(scene: Scene) -> list[tuple[Scene, float]]:
+    """Strips of rows that are read at one instant, each as a scene of its own, and their delay to the middle row, s."""
+    if not scene.readout_s:
+        return [(scene, 0.0)]
+    camera, found = scene.camera, []
+    for top in range(0, scene.height, _BAND):
+        rows = min(_BAND, scene.height - top)
+        x, y = camera.origin_px
+        principal = None if camera.principal_px is None else (camera.principal_px[0], camera.principal_px[1] - top)
+        seen = replace(camera, origin_px=(x, y - top), principal_px=principal)
+        delay = ((top + 0.5 * (rows - 1)) / (scene.height - 1) - 0.5) * scene.readout_s
+        found.append((replace(scene, height=rows, camera=seen), delay))
+    return found
+
+
+def _exposed(scene: Scene, trajectory: Trajectory, instants: Array, dots: Array, table: Array) -> Array:
+    """The mean of some instants, as `_cast` gives them."""
+    return np.asarray(np.mean([_cast(scene, pose, dots, table) for pose in _pose_at(trajectory, instants)], axis=0))
+
+
 def _cast(scene: Scene, pose: Array, dots: Array, table: Array) -> Array:
     """One instant, without rods, light and noise: albedo of every pixel, (height, width)."""
     camera = scene.camera
@@ -237,6 +261,6 @@ def project_for(scene: Scene, fps: float, start_height_m: float, subset: int = 2
             "marks": {"place_px": [tuple(place) for place in camera.project(centres).tolist()], "subset_px": subset},
             "scale": {"mm_per_px": 1e3 * camera.m_per_px, "up_deg": float(np.degrees(camera.up_rad))},
             "platform": {"origin_px": camera.origin_px, "start_height_m": start_height_m, "radius_m": scene.radius_m},
-            "camera": distance,
+            "camera": {**distance, **({"readout_s": scene.readout_s} if scene.readout_s else {})},
         }
     )

@@ -59,6 +59,8 @@ class Scene:
     rods : tuple of Rod
     exposure_s : float
         Exposure time, centred on the frame's time, s.
+    readout_s : float
+        Time from reading the first row of a picture to reading the last one, s; the middle row is read at the frame's time.
     light : float
         Brightness at the end of the film over that at its start.
     light_gradient : float
@@ -81,6 +83,7 @@ class Scene:
     half_height_m: float
     rods: tuple[Rod, ...] = ()
     exposure_s: float = 0.0
+    readout_s: float = 0.0
     light: float = 1.0
     light_gradient: float = 0.0
     noise: float = 1.5
