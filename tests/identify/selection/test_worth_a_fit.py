@@ -22,7 +22,9 @@ def promised(names, log_weight) -> Any:
     return SimpleNamespace(names=names, log_weight=log_weight, promise=object(), beside=None)
 
 
-@pytest.mark.parametrize(("foremost", "less", "is_worth"), [((), 0.9 * LOSES, True), ((), 1.1 * LOSES, False), (("hub-inertia",), 0.5, False)])
+@pytest.mark.parametrize(
+    ("foremost", "less", "is_worth"), [((), 0.9 * LOSES, True), ((), 1.1 * LOSES, False), (("hub-inertia",), 0.5, False)]
+)
 def test_a_name_promised_a_little_less_than_nothing_is_fitted_and_one_more_beside_a_name_is_not(foremost, less, is_worth):
     search = Search({}, lambda names: 0.0, BUDGETS["normal"], lambda text: None)
     search.fitted = {(): hypothesis((), -100.0), foremost: hypothesis(foremost, -50.0)}
