@@ -190,12 +190,16 @@ class MarkTracker:
         """
         guess = self.warp.copy()
         guess[[2, 5]] = place - guess.reshape(2, 3)[:, :2] @ self.mark.subset.offset
-        peak = search(picture, self.patch, guess[2], guess[5], _SEARCH_PX[0], self.mark.shape)
-        if peak is None or peak.zncc < LEAST_ZNCC or peak.second > DISTINCT * peak.zncc:
-            return None
-        guess[[2, 5]] = self._from_peak(peak)
-        match = recognise(picture, self.mark, guess, self.expected.after(True))
-        return None if match is None or match.hidden > MOST_HIDDEN else self._accepted(picture, frame, match)
+        for radius in _SEARCH_PX[:2]:
+            peak = search(picture, self.patch, guess[2], guess[5], radius, self.mark.shape)
+            if peak is None or peak.zncc < NOTHING_LEFT or peak.second > DISTINCT * peak.zncc:
+                continue
+            start = guess.copy()
+            start[[2, 5]] = self._from_peak(peak)
+            match = recognise(picture, self.mark, start, self.expected.after(True))
+            if match is not None and match.hidden <= MOST_HIDDEN:
+                return self._accepted(picture, frame, match)
+        return None
 
     def _from_peak(self, peak: Peak) -> NDArray[np.float64]:
         """The patch was cut around the whole pixel nearest to the subset's centre; put the centre back."""
