@@ -11,10 +11,11 @@ import pytest
 from identify.campaign.posing import problem_of
 from identify.campaign.run import Run
 from identify.campaign.runs import read_campaign
-from identify.criteria import GAP_P
-from identify.estimation.horizons import before_the_stops
+from identify.criteria import GAP_P, NEAR
+from identify.estimation import multistart
+from identify.estimation.horizons import before_the_stops, solve_from_afar
 from identify.estimation.least_squares import solve
-from identify.estimation.multistart import from_elsewhere, released_again
+from identify.estimation.multistart import Minima, from_elsewhere, released_again
 from identify.estimation.problem import Fit
 from identify.gap.gap_test import gap_test
 from measure.readers.measurement import read_measurement
@@ -48,10 +49,26 @@ def test_a_release_in_a_wrong_minimum_is_brought_into_the_right_one(made_by):
     own = list(range(problem.first_nuisance, problem.first_effect))
     wrong = list(wrong_minima(problem, own, 12))
     assert len(wrong) >= 3
+    known: Minima = {}
     for fit in wrong:
-        again = released_again(fit, own)
-        assert gap_test(again).p_value > GAP_P
-        assert again.cost < 0.95 * fit.cost
+        for again in (released_again(fit, own), released_again(fit, own, known)):
+            assert gap_test(again).p_value > GAP_P
+            assert again.cost < 0.95 * fit.cost
+    (minima,) = known.values()
+    assert 1 <= len(minima) <= 4
+
+
+def test_minima_that_are_known_are_tried_and_no_others(made_by, monkeypatch):
+    problem = second_deployment(made_by)
+    own = list(range(problem.first_nuisance, problem.first_effect))
+    right = solve_from_afar(problem, free=own)
+    q = right.q.copy()
+    q[own] += 0.3
+    astray = replace(right, q=q, gaps=problem.gaps(q))
+    monkeypatch.setattr(multistart, "_places", lambda *_: pytest.fail("draws from anew"))
+    known: Minima = {problem.films[0].run.name: [right.q[own]]}
+    again = from_elsewhere(astray, 0, right.q, np.eye(len(right.q)), own, known)
+    assert again.cost < right.cost + NEAR
 
 
 def test_a_film_that_a_fit_misses_before_its_stops_too_is_looked_for_again(made_by):
