@@ -22,7 +22,7 @@ from identify.gap.gap_test import gap_test
 from identify.gap.unnamed import Unnamed
 from identify.selection.first_look import Promise
 from identify.selection.hypotheses import Ahead, Budget, Hypothesis, Prior, Say, halves
-from identify.selection.model_errors import FORCES
+from identify.selection.model_errors import FORCES, sizes_in_tolerances
 from identify.selection.promises import is_bent, nearly_as_good, posed, promises, with_law_as_given
 from identify.selection.stand import Weighed
 from identify.selection.unknown_force import unnamed_forces
@@ -315,5 +315,8 @@ class Search:
             again, before = to_the_end(solve(of, q, enough=ROUGHLY)), nothing.weighed.exact.fit
             if again.cost < before.cost - _DEEPER and (again.rms < CLOSE or halves(before, again)):
                 self._keep((), weighed(again))
-        elif nothing.weighed.both.within is not None and not nothing.weighed.leaves_noise:
-            self._keep((), weighed_within(of, q, led.within.errors_by_key))
+        elif nothing.weighed.both.within is not None and (not nothing.weighed.leaves_noise or halves(nothing.fit, led.fit)):
+            errors = led.within.errors_by_key
+            for name in led.names:  # an error of the model file that was named is one within its tolerances
+                errors |= sizes_in_tolerances(led.fit, name)
+            self._keep((), weighed_within(of, q, errors))
