@@ -28,10 +28,6 @@ MOST_HIDDEN = 0.25
 HARDLY_HIDDEN = 0.02
 """Share of a subset that may be covered while its present look still serves for the search."""
 
-MOST_UNCERTAIN = 6.0
-"""Times the standard deviation of the mark when nothing covers it, from which a mark that is partly covered counts as occluded. Of
-905 sightings of dots behind rods (bench_films.py) 20 were off by over 0.5 px; 19 of them are among the 68 beyond this level."""
-
 UNEXPLAINED = 0.02
 """Share of the variance that the reference image may leave unexplained in a mark that is found again: a ZNCC of 0.99."""
 

@@ -122,14 +122,6 @@ class Marks:
         arrays = {field: getattr(self, field)[:, kept] for field in _ARRAYS}
         return replace(self, names=names, response=self.response.only(kept), **arrays)
 
-    def without(self, sightings: NDArray[np.bool_], status: str) -> Marks:
-        """The same with some sightings, (frames, marks) array of bool, as not observed; `status` says why."""
-        gone = not_observed(status)
-        arrays = {field: getattr(self, field).astype("U12" if field == "status" else float) for field in _ARRAYS}
-        for field, values in arrays.items():
-            values[sightings] = getattr(gone, field)
-        return replace(self, **arrays)
-
     def columns(self) -> dict[str, Any]:
         """The table, one row for each frame and mark: `frame, time_s, mark, x_px, y_px, zncc, status`, then the sigmas.
 

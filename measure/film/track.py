@@ -9,8 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from measure.common.errors import InputError
-from measure.correlation.criteria import HARDLY_HIDDEN, MOST_UNCERTAIN
-from measure.correlation.marks import MISSING, OCCLUDED, Marks
+from measure.correlation.marks import MISSING, Marks, not_observed
 from measure.correlation.tracking import check_subset
 from measure.film.choosing import chosen_marks, found_marks
 from measure.film.one_body import Body
@@ -22,7 +21,6 @@ from measure.footage.integrity import IntegrityCheck
 from measure.geometry.body import beside_cylinder, body_points
 from measure.geometry.camera import Camera
 from measure.geometry.film_project import Project
-from measure.geometry.mark_places import places_on_body
 from measure.geometry.rigid_body import CYLINDER, ONE_MARK, PERSPECTIVE, PLANE, Fit, fit_platform, trajectory
 from measure.geometry.rolling_shutter import at_one_instant
 from measure.geometry.scale import camera_of, picture_scale
@@ -74,7 +72,6 @@ def track(
     chosen = bool(project.marks.place_px)
     body, subset = (chosen_marks if chosen else found_marks)(footage, project, fps, first, watched, mask)
     seen = _without(body.marks, check.copies).widened(sigma_factor(footage))
-    seen = seen.without(_hardly_seen(seen), OCCLUDED)
     body = replace(body, marks=at_one_instant(seen, project.camera.readout_s, footage.height))
     origin = project.platform.origin_px or _middle(body.marks)
     fit, table = None, None
@@ -82,7 +79,7 @@ def track(
         camera = camera_of(project, scale, origin, (footage.width, footage.height))
         body, fit = _fitted(body, camera, project, chosen)
         table = trajectory(body.marks, fit, project.platform.start_height_m, footage.name)
-        body = replace(body, marks=places_on_body(body.marks, camera, project.platform.radius_m, fit) if fit.is_rigid else body.marks)
+        body = replace(body, marks=body.marks.widened(fit.widened if fit.is_rigid else 1.0))
     project = _completed(project, footage, body.marks, fps, origin, subset)
     return Tracked(table, body.marks, fit, project, summarise(footage, project, scale, body, fit, table, check))
 
@@ -93,18 +90,16 @@ def _middle(marks: Marks) -> tuple[float, float]:
 
 def _without(marks: Marks, copies: Sequence[int]) -> Marks:
     """The marks with the frames that are copies of the one before as missing: what they show is an old position."""
-    copied = np.isin(np.arange(len(marks.time_s)), copies)
-    return marks.without(np.repeat(copied[:, None], len(marks.names), axis=1), MISSING) if copied.any() else marks
-
-
-def _hardly_seen(marks: Marks) -> NDArray[np.bool_]:
-    """Partly covered sightings, (frames, marks), of which what is left says so little that a warp can mend it in many ways."""
-    covered = marks.observed & (np.nan_to_num(marks.hidden) > HARDLY_HIDDEN)
-    gone = np.zeros(covered.shape, bool)
-    for i, bare in enumerate((marks.observed & ~covered).T):
-        if bare.any():
-            gone[:, i] = covered[:, i] & (marks.sigma_px[:, i] > MOST_UNCERTAIN * np.median(marks.sigma_px[bare, i]))
-    return gone
+    if not copies:
+        return marks
+    gone, rows = not_observed(MISSING), np.array(copies)
+    arrays = {"x_px": gone.x_px, "y_px": gone.y_px, "covariance_px2": gone.covariance_px2, "zncc": gone.zncc, "hidden": gone.hidden}
+    changed = {name: getattr(marks, name).copy() for name in arrays}
+    for name, value in arrays.items():
+        changed[name][rows] = value
+    status = marks.status.astype("U12")
+    status[rows] = MISSING
+    return replace(marks, status=status, **changed)
 
 
 def _first(footage: Footage) -> Picture:

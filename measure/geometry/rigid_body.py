@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,8 +11,6 @@ from numpy.typing import NDArray
 from measure.correlation.marks import LOST, MISSING, OK, Marks
 from measure.geometry.body import Body
 from measure.geometry.camera import Camera
-from measure.geometry.frame_pose import FramePose, fit_frame, weights_of
-from measure.geometry.reference_error import Linearised, Offsets, estimate_offsets, share_left
 from measure.geometry.roughness import roughness
 from measure.tables.trajectory import CHANNELS, Trajectory
 
@@ -27,17 +25,19 @@ PERSPECTIVE = CHANNELS
 PARTIAL = "partial"
 """Status of a frame whose pose does not rest on all marks."""
 
+_MODEL_ERROR_PX = 0.0005
+_DISAGREE = 10.0
+"""Chi-square per degree of freedom from which the marks of a frame disagree."""
+
+_CULPRIT = 0.2
+"""Share of that chi-square that remains when the mark that caused it is left out."""
+
+_OUTLIER_PX = 0.1
 _NOT_RIGID = 10.0
 """Misfit of the marks to the fitted body, in their own standard deviations, from which the geometry is wrong and not the noise."""
 
-_ASTRAY_PX, _ASTRAY_SIGMAS = 0.3, 5.0
-"""Distance from the body at which a sighting that was left out of its fit is not of the mark: in px, and in standard deviations."""
-
-_NEAR = 8
-"""Frames to each side over which the misfit is taken: what compression and the steps of pixels add comes and goes with the motion."""
-
-_ROUNDS = 3
-"""Times that the misfit and the offsets of the reference picture are estimated, each from the other."""
+_STEPS = 30
+_SINGULAR = 1e16
 
 
 @dataclass(frozen=True)
@@ -53,18 +53,14 @@ class Fit:
     covariance : (frames, k, k) array
         Of the free channels.
     residual_px : (frames, marks, 2) array
-        Observed minus fitted positions, px, without the offsets of the reference picture.
+        Observed minus fitted positions, px.
     used : (frames, marks) array of bool
         Whether the mark took part in the fit of that frame.
     widened : float
         Factor by which the standard deviations were widened because the marks fit the rigid body less well than their
-        own standard deviations say; the median of all frames.
+        own standard deviations say.
     rough : (k,) array
         Factors by which those of the free channels were widened further because the pose scatters more than they say.
-    offset_px : (frames, marks, 2) array
-        What the error of the reference picture adds to the observed positions, px; zero where there is no pose.
-    mark_covariance_px2 : (frames, marks, 2, 2) array
-        Of the observed positions without these offsets, px^2: widened, and with what the marks share.
     """
 
     free: Sequence[str]
@@ -74,19 +70,10 @@ class Fit:
     used: NDArray[np.bool_]
     widened: float
     rough: Array
-    offset_px: Array
-    mark_covariance_px2: Array
 
     def __repr__(self) -> str:
         posed = int(self.has_pose.sum())
         return f"Fit({', '.join(self.free)}; a pose in {posed} of {len(self.pose)} frames, sigmas widened {self.widened:.3g}x)"
-
-    @property
-    def astray(self) -> NDArray[np.bool_]:
-        """(frames, marks): sightings that were left out of the fit and lie clearly beside the body: of something else than the mark."""
-        sigma = np.sqrt(0.5 * np.trace(self.mark_covariance_px2, axis1=2, axis2=3))
-        beside = np.hypot(self.residual_px[..., 0], self.residual_px[..., 1]) > np.maximum(_ASTRAY_PX, _ASTRAY_SIGMAS * sigma)
-        return np.asarray(beside & ~self.used & self.has_pose[:, None])
 
     @property
     def has_pose(self) -> NDArray[np.bool_]:
@@ -106,11 +93,21 @@ class Fit:
         return np.sqrt(np.where(counts > 0, squares / np.maximum(counts, 1), np.nan))
 
 
+@dataclass(frozen=True)
+class _FramePose:
+    """One frame: pose (6,), covariance (k, k), residuals (marks, 2), marks used, chi-square per degree of freedom."""
+
+    pose: Array
+    covariance: Array
+    residual: Array
+    used: NDArray[np.bool_]
+    misfit: float
+
+
 def fit_platform(marks: Marks, camera: Camera, points: Array, free: Sequence[str]) -> Fit:
     """Fit the pose of a rigid body to the marks of every frame, by least squares weighted with their covariances.
 
-    A mark that alone makes the others disagree is left out of that frame. What the error of the reference picture adds to
-    all later sightings is estimated with the poses.
+    A mark that alone makes the others disagree is left out of that frame.
 
     Parameters
     ----------
@@ -127,135 +124,79 @@ def fit_platform(marks: Marks, camera: Camera, points: Array, free: Sequence[str
         A frame with too few marks has no pose.
     """
     body = Body(camera, points, marks.response)
+    frames, count = marks.x_px.shape
     at = [CHANNELS.index(channel) for channel in free]
-    found = _fit_frames(body, at, marks)
-    posed = np.array([t for t, one in enumerate(found) if one is not None], int)
-    fits = [one for one in found if one is not None]
-    if not fits:
-        return _no_pose(marks, free)
-    frames = _linearised(body, marks, posed, fits)
-    freedom = np.where(posed > 0, [one.freedom for one in fits], 0)
-    offsets, misfit = _offsets_and_misfit(frames, freedom)
-    return _put_together(marks, free, posed, fits, frames, offsets, misfit)
+    picture = np.stack([marks.x_px, marks.y_px], axis=-1)
+    pose, covariance = np.full((frames, 6), np.nan), np.full((frames, len(at), len(at)), np.nan)
+    residual, used = np.full((frames, count, 2), np.nan), np.zeros((frames, count), bool)
+    misfit, last = [], np.zeros(6)
+    weights = _weights(marks)
+    for t in range(frames):
+        found = _fit_frame(body, at, picture[t], weights[t], marks.observed[t].copy(), last)
+        if found is None:
+            continue
+        last = found.pose
+        pose[t], covariance[t], residual[t], used[t] = found.pose, found.covariance, found.residual, found.used
+        if t > 0 and np.isfinite(found.misfit):
+            misfit.append(found.misfit)
+    widened = float(np.sqrt(max(1.0, np.median(misfit)))) if misfit else 1.0
+    covariance *= widened**2
+    sigma = np.sqrt(np.diagonal(covariance, axis1=1, axis2=2))
+    rough = np.array([roughness(pose[:, channel], sigma[:, k]) for k, channel in enumerate(at)])
+    return Fit(free, pose, covariance * np.outer(rough, rough), residual, used, widened, rough)
 
 
-def _fit_frames(body: Body, at: list[int], marks: Marks) -> list[FramePose | None]:
-    """Every frame by itself, started at the pose of the one before."""
-    picture, weights, last = np.stack([marks.x_px, marks.y_px], axis=-1), weights_of(marks), np.zeros(6)
-    found: list[FramePose | None] = []
-    for t in range(len(picture)):
-        one = fit_frame(body, at, picture[t], weights[t], marks.observed[t].copy(), last)
-        last = last if one is None else one.pose
-        found.append(one)
+def _weights(marks: Marks) -> Array:
+    """Inverse covariances of the marks, (frames, marks, 2, 2); zero where there is no position."""
+    covariance = np.where(marks.observed[..., None, None], marks.covariance_px2, np.eye(2)) + _MODEL_ERROR_PX**2 * np.eye(2)
+    return np.asarray(np.linalg.inv(covariance) * marks.observed[..., None, None], float)
+
+
+def _fit_frame(body: Body, at: list[int], picture: Array, weights: Array, kept: NDArray[np.bool_], start: Array) -> _FramePose | None:
+    """One frame. While the marks disagree and one of them alone explains it, that mark is left out."""
+
+    def solve(kept: NDArray[np.bool_]) -> _FramePose | None:
+        freedom = 2 * int(kept.sum()) - len(at)
+        if freedom < 0 or kept.sum() < (2 if len(at) > 2 else 1):
+            return None
+        return _solve(body, at, picture, weights, kept, start, freedom)
+
+    found = solve(kept)
+    while found is not None and _disagree(found, len(at)):
+        without = [solve(found.used & (np.arange(len(kept)) != i)) for i in np.flatnonzero(found.used)]
+        best = min((other for other in without if other is not None), key=lambda other: other.misfit, default=None)
+        if best is None or not best.misfit < _CULPRIT * found.misfit:
+            break
+        found = best
     return found
 
 
-def _linearised(body: Body, marks: Marks, posed: NDArray[np.intp], fits: list[FramePose]) -> Linearised:
-    """The frames with a pose, about it. A mark that was left out has no weight; one that is not observed is nowhere."""
-    used = np.array([one.used for one in fits])
-    residual = np.where(marks.observed[posed][..., None], np.array([one.residual for one in fits]), 0.0)
-    picture = np.stack([marks.x_px[posed], marks.y_px[posed]], axis=-1)
-    left = share_left(np.hypot(*np.moveaxis(picture - marks.reference_px, -1, 0)))
-    gone = left.sum(axis=1) > 0.5 * marks.observed[posed].sum(axis=1)
-    carried = body.carried(np.array([one.pose for one in fits])) * left[..., None, None]
-    weight = weights_of(marks)[posed] * used[..., None, None]
-    return Linearised(residual, weight, np.array([one.slopes for one in fits]), carried, gone)
+def _disagree(found: _FramePose, channels: int) -> bool:
+    """Whether the marks of a frame contradict each other, and one of them can be spared."""
+    spare = 2 * found.used.sum() - channels >= 3
+    return bool(found.misfit > _DISAGREE and np.abs(found.residual[found.used]).max() > _OUTLIER_PX and spare)
 
 
-def _offsets_and_misfit(frames: Linearised, freedom: NDArray[np.int64]) -> tuple[Offsets, Array]:
-    """The offsets of the reference picture, and chi-square per degree of freedom of each frame without them; NaN where there is none."""
-    offsets = Offsets.none(frames.residual.shape[1])
-    misfit = _misfit(frames, offsets, freedom)
-    for _ in range(_ROUNDS):
-        offsets = estimate_offsets(frames, _variance(misfit[frames.gone]))
-        misfit = _misfit(frames, offsets, freedom)
-    return offsets, misfit
-
-
-def _misfit(frames: Linearised, offsets: Offsets, freedom: NDArray[np.int64]) -> Array:
-    left = _left(frames, offsets)
-    square = np.einsum("tni,tnij,tnj->t", left, frames.weight, left)
-    return np.where(freedom > 0, square / np.maximum(freedom, 1), np.nan) / _median_of_misfit(np.maximum(freedom, 1))
-
-
-def _left(frames: Linearised, offsets: Offsets) -> Array:
-    """Residuals, (t, n, 2) px, when the offsets are taken off the positions and the poses have followed."""
-    followed = np.einsum("tnik,tk->tni", frames.slopes, offsets.on_poses(frames)[0])
-    return np.asarray(frames.residual - offsets.on_marks(frames)[0] + followed, float)
-
-
-def _median_of_misfit(freedom: NDArray[np.int64]) -> Array:
-    """Median of chi-square per degree of freedom, by the cube of Wilson and Hilferty (PNAS 17 (1931) 684)."""
-    return np.asarray((1.0 - 2.0 / (9.0 * freedom)) ** 3, np.float64)
-
-
-def _variance(misfit: Array) -> float:
-    """Times that the variances of the marks are too small, one at least; misfit : chi-squares, NaN where there is none."""
-    known = misfit[np.isfinite(misfit)]
-    return max(1.0, float(np.median(known))) if len(known) else 1.0
-
-
-def _variances(misfit: Array, gone: NDArray[np.bool_]) -> Array:
-    """The same for each frame: geometric mean of the factor near it and that of the film, apart for frames at rest and in motion.
-
-    At rest the pictures err alike, so that marks fit each other too well to say anything about later frames.
-    """
-    variance = np.ones(len(misfit))
-    for of in (np.flatnonzero(gone), np.flatnonzero(~gone)):
-        among = misfit[of]
-        near = [_variance(among[max(0, i - _NEAR) : i + _NEAR + 1]) for i in range(len(of))]
-        variance[of] = np.sqrt(np.array(near) * _variance(among))
-    return variance
-
-
-def _put_together(
-    marks: Marks,
-    free: Sequence[str],
-    posed: NDArray[np.intp],
-    fits: list[FramePose],
-    frames: Linearised,
-    offsets: Offsets,
-    misfit: Array,
-) -> Fit:
-    """Poses without the offsets, and all that is uncertain about them."""
-    at = [CHANNELS.index(channel) for channel in free]
-    fit = _no_pose(marks, free)
-    change, unknown = offsets.on_poses(frames)
-    fit.pose[posed] = [one.pose for one in fits]
-    fit.pose[posed[:, None], at] -= change
-    variance = _variances(misfit, frames.gone)
-    own = np.full_like(fit.covariance, np.nan)
-    own[posed] = frames.covariance * variance[:, None, None]
-    sigma = np.sqrt(np.diagonal(own, axis1=1, axis2=2))
-    rough = np.array([roughness(fit.pose[:, channel], sigma[:, k]) for k, channel in enumerate(at)])
-    pose_covariance = own[posed] + unknown
-    fit.covariance[posed] = pose_covariance * np.outer(rough, rough)
-    fit.used[posed] = [one.used for one in fits]
-    fit.residual_px[posed] = np.where(marks.observed[posed][..., None], _left(frames, offsets), np.nan)
-    shift, spread = offsets.on_marks(frames)
-    more = np.sqrt(rough**2 - 1.0)
-    shared = np.einsum("tnik,tkl,tnjl->tnij", frames.slopes * more, pose_covariance, frames.slopes * more)
-    fit.offset_px[posed] = shift
-    fit.mark_covariance_px2[:] *= np.median(variance)
-    fit.mark_covariance_px2[posed] = marks.covariance_px2[posed] * variance[:, None, None, None] + spread + shared
-    return replace(fit, widened=float(np.sqrt(np.median(variance))), rough=rough)
-
-
-def _no_pose(marks: Marks, free: Sequence[str]) -> Fit:
-    """No frame has a pose."""
-    frames, count = marks.x_px.shape
-    k = len(free)
-    return Fit(
-        free,
-        pose=np.full((frames, 6), np.nan),
-        covariance=np.full((frames, k, k), np.nan),
-        residual_px=np.full((frames, count, 2), np.nan),
-        used=np.zeros((frames, count), bool),
-        widened=1.0,
-        rough=np.ones(k),
-        offset_px=np.zeros((frames, count, 2)),
-        mark_covariance_px2=marks.covariance_px2.copy(),
-    )
+def _solve(
+    body: Body, at: list[int], picture: Array, weights: Array, kept: NDArray[np.bool_], start: Array, freedom: int
+) -> _FramePose | None:
+    """Gauss-Newton on the pose: minimise sum r' C^-1 r, r = observed - projected."""
+    pose = start.copy()
+    for _ in range(_STEPS):
+        projected, slopes = body.slopes(pose, at)
+        residual = picture - projected
+        j, r, w = slopes[kept], residual[kept], weights[kept]
+        normal = np.einsum("nik,nij,njl->kl", j, w, j)
+        if not np.isfinite(normal).all() or np.linalg.cond(normal) > _SINGULAR:
+            return None
+        covariance = np.linalg.inv(normal)
+        step = covariance @ np.einsum("nik,nij,nj->k", j, w, r)
+        pose[at] += step
+        if (np.abs(step) < 1e-4 * np.sqrt(np.diag(covariance))).all():
+            residual = picture - body.project(pose)
+            square = float(np.einsum("ni,nij,nj->", residual[kept], weights[kept], residual[kept]))
+            return _FramePose(pose, covariance, residual, kept, square / freedom if freedom else np.nan)
+    return None
 
 
 def trajectory(marks: Marks, fit: Fit, start_height_m: float, name: str = "trajectory") -> Trajectory:

@@ -7,7 +7,6 @@ import pytest
 
 from measure.correlation.marks import OK, Marks
 from measure.correlation.shape_function_bias import EVEN, NODES, Response
-from measure.correlation.tracking import track_marks
 from measure.film.track import track
 from measure.footage.footage import from_array
 from measure.geometry.body import Body, body_points
@@ -137,8 +136,7 @@ def test_a_bent_mark_seems_to_be_where_its_own_texture_puts_it(rig):
     motion, scene = rig(theta_z=np.radians(30.0), noise=0.3, roll=0.0)
     film = from_array(np.array(list(pictures(motion, scene, fps=100.0, seed=1))))
     project = project_for(scene, 100.0, 0.252)
-    marks = track_marks(film, project.marks.place_px, 100.0, project.marks.subset_px)
-    truth = true_motion(motion, scene, 100.0).trajectory
+    marks, truth = track(film, project).marks, true_motion(motion, scene, 100.0).trajectory
     assert project.platform.origin_px is not None
     size = picture_scale(project, next(picture for _, picture in film.pictures()))
     assert size is not None
