@@ -39,12 +39,12 @@ def _effects_in(file: Path) -> list[type[Effect]]:
     existing_file(file, what="a Python file with effects", most=LARGEST_TOML)
     name = f"own_effects_{file.stem}"
     specification = importlib.util.spec_from_file_location(name, file)
-    if specification is None or specification.loader is None:
+    if specification is None:
         raise InputError(f"{file}: is not a Python file; name one that ends in .py.")
     module = importlib.util.module_from_spec(specification)
     sys.modules[name] = module
     try:
-        specification.loader.exec_module(module)
+        exec(compile(file.read_bytes(), str(specification.origin), "exec"), vars(module))  # as an import, but it writes nothing beside it
     except Exception as error:
         raise InputError(f"{file}: could not be run: {type(error).__name__}: {error}. Mend it and try again.") from error
     found = [kind for kind in effects_among(vars(module)) if kind.__module__ == name]
