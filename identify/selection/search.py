@@ -22,12 +22,12 @@ from identify.gap.gap_test import gap_test
 from identify.gap.unnamed import Unnamed
 from identify.selection.first_look import Promise
 from identify.selection.hypotheses import Ahead, Budget, Hypothesis, Prior, Say, halves
-from identify.selection.model_errors import FORCES, sizes_in_tolerances
+from identify.selection.model_errors import FORCES
 from identify.selection.promises import is_bent, nearly_as_good, posed, promises, with_law_as_given
 from identify.selection.stand import Weighed
 from identify.selection.unknown_force import unnamed_forces
 from identify.selection.verdict import Names, credible_set, foremost_of, is_unnamed
-from identify.selection.weighing import along_lines, from_rest, led_anew, weighed, weighed_again, weighed_within, without
+from identify.selection.weighing import along_lines, errors_without, from_rest, led_anew, weighed, weighed_again, weighed_within, without
 from simulate.model.effect import Effect
 
 _NEARLY_ALL = 0.9
@@ -316,7 +316,4 @@ class Search:
             if again.cost < before.cost - _DEEPER and (again.rms < CLOSE or halves(before, again)):
                 self._keep((), weighed(again))
         elif nothing.weighed.both.within is not None and (not nothing.weighed.leaves_noise or halves(nothing.fit, led.fit)):
-            errors = led.within.errors_by_key
-            for name in led.names:  # an error of the model file that was named is one within its tolerances
-                errors |= sizes_in_tolerances(led.fit, name)
-            self._keep((), weighed_within(of, q, errors))
+            self._keep((), weighed_within(of, q, errors_without(led, led.names)))

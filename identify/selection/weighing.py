@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from itertools import zip_longest
 
@@ -113,11 +113,18 @@ def without(one: Weighed, name: str) -> Weighed:
     given, there = one.exact.given, one.fit
     kept = np.setdiff1d(np.arange(len(there.q)), there.problem.rows_of(name))
     problem = given.with_effects([effect for effect in given.effects if effect.name != name])
-    errors = {} if one.both.is_exact else one.within.errors_by_key
-    errors |= sizes_in_tolerances(there, name)
+    errors = errors_without(one, (name,))
     if not errors:
         return weighed(to_the_end(solve(problem, there.q[kept], loosely=True)))
     return weighed_within(problem, there.q[kept], errors)
+
+
+def errors_without(one: Weighed, names: Iterable[str]) -> dict[tuple[str, int], float]:
+    """Errors of the model file by name and place, in tolerances, without some names; one that is an error itself becomes one of them."""
+    errors = {} if one.both.is_exact else one.within.errors_by_key
+    for name in names:
+        errors |= sizes_in_tolerances(one.fit, name)
+    return errors
 
 
 def along_lines(fit: Fit) -> Weighed:

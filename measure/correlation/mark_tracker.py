@@ -124,6 +124,11 @@ class MarkTracker:
             return not_observed(self.last)
         return self._accepted(picture, frame, match)
 
+    def missed_again(self) -> Observation:
+        """One frame more without a position, for the reason of the last one."""
+        self.missed += 1
+        return not_observed(self.last)
+
     def _searched(self, picture: Picture, guess: NDArray, radius: int | None, status: str) -> tuple[Match | None, str]:
         """Search around the guess and refine there; a place that does not stand out, or is too much covered, is no match."""
         peak = search(picture, self.patch, guess[2], guess[5], radius, self.mark.shape)

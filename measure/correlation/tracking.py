@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
+from copy import copy
 from itertools import chain
 
 import numpy as np
@@ -119,18 +120,39 @@ def track_marks(
     return gather(footage.times_s(len(rows), fps), names, responses([tracker.mark for tracker in trackers]), rows, footage.first)
 
 
-def _observed(trackers: Sequence[MarkTracker], picture: Picture, frame: int) -> list[Observation]:
-    """All marks in one picture; those that are lost are looked for once more where the others say that they should be."""
+def _observed(trackers: list[MarkTracker], picture: Picture, frame: int) -> list[Observation]:
+    """All marks in one picture; those that are lost are looked for once more where the others say that they should be.
+
+    Marks can look alike. So one that comes back must be nearer to where it should be than to where any other mark should be,
+    as far as the marks that were never away move as one and say so of themselves.
+    """
+    before = [copy(tracker) for tracker in trackers]
     row = [tracker.observe(picture, frame) for tracker in trackers]
     seen = np.array([observation.status == OK for observation in row])
-    if seen.all() or seen.sum() < _FEWEST_THAT_TELL:
+    stayed = seen & np.array([not tracker.missed for tracker in before])
+    telling = stayed if stayed.sum() >= _FEWEST_THAT_TELL else seen
+    if stayed.all() or telling.sum() < _FEWEST_THAT_TELL:
         return row
     start = np.array([tracker.mark.point_px for tracker in trackers])
     now = np.array([[observation.x_px, observation.y_px] for observation in row])
-    expected = _moved(start[seen], now[seen], start)
+    expected = _moved(start[telling], now[telling], start)
+    as_one = all(_nearest(expected, row[i]) == i for i in np.flatnonzero(telling))
+    for i in map(int, np.flatnonzero(seen & ~telling)):
+        if as_one and _nearest(expected, row[i]) != i:
+            trackers[i], row[i], seen[i] = before[i], before[i].missed_again(), False
     for i in map(int, np.flatnonzero(~seen)):
-        row[i] = trackers[i].look_at(picture, frame, expected[i]) or row[i]
+        kept = copy(trackers[i])
+        found = trackers[i].look_at(picture, frame, expected[i])
+        if found is not None and (not as_one or _nearest(expected, found) == i):
+            row[i] = found
+        else:
+            trackers[i] = kept
     return row
+
+
+def _nearest(expected: NDArray, found: Observation) -> int:
+    """The mark whose expected place, of (marks, 2), is nearest to where something was found."""
+    return int(np.argmin(np.hypot(expected[:, 0] - found.x_px, expected[:, 1] - found.y_px)))
 
 
 def _moved(start: NDArray, now: NDArray, points: NDArray) -> NDArray[np.float64]:

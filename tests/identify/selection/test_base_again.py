@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from identify.selection import search
+from identify.selection import search, weighing
 from identify.selection.hypotheses import BUDGETS
 from identify.selection.search import Search
 
@@ -28,7 +28,7 @@ def stand(rms, leaves_noise, names=()) -> Any:
 def test_a_base_that_is_far_off_is_led_by_what_a_name_has_found(monkeypatch, rms, leaves_noise, is_tried):
     tried = []
     monkeypatch.setattr(search, "weighed_within", lambda given, q, errors: tried.append((given, q.tolist(), errors)))
-    monkeypatch.setattr(search, "sizes_in_tolerances", lambda fit, name: {(name, 0): -1.0})
+    monkeypatch.setattr(weighing, "sizes_in_tolerances", lambda fit, name: {(name, 0): -1.0})
     one = Search({}, lambda names: 0.0, BUDGETS["normal"], lambda text: None)
     monkeypatch.setattr(one, "_keep", lambda names, found: None)
     one.fitted = {(): SimpleNamespace(weighed=stand(rms, leaves_noise), fit=stand(rms, leaves_noise).fit)}  # type: ignore[dict-item]

@@ -10,7 +10,7 @@ from identify.selection.promises import nearly_as_good, promises, with_law_as_gi
 from identify.selection.weighing import along_lines
 from simulate.effects import CATALOGUE, HubInertia
 
-FEW = ("hub-inertia", "viscous-friction", "camera-roll", "counterweight-inertia")
+FEW = ("hub-inertia", "leg-mass", "viscous-friction", "camera-roll", "counterweight-inertia")
 
 
 @pytest.fixture
@@ -31,3 +31,10 @@ def test_a_name_is_found_by_a_few_steps_where_straight_lines_say_little_of_it(fr
     assert tried["hub-inertia"].log_z > by_lines["hub-inertia"] + 2.0
     assert tried["hub-inertia"].sizes[0] > 0.0
     assert "camera-roll" not in tried
+
+
+def test_longer_films_tell_apart_what_films_up_to_the_first_stop_do_not(from_the_file):
+    whole, early = from_the_file
+    found = list(promises(early, {name: CATALOGUE[name] for name in FEW}))
+    assert {"hub-inertia", "leg-mass"} <= {one.name for one in nearly_as_good(early, before_the_stops(whole), found)}
+    assert [one.name for one in nearly_as_good(early, whole, found)] == ["hub-inertia"]

@@ -67,6 +67,36 @@ def test_one_of_four_equal_dots_that_comes_back_is_found_where_the_others_say():
     assert "out-of-frame" not in set(marks.status[:, 0])
 
 
+def _on_drum(turn, rise):
+    """Places (6, 2) of six dots on a drum that turns and rises, px, and how narrow each has become, (6,)."""
+    azimuth = np.tile([-0.5, 0.0, 0.5], 2)
+    places = np.column_stack([100.0 + 90.0 * np.sin(azimuth + turn), np.repeat([250.0, 200.0], 3) - rise])
+    return places, np.cos(azimuth + turn) / np.cos(azimuth)
+
+
+def _drum(turn, rise, noise_seed, width):
+    y, x = np.mgrid[:300, :width].astype(float)
+    grey = np.full(x.shape, 180.0)
+    for (cx, cy), narrow in zip(*_on_drum(turn, rise), strict=True):
+        grey -= 70.0 * (1.0 - np.tanh(np.hypot((x - cx) / narrow, y - cy) - 8.0))
+    noise = np.random.default_rng(noise_seed).normal(0.0, 1.5, grey.shape)
+    return np.rint(grey + noise).clip(0, 255).astype(np.uint8)
+
+
+@pytest.mark.parametrize(("width", "back"), [(180, 0.24), (176, 0.2), (170, 0.1)])
+def test_a_mark_that_comes_back_from_the_edge_of_the_picture_is_found_though_it_looks_another(width, back):
+    """On a drum that has turned meanwhile a dot is narrower than it was last seen, and not quite where a flat body would have it."""
+    turns = np.concatenate([np.zeros(4), np.linspace(0.0, 0.62, 26), np.full(14, 0.62), np.linspace(0.62, back, 16), np.full(8, back)])
+    rises = np.concatenate([np.zeros(4), 2.2 * np.arange(len(turns) - 4.0)])
+    film = np.array([_drum(turn, rise, n, width) for n, (turn, rise) in enumerate(zip(turns, rises, strict=True))])
+    marks = track_marks(from_array(film), _on_drum(0.0, 0.0)[0].tolist(), 250.0, subset=25)
+    right = [2, 5]
+    assert (~marks.observed[30:44][:, right]).any(axis=0).all()
+    assert marks.observed[-6:].all()
+    off = np.stack([marks.x_px, marks.y_px], axis=-1) - [_on_drum(turn, rise)[0] for turn, rise in zip(turns, rises, strict=True)]
+    assert np.nanmax(np.abs(off)) < 0.3
+
+
 def test_a_mark_that_may_only_shift_is_not_taken_for_a_turned_one(speckled):
     film = np.array([speckled(seed=3, size=141, noise_seed=n, turn=0.5 if n > 2 else 0.0) for n in range(5)])
     marks = track_marks(from_array(film), [(70.0, 70.0)], 250.0, warp=TRANSLATION)
