@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -150,7 +150,8 @@ class Explanation(Shown, by="identify.report.showing.ShowingExplanation"):
     def model(self) -> Model:
         """The extended model: base as refitted, the effects found added, and the drafted one where it carries over."""
         fit = self.drafted.fit if self.drafted is not None and self.drafted.carries_over else self.after
-        return fit.problem.model_at(fit.q)
+        model, own = fit.problem.model_at(fit.q), {effect.name for effect in fit.problem.effects}
+        return replace(model, effects=tuple(one.as_stated() if one.name in own else one for one in model.effects))
 
     @property
     def share_closed(self) -> float:

@@ -6,12 +6,14 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy import stats
 
-from identify.criteria import EFFECT_SPREAD, TWO_SIDED_95
+from identify.criteria import TWO_SIDED_95
 from identify.estimation.parameters import STORED_FORCE
 from identify.selection.explanation import NoiseOfChannel, share_closed
 from identify.selection.hypotheses import Hypothesis
+from identify.selection.model_errors import effect_spreads
 from identify.selection.stand import Weighed
 from identify.selection.verdict import Finding, Verdict
 from measure.common.arrays import Array
@@ -20,6 +22,7 @@ from simulate.model.effect import Effect
 
 _OUTLIER = 4.0  # scales of Student's t
 _AT_BOUND = 1e-3  # typical sizes
+_STEP = 1e-4  # of a central difference, relative
 _SHOWN = 0.95  # of the prior's standard deviation: a parameter that is no better known than before does not show
 
 
@@ -74,22 +77,39 @@ class _Part:
 
 def _estimated(found: Weighed, name: str) -> _Part:
     kind, scale, values, covariance, prior, ends = _raw(found, name)
-    stderr = np.sqrt(np.maximum(np.diag(covariance), 0.0))
-    shown = stderr < _SHOWN * prior
-    strength = 0.0
-    if shown.any():
-        own = covariance[np.ix_(shown, shown)]
-        strength = float(values[shown] @ np.linalg.pinv(own, hermitian=True) @ values[shown])
-    plain = kind.flat()
-    effect = kind.with_flat(np.clip(plain + values * scale, plain + ends[0] * scale, plain + ends[1] * scale))
-    low, high = plain + ends[0] * scale, plain + ends[1] * scale
-    at = effect.flat()
-    reach = TWO_SIDED_95 * stderr * scale
-    ci95 = np.clip(np.column_stack([at - reach, at + reach]), low[:, None], high[:, None])
-    ci95[~shown] = np.column_stack([low, high])[~shown]
-    near = shown & ((values - ends[0] < _AT_BOUND) | (ends[1] - values < _AT_BOUND))
+    low, high = kind.flat() + ends * scale
+    at = np.clip(kind.flat() + values * scale, low, high)
+    effect, turned = _stated(kind.with_flat(at), low, high)
+    own = turned @ (covariance * np.outer(scale, scale)) @ turned.T
+    stderr = np.sqrt(np.maximum(np.diag(own), 0.0))
+    shown = stderr < _SHOWN * prior * scale
+    reach = TWO_SIDED_95 * stderr[:, None] * (-1.0, 1.0)
+    ci95 = np.where(shown[:, None], np.clip(effect.flat()[:, None] + reach, low[:, None], high[:, None]), np.column_stack([low, high]))
     names = np.array(kind.flat_names())
-    return _Part(effect, np.where(shown, stderr * scale, np.nan), ci95, strength, int(shown.sum()), tuple(names[near].tolist()))
+    ends_there = np.array([name.partition("[")[0] not in kind.directions for name in names])
+    near = shown & ends_there & ((values - ends[0] < _AT_BOUND) | (ends[1] - values < _AT_BOUND))
+    strength = _strength(values, covariance, np.sqrt(np.maximum(np.diag(covariance), 0.0)) < _SHOWN * prior)
+    return _Part(effect, np.where(shown, stderr, np.nan), ci95, strength, int(shown.sum()), tuple(names[near].tolist()))
+
+
+def _strength(values: Array, covariance: Array, shown: NDArray[np.bool_]) -> float:
+    """a' C^-1 a of those that show."""
+    own = covariance[np.ix_(shown, shown)]
+    return float(values[shown] @ np.linalg.pinv(own, hermitian=True) @ values[shown]) if shown.any() else 0.0
+
+
+def _stated(fitted: Effect, low: Array, high: Array) -> tuple[Effect, Array]:
+    """An effect as one states it, and how each of its numbers follows those fitted (n, n), by differences within the bounds."""
+    stated, at = fitted.as_stated(), fitted.flat()
+    if stated is fitted:
+        return fitted, np.eye(len(at))
+    slopes = []
+    for place, step in enumerate(_STEP * np.maximum(np.abs(at), 1.0)):
+        unit = step * np.eye(len(at))[place]
+        ahead, behind = np.minimum(at + unit, high), np.maximum(at - unit, low)
+        change = fitted.with_flat(ahead).as_stated().flat() - fitted.with_flat(behind).as_stated().flat()
+        slopes.append(change / (ahead - behind)[place])
+    return stated, np.stack(slopes, axis=1)
 
 
 def _raw(found: Weighed, name: str) -> tuple[Effect, Array, Array, Array, Array, Array]:
@@ -103,7 +123,7 @@ def _raw(found: Weighed, name: str) -> tuple[Effect, Array, Array, Array, Array,
             problem.scales[rows],
             found.fit.q[rows],
             found.covariance[np.ix_(rows, rows)],
-            np.minimum([problem.parameters[k].spread for k in rows], EFFECT_SPREAD),
+            effect_spreads(problem, rows, found.fit.q[rows]),
             found.stand.bounds[:, rows],
         )
     return _forces(found)

@@ -117,13 +117,22 @@ def slight_errors(fit: Fitted[Posed]) -> tuple[tuple[Effect, float], ...]:
 def _determined(fit: Fitted[Posed], name: str) -> float:
     """How many parameters of an effect the measurements determine and not their priors; at least one."""
     rows = fit.problem.rows_of(name)
-    known = 1.0 - np.diag(fit.covariance)[rows] / effect_spreads(fit.problem, rows) ** 2
+    known = 1.0 - np.diag(fit.covariance)[rows] / effect_spreads(fit.problem, rows, fit.q[rows]) ** 2
     return max(1.0, float(np.sum(np.clip(known, 0.0, 1.0))))
 
 
-def effect_spreads(problem: Posed, rows: NDArray[np.intp]) -> Array:
-    """Standard deviations of the priors of some parameters of effects, in scales."""
-    return np.array([min(problem.parameters[k].spread, EFFECT_SPREAD) for k in rows])
+def effect_spreads(problem: Posed, rows: NDArray[np.intp], sizes: Array) -> Array:
+    """Standard deviations of the priors of some parameters of effects, which are of such sizes (n,), in scales."""
+    return as_wide(np.array([problem.parameters[k].spread for k in rows]), sizes)
+
+
+def as_wide(spread: Array, sizes: Array) -> Array:
+    """Standard deviations (n,) of priors that are no narrower than ten noticeable sizes, nor than an effect's own size beyond.
+
+    How large an effect may be nobody knows beforehand, so that the width is the likeliest one: a normal of that width loses log(a / 10) and
+    a half by an effect of a noticeable sizes, where one of ten would lose a^2 / 200. A narrower spread is knowledge, and stays.
+    """
+    return np.where(spread < EFFECT_SPREAD, spread, np.maximum(EFFECT_SPREAD, np.abs(sizes)))
 
 
 def sizes_in_tolerances(fit: Fitted[Posed], name: str) -> dict[tuple[str, int], float]:

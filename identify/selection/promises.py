@@ -15,7 +15,7 @@ from identify.estimation.parameters import STORED_FORCE
 from identify.estimation.problem import Fit, Problem
 from identify.selection.evidence import Columns
 from identify.selection.first_look import Gain, Promise
-from identify.selection.model_errors import FORCES, effect_spreads
+from identify.selection.model_errors import FORCES, as_wide, effect_spreads
 from identify.selection.signatures import chords
 from identify.selection.stand import Both, Stand, Weighed
 from measure.common.arrays import Array
@@ -142,6 +142,15 @@ class _Shape:
         """Whether some of its parameters show only once there is some of the effect."""
         return self.shown is not None and not self.shown.all()
 
+    def looked_at(self, at: Weighed) -> tuple[_Shape, Gain]:
+        """With a prior as wide as its amounts are large, and what it brings at a first look."""
+        gain = at.first_look.gain(self.columns)
+        spread = as_wide(self.columns.spread, gain.amounts)
+        if np.array_equal(spread, self.columns.spread):
+            return self, gain
+        wider = replace(self.columns, spread=spread)
+        return replace(self, columns=wider), at.first_look.gain(wider)
+
     def sizes(self, amounts: Array) -> Array:
         """Where a fit of the effect starts, (n,) in typical sizes from its shape: by a chord at the size at which it was tried."""
         found = np.zeros(len(self.effect.flat()))
@@ -161,7 +170,7 @@ class _Looked:
     def at(cls, at: Weighed, effect: Effect) -> _Looked | None:
         """Beside a fit; None where nothing of the effect shows."""
         shapes = _slopes(at, effect) if effect.is_linear() else _chords(at, effect)
-        found = sorted(((one, at.first_look.gain(one.columns)) for one in shapes), key=lambda pair: -pair[1].log_z)
+        found = sorted((one.looked_at(at) for one in shapes), key=lambda pair: -pair[1].log_z)
         return cls(*zip(*found, strict=True)) if found else None
 
     @property
@@ -210,7 +219,7 @@ def _with_shape_free(at: Weighed, effect: Effect, sizes: Array) -> tuple[float, 
     new = problem.rows_of(effect.name)
     gaps, slopes = problem.jacobian(np.concatenate([at.fit.q, sizes]), new.tolist())
     low, high = np.array([(problem.parameters[k].low, problem.parameters[k].high) for k in new]).T
-    columns = Columns(slopes[:m], effect_spreads(problem, new), sizes, low, high)
+    columns = Columns(slopes[:m], effect_spreads(problem, new, sizes), sizes, low, high)
     both = at.beside(columns, {effect.name}, shift=(gaps - at.fit.gaps)[:m])
     return both.log_z, both, np.clip(both.likelier.amounts[-len(sizes) :], low, high)
 

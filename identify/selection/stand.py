@@ -131,7 +131,7 @@ class Stand:
         """What the hypothesis adds: its effects where they stand."""
         fit, m, first = self.fit, self.fit.problem.measured, self.fit.problem.first_effect
         kept = np.setdiff1d(np.arange(first, len(fit.q)), self._out)
-        return Columns(fit.jacobian[:m, kept], effect_spreads(fit.problem, kept), fit.q[kept], *self.bounds[:, kept])
+        return Columns(fit.jacobian[:m, kept], effect_spreads(fit.problem, kept, fit.q[kept]), fit.q[kept], *self.bounds[:, kept])
 
     @property
     def _out(self) -> NDArray[np.intp]:

@@ -217,12 +217,8 @@ def _stepped(stand: Stand, found: Evidence, gain: float = _HARDLY) -> tuple[Stan
 
 def _a_step_on(stand: Stand, found: Evidence, gain: float) -> Stand | None:
     """The stand a step farther; None where no step is worth it or none of them raises the log probability by the gain."""
-    kept = stand.free()
-    step, change = stand.step(found), np.zeros(len(stand.sizes))
-    change[kept] = found.errors - stand.sizes[kept]
-    deviations = np.sqrt(np.maximum(np.diag(found.covariance), 1e-300))
-    way = np.max(np.abs(np.concatenate([step[: len(found.step)], change[kept], step[len(found.step) :]])) / deviations, initial=0.0)
-    if way < _NEAR:
+    step, change = _step_within(stand, found)
+    if step is None:
         return None
     rows, (low, high) = stand.known, stand.bounds
     here = stand.log_probability(stand.fit.problem, stand.fit.q, stand.sizes, found.noise, rows)
@@ -232,3 +228,33 @@ def _a_step_on(stand: Stand, found: Evidence, gain: float) -> Stand | None:
         if stand.log_probability(problem, q, sizes, found.noise, rows) > here + gain:
             return stand.moved_to(problem, q, sizes)
     return None
+
+
+def _step_within(stand: Stand, found: Evidence) -> tuple[Array | None, Array]:
+    """How far parameters (k,) and errors (q,) are from where an evidence has them within their bounds; None where that changes nothing."""
+    kept, first = stand.free(), len(found.step)
+    last, step, change = first + int(kept.sum()), stand.step(found), np.zeros(len(stand.sizes))
+
+    def between(of_parameters: Array, of_errors: Array) -> Array:
+        return np.concatenate([of_parameters[:first], of_errors, of_parameters[first:]])
+
+    low, high = (between(end - stand.fit.q, np.full(last - first, side)) for end, side in zip(stand.bounds, (-np.inf, np.inf), strict=True))
+    whole = within_bounds(between(step, (found.errors - stand.sizes[kept])), found.covariance, low, high)
+    change[kept] = whole[first:last]
+    way = np.abs(whole) / np.sqrt(np.maximum(np.diag(found.covariance), 1e-300))
+    return (None if np.max(way, initial=0.0) < _NEAR else np.delete(whole, np.s_[first:last])), change
+
+
+def within_bounds(step: Array, covariance: Array, low: Array, high: Array) -> Array:
+    """The likeliest step (k,) within bounds, from that without: what leaves them is held there, the rest follows as it is correlated.
+
+    An amplitude and a direction may stand in for each other; were one of them cut alone, a step would lead nowhere.
+    """
+    held, found = np.zeros(len(step), bool), step
+    while True:
+        out = ~held & ((found < low) | (found > high))
+        if not out.any():
+            return np.clip(found, low, high)
+        held |= out
+        moved = np.clip(step[held], low[held], high[held]) - step[held]
+        found = step + covariance[:, held] @ np.linalg.lstsq(covariance[np.ix_(held, held)], moved, rcond=None)[0]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -27,12 +27,24 @@ class BaseExcitation(PlatformEffect):
 
     name = "base-excitation"
     constants = 1
+    directions = ("axis",)
     acceleration_m_per_s2: float = parameter(0.0, low=0.0, high=50.0, typical=0.3, doc="amplitude of the base's acceleration, a")
     frequency_Hz: float = parameter(5.0, low=0.1, high=200.0, typical=5.0, starts=_FREQUENCIES_HZ, doc="frequency of the base's motion, f")
     phase_rad: float = parameter(0.0, low=-7.0, high=7.0, typical=0.5, starts=(0.0, 1.57, 3.14, -1.57), doc="phase at the release, phi")
     axis: tuple[float, ...] = parameter(
         (1.0, 0.0, 0.0), low=-1.0, high=1.0, typical=0.5, starts=((1.0, 0.0, 0.0), (0.0, 0.0, 1.0)), doc="direction of the acceleration, n"
     )
+
+    def as_stated(self) -> BaseExcitation:
+        """With an axis of length one whose largest component is positive, and a phase within half a turn."""
+        axis = np.asarray(self.axis)
+        length = float(np.linalg.norm(axis))
+        if length == 0.0:
+            return self
+        side = float(np.sign(axis[np.argmax(np.abs(axis))]))
+        phase = math.remainder(self.phase_rad + (math.pi if side < 0.0 else 0.0), 2.0 * math.pi)
+        unit = tuple((side * axis / length).tolist())
+        return replace(self, acceleration_m_per_s2=self.acceleration_m_per_s2 * length, phase_rad=phase, axis=unit)
 
     def constants_of(self, model: Rig) -> tuple[float, ...]:
         """The moving mass, kg."""

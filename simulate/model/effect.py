@@ -105,6 +105,7 @@ class Effect(Formulas):
         adjust(model) -> model                       changes the base model (a stop, a release, a leg's stored force)
         constants_of(model) -> numbers               as many as `constants` says, for the formulas of a deployment
         stiffness(model) -> (N/m, N s/m)             what the formulas do not show at rest, a contact; the step follows it
+        as_stated() -> effect                        the same with its numbers as one states them, each of `directions` a unit vector
         observe(time_s, channels) -> channels        what a camera makes of the motion
         true_time(shown_s) -> s                      the rig's time at which the camera's clock showed this
         observe_force(time_s, elongation, force)     what a load cell makes of the force
@@ -113,6 +114,7 @@ class Effect(Formulas):
     name: ClassVar[str]
     acts_on: ClassVar[str]
     constants: ClassVar[int] = 0
+    directions: ClassVar[tuple[str, ...]] = ()
 
     def __post_init__(self) -> None:
         for item in fields(self):
@@ -149,6 +151,10 @@ class Effect(Formulas):
     def in_run(self, index: int) -> Effect:
         """The effect as it is in one deployment of a campaign, by its place there; most effects are the same in all."""
         del index
+        return self
+
+    def as_stated(self) -> Self:
+        """The same effect with its numbers as one states them; most effects have one way only."""
         return self
 
     def constants_of(self, model: Rig) -> tuple[float, ...]:
