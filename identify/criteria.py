@@ -34,7 +34,7 @@ DEGREES = 5.0
 """Degrees of freedom of Student's t for the noise: heavy enough for one outlier in a hundred, and finite in its fourth moment nearly."""
 
 EFFECT_SPREAD = 10.0
-"""Prior of an effect's parameter, one standard deviation in noticeable sizes: wide, so that a large effect is not held back."""
+"""Prior of an effect's parameter, one standard deviation in noticeable sizes; of a larger effect as many as it has, see `as_wide`."""
 
 # ---------------------------------------------------------------- estimation: what a fit is worth
 

@@ -126,13 +126,17 @@ def effect_spreads(problem: Posed, rows: NDArray[np.intp], sizes: Array) -> Arra
     return as_wide(np.array([problem.parameters[k].spread for k in rows]), sizes)
 
 
-def as_wide(spread: Array, sizes: Array) -> Array:
-    """Standard deviations (n,) of priors that are no narrower than ten noticeable sizes, nor than an effect's own size beyond.
+def as_wide(known: Array, sizes: Array) -> Array:
+    """Standard deviations (n,) of priors: ten noticeable sizes, or as large as the effect turns out beyond; less where less is known.
 
-    How large an effect may be nobody knows beforehand, so that the width is the likeliest one: a normal of that width loses log(a / 10) and
-    a half by an effect of a noticeable sizes, where one of ten would lose a^2 / 200. A narrower spread is knowledge, and stays.
+    How large an effect may be nobody knows beforehand, so the width of its prior is the likeliest one: an effect of a noticeable sizes
+    loses log(a / 10) and a half by it, where a width of ten would take a^2 / 200.
+
+    Parameters
+    ----------
+    known : (n,) what the effect knows of itself, else infinite. sizes : (n,) of its parameters, in noticeable ones.
     """
-    return np.where(spread < EFFECT_SPREAD, spread, np.maximum(EFFECT_SPREAD, np.abs(sizes)))
+    return np.where(np.isfinite(known), np.minimum(known, EFFECT_SPREAD), np.maximum(EFFECT_SPREAD, np.abs(sizes)))
 
 
 def sizes_in_tolerances(fit: Fitted[Posed], name: str) -> dict[tuple[str, int], float]:

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from identify.criteria import EFFECT_SPREAD, FORCES_DIFFER, LOSES, ROUGHLY, TWO_SIDED_95
+from identify.criteria import FORCES_DIFFER, LOSES, ROUGHLY, TWO_SIDED_95
 from identify.estimation.horizons import horizons
 from identify.estimation.least_squares import solve
 from identify.estimation.parameters import STORED_FORCE
@@ -131,11 +131,15 @@ def _of_forces(at: Weighed, instead: str) -> Promise:
 
 @dataclass(frozen=True)
 class _Shape:
-    """An effect in one shape as columns. shown : which of its parameters these are; None for a chord, which is of all of them together."""
+    """An effect in one shape as columns. shown : which of its parameters these are; None for a chord, which is of all of them together.
+
+    known : one standard deviation of what the effect knows of itself, in typical sizes, else infinite.
+    """
 
     effect: Effect
     columns: Columns
     shown: NDArray[np.bool_] | None
+    known: float
 
     @property
     def hides(self) -> bool:
@@ -145,7 +149,7 @@ class _Shape:
     def looked_at(self, at: Weighed) -> tuple[_Shape, Gain]:
         """With a prior as wide as its amounts are large, and what it brings at a first look."""
         gain = at.first_look.gain(self.columns)
-        spread = as_wide(self.columns.spread, gain.amounts)
+        spread = as_wide(np.full(self.columns.count, self.known), gain.amounts)
         if np.array_equal(spread, self.columns.spread):
             return self, gain
         wider = replace(self.columns, spread=spread)
@@ -208,8 +212,9 @@ def _slopes(at: Weighed, effect: Effect) -> list[_Shape]:
         if shown.any():
             low, high = ((np.array(branch) - shape.flat()[:, None]) / shape.typical(problem.measures)[:, None])[shown].T
             count = int(shown.sum())
-            spread = min(EFFECT_SPREAD, shape.prior_spread(problem.model, problem.measures))
-            made.append(_Shape(shape, Columns(values[:rows, shown], np.full(count, spread), np.zeros(count), low, high), shown))
+            known, zero = shape.prior_spread(problem.model, problem.measures), np.zeros(count)
+            columns = Columns(values[:rows, shown], as_wide(np.full(count, known), zero), zero, low, high)
+            made.append(_Shape(shape, columns, shown, known))
     return made
 
 
@@ -229,7 +234,7 @@ def _chords(at: Weighed, effect: Effect) -> list[_Shape]:
     rows = at.fit.problem.measured
     tried = [(shape, change[:rows, None]) for shape, change in chords(at.fit, effect) if np.linalg.norm(change[:rows]) > _SHOWN]
     spread, zero, most = np.array([_CHORDS]), np.zeros(1), np.array([np.inf])
-    return [_Shape(shape, Columns(column, spread, zero, zero, most), None) for shape, column in tried]
+    return [_Shape(shape, Columns(column, spread, zero, zero, most), None, _CHORDS) for shape, column in tried]
 
 
 def _base(at: Weighed, both: Both) -> Array:

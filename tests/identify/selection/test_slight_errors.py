@@ -22,7 +22,7 @@ def fit_of(deviations) -> Any:
     ]
     effect = SimpleNamespace(name=NAME)
     problem = SimpleNamespace(parameters=rows, first_effect=1, effects_at=lambda _: (effect,), rows_of=lambda _: np.arange(1, 37))
-    return SimpleNamespace(problem=problem, q=None, covariance=np.diag([0.1, *np.square(deviations)]))
+    return SimpleNamespace(problem=problem, q=np.zeros(37), covariance=np.diag([0.1, *np.square(deviations)]))
 
 
 def test_parameters_that_are_no_better_known_than_before_do_not_count():
