@@ -61,6 +61,11 @@ class Hypothesis:
         return self.weighed.fit
 
     @property
+    def largest_rms(self) -> float:
+        """The gap that it leaves, over the noise: with the model file as it is, or off within its tolerances where that leaves more."""
+        return max(self.fit.rms, self.weighed.exact.fit.rms)
+
+    @property
     def is_believable(self) -> bool:
         """Whether the parameters of its effects are no farther off than their own priors let one expect, where they have one."""
         first = self.fit.problem.first_effect

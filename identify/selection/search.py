@@ -67,11 +67,14 @@ class Search:
         return max((self.fitted[names] for names in self._closing()), key=lambda one: one.log_weight)
 
     def _closing(self) -> list[Names]:
-        """Fitted hypotheses that can be meant: no name makes the gap larger, no error is far beyond any drawing's tolerance."""
+        """Fitted hypotheses that can be meant: no name makes the gap larger, no error is far beyond any drawing's tolerance.
+
+        Without a name the model file may have been moved far beyond its tolerances to the same gap; then what it leaves as it is counts.
+        """
         return [
             names
             for names, one in self.fitted.items()
-            if not names or (one.is_believable and all(one.fit.rms <= _NO_LARGER * less.fit.rms for less in self._with_one_less(names)))
+            if not names or (one.is_believable and all(one.fit.rms <= _NO_LARGER * less.largest_rms for less in self._with_one_less(names)))
         ]
 
     @property

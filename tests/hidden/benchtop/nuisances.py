@@ -19,16 +19,19 @@ _SIGN = (-1.0, 1.0)
 
 
 def as_built(model: Model, hidden: str, chance: Chance) -> Model:
-    """The rig as it really is: each quantity off within its tolerance, the hidden one by more."""
+    """The rig as it really is: each quantity off within its tolerance, the hidden one by more; not one that an effect changes."""
     mass = chance.normal(0.0, MASS) if hidden != "platform-mass" else chance.choice(_SIGN) * chance.uniform(0.02, 0.05)
     inertia = chance.normal(0.0, INERTIA, 3) if hidden != "platform-inertia" else np.full(3, 0.2 * chance.choice(_SIGN))
     joints = chance.normal(0.0, JOINTS_M if hidden != "geometry-error" else 1e-3, (12, 3))
     stops = np.exp(chance.normal(0.0, STOPS, 2))
     if hidden == "stop-stiffness":
         stops[0] = chance.choice([0.4, 2.5])
+    if hidden == "end-stop-dissipation":
+        stops[1] = 1.0
+    centre_m = chance.normal(0.0, CENTRE_M, 3) * (hidden != "centre-of-mass-offset")
     model = with_mass(model, mass)
     model = with_inertia(model, inertia)
-    model = with_centre(model, chance.normal(0.0, CENTRE_M, 3))
+    model = with_centre(model, centre_m)
     return with_stops(with_joints(model, joints), stops)
 
 

@@ -12,9 +12,14 @@ from identify.selection.hypotheses import BUDGETS
 from identify.selection.search import Search
 
 
-def hypothesis(names, log_weight) -> Any:
+def hypothesis(names, log_weight, rms=1.0, as_it_is=1.0) -> Any:
     return SimpleNamespace(
-        names=names, log_weight=log_weight, is_believable=True, fit=SimpleNamespace(rms=1.0), weighed=SimpleNamespace(leaves_noise=True)
+        names=names,
+        log_weight=log_weight,
+        is_believable=True,
+        fit=SimpleNamespace(rms=rms),
+        largest_rms=as_it_is,
+        weighed=SimpleNamespace(leaves_noise=True),
     )
 
 
@@ -30,3 +35,10 @@ def test_a_name_promised_a_little_less_than_nothing_is_fitted_and_one_more_besid
     search.fitted = {(): hypothesis((), -100.0), foremost: hypothesis(foremost, -50.0)}
     one = promised(tuple(sorted((*foremost, "platform-mass"))), -50.0 - less)
     assert search._is_worth_a_fit(one) == is_worth
+
+
+@pytest.mark.parametrize(("rms", "as_it_is", "is_meant"), [(1.144, 9.3, True), (1.144, 1.131, False), (16.4, 1.9, False)])
+def test_a_name_is_not_thrown_out_for_a_gap_that_only_a_model_moved_beyond_its_tolerances_closes(rms, as_it_is, is_meant):
+    search, names = Search({}, lambda names: 0.0, BUDGETS["normal"], lambda text: None), ("centre-of-mass-offset",)
+    search.fitted = {(): hypothesis((), -300.0, 1.131, as_it_is), names: hypothesis(names, -100.0, rms)}
+    assert (search.foremost.names == names) == is_meant
