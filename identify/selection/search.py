@@ -288,7 +288,7 @@ class Search:
             self._keep(ahead.names, from_rest(problem, beside))
         self._keep(ahead.names, found)
         self.spent += 0 if found.fit.rms < CLOSE else _DEAD_END
-        self._base_again(self.fitted[ahead.names].weighed)
+        self._base_again(self.fitted[ahead.names].weighed, self.fitted[ahead.names].log_weight > ahead.log_weight + _DEEPER)
         self.reached[ahead.names] = self.fitted[ahead.names].log_weight
         if self.reached[ahead.names] == max(self.reached.values()):  # compared as fitted: a rival may have been led on already
             self._brought_back(self.fitted[ahead.names])
@@ -310,13 +310,16 @@ class Search:
                 if promised is not None and promised.promise is not None and self.fitted[names].log_weight < promised.log_weight - _SHORT:
                     self._fit(promised)
 
-    def _base_again(self, led: Weighed) -> None:
-        """The base from where an effect has led: it may lie in a wrong local minimum of the releases."""
+    def _base_again(self, led: Weighed, is_elsewhere: bool = False) -> None:
+        """The base from where an effect has led: it may lie in a wrong local minimum of the releases.
+
+        is_elsewhere : whether the effect brought far more than straight lines foresaw from the base, so that another minimum may have.
+        """
         nothing = self.fitted[()]
         of, q = nothing.weighed.exact.given, led.fit.q[: led.fit.problem.first_effect]
         if led.both.is_exact:
             again, before = to_the_end(solve(of, q, enough=ROUGHLY)), nothing.weighed.exact.fit
             if again.cost < before.cost - _DEEPER and (again.rms < CLOSE or halves(before, again)):
                 self._keep((), weighed(again))
-        elif nothing.weighed.both.within is not None and (not nothing.weighed.leaves_noise or halves(nothing.fit, led.fit)):
+        elif nothing.weighed.both.within is not None and (is_elsewhere or not nothing.weighed.leaves_noise or halves(nothing.fit, led.fit)):
             self._keep((), weighed_within(of, q, errors_without(led, led.names)))

@@ -23,15 +23,16 @@ def stand(rms, leaves_noise, names=()) -> Any:
 
 
 @pytest.mark.parametrize(
-    ("rms", "leaves_noise", "is_tried"), [(3.4, True, True), (3.4, False, True), (1.05, True, False), (1.05, False, True)]
+    ("rms", "leaves_noise", "is_elsewhere", "is_tried"),
+    [(3.4, True, False, True), (3.4, False, False, True), (1.05, True, False, False), (1.05, False, False, True), (1.05, True, True, True)],
 )
-def test_a_base_that_is_far_off_is_led_by_what_a_name_has_found(monkeypatch, rms, leaves_noise, is_tried):
+def test_a_base_that_is_far_off_is_led_by_what_a_name_has_found(monkeypatch, rms, leaves_noise, is_elsewhere, is_tried):
     tried = []
     monkeypatch.setattr(search, "weighed_within", lambda given, q, errors: tried.append((given, q.tolist(), errors)))
     monkeypatch.setattr(weighing, "sizes_in_tolerances", lambda fit, name: {(name, 0): -1.0})
     one = Search({}, lambda names: 0.0, BUDGETS["normal"], lambda text: None)
     monkeypatch.setattr(one, "_keep", lambda names, found: None)
     one.fitted = {(): SimpleNamespace(weighed=stand(rms, leaves_noise), fit=stand(rms, leaves_noise).fit)}  # type: ignore[dict-item]
-    one._base_again(stand(1.03, True, ("end-stop-dissipation",)))
+    one._base_again(stand(1.03, True, ("end-stop-dissipation",)), is_elsewhere)
     expected = ("the model file", [0.1, 0.2], {("platform-inertia", 0): 0.5, ("end-stop-dissipation", 0): -1.0})
     assert tried == ([expected] if is_tried else [])
