@@ -21,6 +21,7 @@ from measure.footage.integrity import IntegrityCheck
 from measure.geometry.body import beside_cylinder, body_points
 from measure.geometry.camera import Camera
 from measure.geometry.film_project import Project
+from measure.geometry.mark_places import places_on_body
 from measure.geometry.rigid_body import CYLINDER, ONE_MARK, PERSPECTIVE, PLANE, Fit, fit_platform, trajectory
 from measure.geometry.rolling_shutter import at_one_instant
 from measure.geometry.scale import camera_of, picture_scale
@@ -79,7 +80,8 @@ def track(
         camera = camera_of(project, scale, origin, (footage.width, footage.height))
         body, fit = _fitted(body, camera, project, chosen)
         table = trajectory(body.marks, fit, project.platform.start_height_m, footage.name)
-        body = replace(body, marks=body.marks.widened(fit.widened if fit.is_rigid else 1.0))
+        seen = body.marks.widened(fit.widened if fit.is_rigid else 1.0)
+        body = replace(body, marks=places_on_body(seen, camera, project.platform.radius_m, fit))
     project = _completed(project, footage, body.marks, fps, origin, subset)
     return Tracked(table, body.marks, fit, project, summarise(footage, project, scale, body, fit, table, check))
 
