@@ -122,6 +122,14 @@ class Marks:
         arrays = {field: getattr(self, field)[:, kept] for field in _ARRAYS}
         return replace(self, names=names, response=self.response.only(kept), **arrays)
 
+    def without(self, which: NDArray[np.bool_], status: str) -> Marks:
+        """The same without some of the sightings; which : (frames, marks) array of bool, status : why, any but ok."""
+        gone = not_observed(status)
+        changed = {field: getattr(self, field).copy() for field in _ARRAYS if field != "status"}
+        for field, values in changed.items():
+            values[which] = getattr(gone, field)
+        return replace(self, status=np.where(which, status, self.status), **changed)
+
     def columns(self) -> dict[str, Any]:
         """The table, one row for each frame and mark: `frame, time_s, mark, x_px, y_px, zncc, status`, then the sigmas.
 

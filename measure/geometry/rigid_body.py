@@ -33,6 +33,9 @@ _CULPRIT = 0.2
 """Share of that chi-square that remains when the mark that caused it is left out."""
 
 _OUTLIER_PX = 0.1
+_WRONG_PIXEL_PX = 0.5
+"""Distance from which a sighting is not even at the right pixel."""
+
 _NOT_RIGID = 10.0
 """Misfit of the marks to the fitted body, in their own standard deviations, from which the geometry is wrong and not the noise."""
 
@@ -197,6 +200,30 @@ def _solve(
             square = float(np.einsum("ni,nij,nj->", residual[kept], weights[kept], residual[kept]))
             return _FramePose(pose, covariance, residual, kept, square / freedom if freedom else np.nan)
     return None
+
+
+def contradicted(marks: Marks, camera: Camera, points: Array, fit: Fit) -> NDArray[np.bool_]:
+    """Sightings that were left out of the fit and are wrong by it: at another pixel, and far outside of their standard deviations.
+
+    Parameters
+    ----------
+    marks, camera, points
+        As in `fit_platform`.
+    fit : Fit
+        Of the body to these marks.
+
+    Returns
+    -------
+    (frames, marks) array of bool
+    """
+    body, at = Body(camera, points, marks.response), [CHANNELS.index(channel) for channel in fit.free]
+    far = np.hypot(*np.moveaxis(fit.residual_px, -1, 0)) > _WRONG_PIXEL_PX
+    wrong = marks.observed & ~fit.used & fit.has_pose[:, None] & far
+    for t, i in np.argwhere(wrong):
+        slopes, residual = body.slopes(fit.pose[t], at)[1][i], fit.residual_px[t, i]
+        covariance = fit.widened**2 * marks.covariance_px2[t, i] + slopes @ fit.covariance[t] @ slopes.T
+        wrong[t, i] = residual @ np.linalg.solve(covariance, residual) > 2.0 * _DISAGREE
+    return wrong
 
 
 def trajectory(marks: Marks, fit: Fit, start_height_m: float, name: str = "trajectory") -> Trajectory:
