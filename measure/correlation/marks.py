@@ -112,9 +112,9 @@ class Marks:
         """Median standard deviation of a coordinate over all observations, px; NaN without any."""
         return float(np.nanmedian(self.sigma_px)) if self.observed.any() else np.nan
 
-    def widened(self, factor: float) -> Marks:
-        """The same with standard deviations that are `factor` times as large."""
-        return replace(self, covariance_px2=self.covariance_px2 * factor**2)
+    def widened(self, factor: float | NDArray[np.float64]) -> Marks:
+        """The same with standard deviations that are `factor` times as large; one number or one for each frame."""
+        return replace(self, covariance_px2=self.covariance_px2 * np.reshape(factor, (-1, 1, 1, 1)) ** 2)
 
     def only(self, kept: NDArray[np.bool_]) -> Marks:
         """The same for some of the marks; kept : (marks,) array of bool."""

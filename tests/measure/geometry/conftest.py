@@ -20,10 +20,11 @@ CAMERA = Camera(0.5e-3, (152.0, 323.0), 0.0, 3.0, (152.0, 190.0))
 
 @dataclass(frozen=True)
 class Drum:
-    """Six marks on an upright drum that rises, tilts and turns by 30 deg in `frames` frames; sigma : of a sighting, px."""
+    """Six marks on an upright drum that rises, tilts and turns by `turn_deg` in `frames` frames; sigma : of a sighting, px."""
 
     frames: int = 40
     sigma: float = 0.01
+    turn_deg: float = 30.0
     radius_m: float = 0.07
     camera: Camera = CAMERA
 
@@ -31,7 +32,7 @@ class Drum:
     def pose(self):
         """(frames, 6), m and rad."""
         s = np.linspace(0.0, 1.0, self.frames)
-        turn = np.radians([1.0, 1.2, 30.0])
+        turn = np.radians([1.0, 1.2, self.turn_deg])
         channels = [0.01 * np.sin(3.0 * s), 0.0 * s, 0.1 * s, turn[0] * np.sin(2.0 * s), turn[1] * np.sin(4.0 * s), turn[2] * s]
         return np.stack(channels, axis=-1)
 
