@@ -112,15 +112,23 @@ class Marks:
         """Median standard deviation of a coordinate over all observations, px; NaN without any."""
         return float(np.nanmedian(self.sigma_px)) if self.observed.any() else np.nan
 
-    def widened(self, factor: float) -> Marks:
-        """The same with standard deviations that are `factor` times as large."""
-        return replace(self, covariance_px2=self.covariance_px2 * factor**2)
+    def widened(self, factor: float | NDArray[np.float64]) -> Marks:
+        """The same with standard deviations that are `factor` times as large; one number or one for each frame."""
+        return replace(self, covariance_px2=self.covariance_px2 * np.reshape(factor, (-1, 1, 1, 1)) ** 2)
 
     def only(self, kept: NDArray[np.bool_]) -> Marks:
         """The same for some of the marks; kept : (marks,) array of bool."""
         names = [name for name, keep in zip(self.names, kept, strict=True) if keep]
         arrays = {field: getattr(self, field)[:, kept] for field in _ARRAYS}
         return replace(self, names=names, response=self.response.only(kept), **arrays)
+
+    def without(self, which: NDArray[np.bool_], status: str) -> Marks:
+        """The same without some of the sightings; which : (frames, marks) array of bool, status : why, any but ok."""
+        gone = not_observed(status)
+        changed = {field: getattr(self, field).copy() for field in _ARRAYS if field != "status"}
+        for field, values in changed.items():
+            values[which] = getattr(gone, field)
+        return replace(self, status=np.where(which, status, self.status), **changed)
 
     def columns(self) -> dict[str, Any]:
         """The table, one row for each frame and mark: `frame, time_s, mark, x_px, y_px, zncc, status`, then the sigmas.

@@ -142,7 +142,7 @@ def _platform_summary(fit: Fit, table: Trajectory) -> dict[str, Any]:
     return {
         "channels": list(fit.free),
         "frames_with_pose": int(fit.has_pose.sum()),
-        "widened": fit.widened,
+        "widened": float(np.median(fit.widened)),
         "rough": dict(zip(fit.free, map(float, fit.rough), strict=True)),
         "remarks": [_GEOMETRY] if not fit.is_rigid else [],
         "range": {c: _range(table.channels[c]) for c in CHANNELS if c in table.channels},

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from measure.common.errors import InputError
-from measure.correlation.marks import MISSING, Marks, not_observed
+from measure.correlation.marks import LOST, MISSING, Marks
 from measure.correlation.tracking import check_subset
 from measure.film.choosing import chosen_marks, found_marks
 from measure.film.one_body import Body
@@ -21,7 +21,8 @@ from measure.footage.integrity import IntegrityCheck
 from measure.geometry.body import beside_cylinder, body_points
 from measure.geometry.camera import Camera
 from measure.geometry.film_project import Project
-from measure.geometry.rigid_body import CYLINDER, ONE_MARK, PERSPECTIVE, PLANE, Fit, fit_platform, trajectory
+from measure.geometry.mark_places import places_on_body
+from measure.geometry.rigid_body import CYLINDER, ONE_MARK, PERSPECTIVE, PLANE, Fit, contradicted, fit_platform, trajectory
 from measure.geometry.rolling_shutter import at_one_instant
 from measure.geometry.scale import camera_of, picture_scale
 
@@ -79,7 +80,7 @@ def track(
         camera = camera_of(project, scale, origin, (footage.width, footage.height))
         body, fit = _fitted(body, camera, project, chosen)
         table = trajectory(body.marks, fit, project.platform.start_height_m, footage.name)
-        body = replace(body, marks=body.marks.widened(fit.widened if fit.is_rigid else 1.0))
+        body = replace(body, marks=_on_body(body.marks, camera, project.platform.radius_m, fit))
     project = _completed(project, footage, body.marks, fps, origin, subset)
     return Tracked(table, body.marks, fit, project, summarise(footage, project, scale, body, fit, table, check))
 
@@ -90,16 +91,9 @@ def _middle(marks: Marks) -> tuple[float, float]:
 
 def _without(marks: Marks, copies: Sequence[int]) -> Marks:
     """The marks with the frames that are copies of the one before as missing: what they show is an old position."""
-    if not copies:
-        return marks
-    gone, rows = not_observed(MISSING), np.array(copies)
-    arrays = {"x_px": gone.x_px, "y_px": gone.y_px, "covariance_px2": gone.covariance_px2, "zncc": gone.zncc, "hidden": gone.hidden}
-    changed = {name: getattr(marks, name).copy() for name in arrays}
-    for name, value in arrays.items():
-        changed[name][rows] = value
-    status = marks.status.astype("U12")
-    status[rows] = MISSING
-    return replace(marks, status=status, **changed)
+    which = np.zeros(marks.status.shape, bool)
+    which[list(copies)] = True
+    return marks.without(which, MISSING)
 
 
 def _first(footage: Footage) -> Picture:
@@ -129,6 +123,13 @@ def _fitted(body: Body, camera: Camera, project: Project, chosen: bool) -> tuple
         if not astray.any():
             return body, fit
         body = body.without(astray, "does not move as one body with the rest")
+
+
+def _on_body(marks: Marks, camera: Camera, radius_m: float | None, fit: Fit) -> Marks:
+    """The marks as the body explains them: with its misfit, without what it contradicts, at their reference points."""
+    wrong = contradicted(marks, camera, body_points(marks, camera, radius_m), fit)
+    seen = marks.widened(fit.widened if fit.is_rigid else 1.0).without(wrong, LOST)
+    return places_on_body(seen, camera, radius_m, fit)
 
 
 def _astray(fit: Fit) -> NDArray[np.bool_]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from measure.correlation.marks import LOST, MISSING, OK, Marks
 from measure.geometry.body import Body
 from measure.geometry.camera import Camera
+from measure.geometry.misfit import widening
 from measure.geometry.roughness import roughness
 from measure.tables.trajectory import CHANNELS, Trajectory
 
@@ -33,6 +34,9 @@ _CULPRIT = 0.2
 """Share of that chi-square that remains when the mark that caused it is left out."""
 
 _OUTLIER_PX = 0.1
+_WRONG_PIXEL_PX = 0.5
+"""Distance from which a sighting is not even at the right pixel."""
+
 _NOT_RIGID = 10.0
 """Misfit of the marks to the fitted body, in their own standard deviations, from which the geometry is wrong and not the noise."""
 
@@ -56,9 +60,12 @@ class Fit:
         Observed minus fitted positions, px.
     used : (frames, marks) array of bool
         Whether the mark took part in the fit of that frame.
-    widened : float
-        Factor by which the standard deviations were widened because the marks fit the rigid body less well than their
-        own standard deviations say.
+    misfit : float
+        Distance of the marks from the rigid body in their own standard deviations, the median of the frames; NaN where
+        there is nothing to tell it by.
+    widened : (frames,) array
+        Factors by which the standard deviations were widened because the marks fit the rigid body less well than their
+        own standard deviations say, and so that 1.96 of them hold 95 %.
     rough : (k,) array
         Factors by which those of the free channels were widened further because the pose scatters more than they say.
     """
@@ -68,12 +75,13 @@ class Fit:
     covariance: Array
     residual_px: Array
     used: NDArray[np.bool_]
-    widened: float
+    misfit: float
+    widened: Array
     rough: Array
 
     def __repr__(self) -> str:
         posed = int(self.has_pose.sum())
-        return f"Fit({', '.join(self.free)}; a pose in {posed} of {len(self.pose)} frames, sigmas widened {self.widened:.3g}x)"
+        return f"Fit({', '.join(self.free)}; a pose in {posed} of {len(self.pose)} frames, sigmas widened {np.median(self.widened):.3g}x)"
 
     @property
     def has_pose(self) -> NDArray[np.bool_]:
@@ -83,7 +91,7 @@ class Fit:
     @property
     def is_rigid(self) -> bool:
         """Whether the misfit of the marks can be their noise; otherwise the geometry is wrong."""
-        return self.widened <= _NOT_RIGID
+        return not self.misfit > _NOT_RIGID
 
     @property
     def mark_residual_px(self) -> Array:
@@ -123,27 +131,36 @@ def fit_platform(marks: Marks, camera: Camera, points: Array, free: Sequence[str
     Fit
         A frame with too few marks has no pose.
     """
-    body = Body(camera, points, marks.response)
-    frames, count = marks.x_px.shape
     at = [CHANNELS.index(channel) for channel in free]
-    picture = np.stack([marks.x_px, marks.y_px], axis=-1)
-    pose, covariance = np.full((frames, 6), np.nan), np.full((frames, len(at), len(at)), np.nan)
-    residual, used = np.full((frames, count, 2), np.nan), np.zeros((frames, count), bool)
-    misfit, last = [], np.zeros(6)
+    frames, count = marks.x_px.shape
+    pose, own = np.full((frames, 6), np.nan), np.full((frames, len(at), len(at)), np.nan)
+    residual, used, misfit = np.full((frames, count, 2), np.nan), np.zeros((frames, count), bool), np.full(frames, np.nan)
     weights = _weights(marks)
-    for t in range(frames):
-        found = _fit_frame(body, at, picture[t], weights[t], marks.observed[t].copy(), last)
-        if found is None:
-            continue
-        last = found.pose
-        pose[t], covariance[t], residual[t], used[t] = found.pose, found.covariance, found.residual, found.used
-        if t > 0 and np.isfinite(found.misfit):
-            misfit.append(found.misfit)
-    widened = float(np.sqrt(max(1.0, np.median(misfit)))) if misfit else 1.0
-    covariance *= widened**2
-    sigma = np.sqrt(np.diagonal(covariance, axis1=1, axis2=2))
+    for t, found in _frame_poses(Body(camera, points, marks.response), at, marks, weights):
+        pose[t], own[t], residual[t], used[t], misfit[t] = found.pose, found.covariance, found.residual, found.used, found.misfit
+    misfit[0] = np.nan  # the first frame is its own reference
+    told = np.isfinite(misfit)
+    deviation, widened = widening(_whitened(residual, weights, used), np.where(told, 2 * used.sum(axis=1) - len(at), 0))
+    sigma = deviation[:, None] * np.sqrt(np.diagonal(own, axis1=1, axis2=2))
     rough = np.array([roughness(pose[:, channel], sigma[:, k]) for k, channel in enumerate(at)])
-    return Fit(free, pose, covariance * np.outer(rough, rough), residual, used, widened, rough)
+    covariance = own * widened[:, None, None] ** 2 * np.outer(rough, rough)
+    return Fit(free, pose, covariance, residual, used, float(np.sqrt(np.median(misfit[told]))) if told.any() else np.nan, widened, rough)
+
+
+def _frame_poses(body: Body, at: list[int], marks: Marks, weights: Array) -> Iterator[tuple[int, _FramePose]]:
+    """Every frame that has a pose, started at the pose of the one before."""
+    picture, last = np.stack([marks.x_px, marks.y_px], axis=-1), np.zeros(6)
+    for t in range(len(picture)):
+        found = _fit_frame(body, at, picture[t], weights[t], marks.observed[t].copy(), last)
+        if found is not None:
+            last = found.pose
+            yield t, found
+
+
+def _whitened(residual: Array, weights: Array, used: NDArray[np.bool_]) -> Array:
+    """Residuals of the marks that were used in their standard deviations, (frames, 2 marks), zero for the others."""
+    root = np.linalg.cholesky(np.where(used[..., None, None], weights, np.eye(2)))
+    return np.einsum("tnij,tni->tnj", root, np.where(used[..., None], residual, 0.0)).reshape(len(residual), -1)
 
 
 def _weights(marks: Marks) -> Array:
@@ -197,6 +214,30 @@ def _solve(
             square = float(np.einsum("ni,nij,nj->", residual[kept], weights[kept], residual[kept]))
             return _FramePose(pose, covariance, residual, kept, square / freedom if freedom else np.nan)
     return None
+
+
+def contradicted(marks: Marks, camera: Camera, points: Array, fit: Fit) -> NDArray[np.bool_]:
+    """Sightings that were left out of the fit and are wrong by it: at another pixel, and far outside of their standard deviations.
+
+    Parameters
+    ----------
+    marks, camera, points
+        As in `fit_platform`.
+    fit : Fit
+        Of the body to these marks.
+
+    Returns
+    -------
+    (frames, marks) array of bool
+    """
+    body, at = Body(camera, points, marks.response), [CHANNELS.index(channel) for channel in fit.free]
+    far = np.hypot(*np.moveaxis(fit.residual_px, -1, 0)) > _WRONG_PIXEL_PX
+    wrong = marks.observed & ~fit.used & fit.has_pose[:, None] & far
+    for t, i in np.argwhere(wrong):
+        slopes, residual = body.slopes(fit.pose[t], at)[1][i], fit.residual_px[t, i]
+        covariance = fit.widened[t] ** 2 * marks.covariance_px2[t, i] + slopes @ fit.covariance[t] @ slopes.T
+        wrong[t, i] = residual @ np.linalg.solve(covariance, residual) > 2.0 * _DISAGREE
+    return wrong
 
 
 def trajectory(marks: Marks, fit: Fit, start_height_m: float, name: str = "trajectory") -> Trajectory:
