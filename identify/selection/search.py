@@ -13,7 +13,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from identify.criteria import CLOSE, LOSES, ROUGHLY, UNUSUAL_P
+from identify.criteria import CLOSE, CREDIBLE, LOSES, ROUGHLY, UNUSUAL_P
 from identify.estimation.horizons import before_the_stops, solve_from_afar
 from identify.estimation.least_squares import solve, to_the_end
 from identify.estimation.multistart import Minima, released_again
@@ -128,7 +128,14 @@ class Search:
                 break
             self._fit(worth[0])
         names = tuple(name for name in foremost_of(self.weights()) if not is_unnamed(name))
-        return self._brought_back(self.fitted.get(names, self.foremost))
+        return self._brought_back(self.fitted.get(self._sure_of(names), self.foremost))
+
+    def _sure_of(self, names: Names) -> Names:
+        """Of several names those that are sure: while fewer of them leave noise and hold more than 0.05, the others may be nothing."""
+        weights = self.weights()
+        fewer = [less for less, one in self.fitted.items() if less and set(less) < set(names) and one.weighed.leaves_noise]
+        likely = [less for less in fewer if weights.get(less, 0.0) > 1.0 - CREDIBLE]
+        return self._sure_of(max(likely, key=lambda less: weights[less])) if likely else names
 
     def _brought_back(self, one: Hypothesis) -> Hypothesis:
         """The same looked for again where films are missed: a fit may end in a wrong local minimum of a release, or of a bent base."""

@@ -5,7 +5,7 @@ unknown    a force without a name has more than 0.05, or what is left is no nois
 partly     the same, where the foremost names close the larger part of the gap
 named      one name is in every member of the smallest set that holds 0.95
 class      the foremost name and those that may stand in its place hold that set together
-several    the foremost hypothesis has more than one name
+several    the foremost hypothesis has more than one name, and none with fewer of them has more than 0.05
 
 An error of the model file that is hardly beyond its tolerance is no name. Each name with its evidence is a finding.
 """

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import cache, lru_cache
 
 import numpy as np
 
@@ -29,6 +30,7 @@ from simulate.kernel.layout import (
 )
 from simulate.kernel.speed_polynomials import with_rate_worked_in
 from simulate.model.control import SampledController
+from simulate.model.effect import Effect
 from simulate.model.model import Model
 from simulate.model.rig import Geometry, geometry_of, leg_lengths, per_leg
 
@@ -73,10 +75,15 @@ def without_idle(models: Sequence[Model]) -> list[Model]:
     """The models without the effects that are switched off in all of them, so that these cost nothing."""
     idle = {effect.name for effect in models[0].effects}
     for model in models:
-        idle -= {effect.name for effect in model.effects if effect != type(effect)()}
+        idle -= {effect.name for effect in model.effects if effect != _switched_off(type(effect))}
     if not idle:
         return list(models)
     return [replace(model, effects=tuple(effect for effect in model.effects if effect.name not in idle)) for model in models]
+
+
+@cache
+def _switched_off(kind: type[Effect]) -> Effect:
+    return kind()
 
 
 def formula_table_of(model: Model) -> FormulaTable:
@@ -109,15 +116,14 @@ def _put_release(row: Array, model: Model, geometry: Geometry, centre: Array) ->
     angular = np.asarray(release.angular_velocity_rad_per_s)
     row[POSITION : POSITION + 3] = np.array([0.0, 0.0, geometry.stowed_height_m]) + release.position_m + arm
     row[QUATERNION : QUATERNION + 4] = quaternion
-    row[VELOCITY : VELOCITY + 3] = np.asarray(release.velocity_m_per_s) + np.cross(angular, arm)
+    row[VELOCITY : VELOCITY + 3] = release.velocity_m_per_s
+    if angular.any():
+        row[VELOCITY : VELOCITY + 3] += np.cross(angular, arm)
     row[ANGULAR : ANGULAR + 3] = angular
 
 
 def _legs(model: Model, geometry: Geometry, centre: Array, row: Array) -> Array:
-    base = np.asarray(geometry.base_joints_m)
-    joints = np.asarray(geometry.platform_joints_m)
-    stowed = leg_lengths(base, joints, geometry.stowed_height_m)
-    full = leg_lengths(base, joints, geometry.deployed_height_m) - stowed
+    base, joints, stowed, full = _drawn(geometry)
     if np.any(stowed <= 0) or np.any(full <= 0):
         leg = int(np.argmin(np.minimum(stowed, full))) + 1
         raise InputError(
@@ -126,6 +132,14 @@ def _legs(model: Model, geometry: Geometry, centre: Array, row: Array) -> Array:
     law, lowest = model.actuator, np.minimum(_lengths_at_release(row, base, joints - centre) - stowed, 0.0)
     columns = (law.a_l_N_per_m, law.b_l_N, law.a_u_N_per_m, law.b_u_N, law.beta_per_m, law.initial_force_N)
     return np.column_stack([base, joints - centre, stowed, full, lowest, *(per_leg(c) for c in columns)])
+
+
+@lru_cache(maxsize=64)
+def _drawn(geometry: Geometry) -> tuple[Array, Array, Array, Array]:
+    """Joints (6, 3) at base and platform, and the legs' lengths (6,) stowed and their strokes; most runs of a fit share them."""
+    base, joints = np.asarray(geometry.base_joints_m), np.asarray(geometry.platform_joints_m)
+    stowed = leg_lengths(base, joints, geometry.stowed_height_m)
+    return base, joints, stowed, leg_lengths(base, joints, geometry.deployed_height_m) - stowed
 
 
 def _lengths_at_release(row: Array, base: Array, arms: Array) -> Array:

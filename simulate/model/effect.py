@@ -11,8 +11,10 @@ formula. They may use `math`, and `p[i]`, the effect's parameters in the order o
 from __future__ import annotations
 
 import math
+import sys
 from collections.abc import Mapping
-from dataclasses import dataclass, field, fields, replace
+from dataclasses import Field, dataclass, field, fields, replace
+from functools import cache
 from itertools import product
 from typing import Any, ClassVar, Self, TypeVar
 
@@ -25,6 +27,7 @@ from simulate.model.rig import Rig
 
 Bounds = dict[str, tuple[float, float]]
 RigT = TypeVar("RigT", bound=Rig)
+_LARGEST = sys.float_info.max
 ANY_RIG = 1e6  # times the bounds for the prototype: no rig is so much larger or smaller
 
 
@@ -117,10 +120,13 @@ class Effect(Formulas):
     directions: ClassVar[tuple[str, ...]] = ()
 
     def __post_init__(self) -> None:
-        for item in fields(self):
+        for item, size, low, high in _limits_of(type(self)):
             value = getattr(self, item.name)
+            entries = value if size else (value,)
+            if type(entries) is tuple and len(entries) == max(size, 1) and all(type(v) is float and low <= v <= high for v in entries):
+                continue
             self._check(item.name, value, item.default, item.metadata)
-            if isinstance(item.default, tuple):
+            if size:
                 object.__setattr__(self, item.name, tuple(float(v) for v in value))
 
     def _check(self, key: str, value: Any, default: Any, limits: Mapping[str, Any]) -> None:
@@ -268,6 +274,16 @@ class Effect(Formulas):
             changed[item.name] = tuple(entries) if isinstance(item.default, tuple) else entries[0]
             place += size
         return replace(self, **changed)
+
+
+@cache
+def _limits_of(kind: type[Effect]) -> list[tuple[Field[Any], int, float, float]]:
+    """Each parameter of a kind: its length, zero for a single number, and the least and largest finite value that it may have."""
+    rows = []
+    for item in fields(kind):
+        low, high = kind._allowed(item.name, item.metadata)
+        rows.append((item, len(item.default) if isinstance(item.default, tuple) else 0, max(low, -_LARGEST), min(high, _LARGEST)))
+    return rows
 
 
 def _times(value: float | tuple[float, ...], ratio: float) -> float | tuple[float, ...]:

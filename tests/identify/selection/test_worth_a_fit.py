@@ -11,6 +11,8 @@ from identify.criteria import LOSES
 from identify.selection.hypotheses import BUDGETS
 from identify.selection.search import Search
 
+BOTH = ("end-stop-dissipation", "stored-force-per-run")
+
 
 def hypothesis(names, log_weight, rms=1.0, as_it_is=1.0) -> Any:
     return SimpleNamespace(
@@ -42,3 +44,16 @@ def test_a_name_is_not_thrown_out_for_a_gap_that_only_a_model_moved_beyond_its_t
     search, names = Search({}, lambda names: 0.0, BUDGETS["normal"], lambda text: None), ("centre-of-mass-offset",)
     search.fitted = {(): hypothesis((), -300.0, 1.131, as_it_is), names: hypothesis(names, -100.0, rms)}
     assert (search.foremost.names == names) == is_meant
+
+
+@pytest.mark.parametrize(
+    ("logs", "leaves_noise", "sure"),
+    [((-0.1, 0.0), True, ("stored-force-per-run",)), ((-9.0, 0.0), True, BOTH), ((-0.1, 0.0), False, BOTH)],
+)
+def test_a_second_name_that_may_be_nothing_is_not_said(logs, leaves_noise, sure):
+    search = Search({}, lambda names: 0.0, BUDGETS["normal"], lambda text: None)
+    one, both = (hypothesis(names, log, 1.0) for names, log in zip((BOTH[1:], BOTH), logs, strict=True))
+    one.weighed.leaves_noise = leaves_noise
+    search.fitted = {(): hypothesis((), -70.0, 2.0, 2.0), BOTH[1:]: one, BOTH: both}
+    search.promised = {(): []}
+    assert search._sure_of(BOTH) == sure
