@@ -16,6 +16,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.optimize import minimize
 
+from identify.criteria import ENOUGH
 from identify.draft.forms import FORMS, Form, sum_of
 from identify.gap.leg_force import ForceAlongLegSpeed, LegTable
 from identify.gap.platform_force import AXES, KNOTS, ForceAlongSpeed, ForceTable
@@ -24,6 +25,7 @@ from measure.common.arrays import Array
 
 _SEARCHED = 3  # starts from which shapes are searched on
 _ADDED_TO = 3  # forms to which another one is added
+_CLOSE_ENOUGH = 1e-3  # of the places' extent, for a shape: the form is fitted to the measurements themselves afterwards
 _WORTH_MORE = 2.0  # times what noise brings that a form leaves, from which on another one is added
 
 
@@ -114,8 +116,11 @@ class _Seen:
         basis = form.basis(self.x, shapes)
         if not np.isfinite(basis).all():
             return 0.0, np.zeros(basis.shape[1])
-        pull = basis.T @ self.drive
-        amplitudes = np.linalg.lstsq(basis.T @ self.information @ basis, pull, rcond=1e-12)[0]
+        pull, matrix = basis.T @ self.drive, basis.T @ self.information @ basis
+        if len(pull) == 1:
+            amplitudes = pull / matrix[0] if matrix[0, 0] > 0.0 else np.zeros(1)
+        else:
+            amplitudes = np.linalg.lstsq(matrix, pull, rcond=1e-12)[0]
         return float(pull @ amplitudes), amplitudes
 
 
@@ -138,6 +143,10 @@ def _searched(form: Form, seen: _Seen, shapes: tuple[float, ...], first: float, 
     width = last - first
     ends = [(low / width, high / width) for low, high in bounds]
     found = minimize(
-        lambda parts: -seen.gain(form, (parts * width).tolist())[0], np.array(shapes) / width, bounds=ends, method="Nelder-Mead"
+        lambda parts: -seen.gain(form, (parts * width).tolist())[0],
+        np.array(shapes) / width,
+        bounds=ends,
+        method="Nelder-Mead",
+        options={"xatol": _CLOSE_ENOUGH, "fatol": ENOUGH},
     )
     return tuple((found.x * width).tolist())
