@@ -16,7 +16,7 @@ from numba import njit
 
 from measure.common.arrays import Array
 from simulate.dispatch.formulas import FormulaPointers
-from simulate.dispatch.lanes import Lanes, Rows, any_of, chosen
+from simulate.dispatch.lanes import Lanes, Rows, any_of, chosen, inverse_root
 from simulate.kernel import contributions
 from simulate.kernel.layout import (
     ADDED,
@@ -44,6 +44,7 @@ from simulate.kernel.layout import (
     OUT_STOP,
     OUT_STRIP,
     OUT_V,
+    PER_LENGTH,
     RATE,
     RIGHT,
     ROTATION,
@@ -123,8 +124,8 @@ def leg_kinematics(w: Rows) -> None:
     ex = w[TRIAL] + rx - w[LEG_VALUE]
     ey = w[TRIAL + 1] + ry - w[LEG_VALUE + 1]
     ez = w[TRIAL + 2] + rz - w[LEG_VALUE + 2]
-    length = math.sqrt(ex * ex + ey * ey + ez * ez)
-    per = 1.0 / length
+    squared = ex * ex + ey * ey + ez * ez
+    length, per = math.sqrt(squared), inverse_root(squared)
     ex, ey, ez = ex * per, ey * per, ez * per
     ox, oy, oz = w[TRIAL + 10], w[TRIAL + 11], w[TRIAL + 12]
     sx, sy, sz = oy * rz - oz * ry, oz * rx - ox * rz, ox * ry - oy * rx
@@ -133,7 +134,7 @@ def leg_kinematics(w: Rows) -> None:
     # centripetal part of the joint along the leg, and the turning of the leg itself
     inward = ex * (oy * sz - oz * sy) + ey * (oz * sx - ox * sz) + ez * (ox * sy - oy * sx)
     w[BIAS] = inward + (px * px + py * py + pz * pz - v * v) * per
-    w[LENGTH] = length
+    w[LENGTH], w[PER_LENGTH] = length, per
     w[U] = length - w[LEG_VALUE + STOWED]
     w[V] = v
     w[ARM], w[ARM + 1], w[ARM + 2] = rx, ry, rz
