@@ -39,7 +39,7 @@ from simulate.kernel.layout import (
     TAKEN_OUT,
     TIME,
 )
-from simulate.kernel.step_division import own_step
+from simulate.kernel.step_division import own_step, step_near_rest
 from simulate.model.responses import (
     BEFORE_STOP,
     CONTROL_ENERGY,
@@ -74,6 +74,9 @@ class Pace(NamedTuple):
     part: float
     between: float
     samples: int
+    near_rest: float
+    slow: float
+    per_braking: float
 
 
 @njit(cache=True, parallel=True, error_model="numpy")
@@ -142,6 +145,7 @@ def set_step(w: Rows, p: Rows, f: Rows, pace: Pace, controlled: bool) -> None:
     end = (f[FRAME] + 1.0) * pace.frame
     left, step = end - w[TIME], own_step(w, p, pace.frame, pace.at_stops, pace.part)
     if controlled:
+        step = smaller(step_near_rest(w, pace.near_rest, pace.slow, pace.per_braking), step)
         step = smaller(w[CONTROL + EVENT] - w[TIME], step)
     last = step > left - _ROUNDING * pace.frame
     w[STEP] = chosen(last, left, step)
