@@ -91,6 +91,9 @@ QUEUED = OWN_NEXT + OWN_SIZE  # commands under way, each with the time from whic
 TAKEN, QUEUE, QUEUE_LENGTH = QUEUED + 1, QUEUED + 2, 64
 CONTROL_ROWS = QUEUE + 7 * QUEUE_LENGTH
 
+# How far the later stages of a step of three look ahead, as a part of it (Heun's method of third order).
+FIRST_OF_THREE, SECOND_OF_THREE = 1.0 / 3.0, 2.0 / 3.0
+
 # How many runs stand side by side: one alone, a few, or as many as fill the registers.
 ALONE, FEW, MANY = 1, 4, 16
 

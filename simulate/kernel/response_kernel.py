@@ -16,7 +16,7 @@ from measure.common.arrays import Array
 from simulate.dispatch.formulas import FormulaTable, pointers_of
 from simulate.dispatch.intrinsics import uncounted
 from simulate.dispatch.lanes import Lanes, Mask, Rows, all_of, any_of, chosen, larger, rows_at, smaller
-from simulate.kernel.block import Block, block_memory, bounded, first_stage, later_stages, on_cache_line, release
+from simulate.kernel.block import Block, block_memory, bounded, first_stage, later_stages, on_cache_line, release, two_later_stages
 from simulate.kernel.layout import (
     BEYOND,
     CENTRE,
@@ -77,6 +77,7 @@ class Pace(NamedTuple):
     near_rest: float
     slow: float
     per_braking: float
+    stages: int
 
 
 @njit(cache=True, parallel=True, error_model="numpy")
@@ -111,7 +112,10 @@ def respond_runs(block: Block, values: Array, followed: Array, pace: Pace, full_
         run_of[i], begun = begin_next(block, followed, i, values, begun)
     while ended < len(values):
         set_step(w, p, f, pace, controlled)
-        later_stages(block)
+        if pace.stages == 3:
+            two_later_stages(block)
+        else:
+            later_stages(block)
         w[TIME] = f[UNTIL]
         first_stage(block)
         follow(w, p, f, followed, full_height, pace)

@@ -19,6 +19,7 @@ from simulate.dispatch.lanes import Rows, chosen, from_row, inverse_root, larger
 from simulate.kernel.contributions import add_platform_wrenches, count_working, keep_leg_for_control, power_row
 from simulate.kernel.layout import (
     ELONGATION,
+    FIRST_OF_THREE,
     HEADING,
     LEAST_TRAVEL,
     LEGS,
@@ -27,6 +28,7 @@ from simulate.kernel.layout import (
     OUT_STRIP,
     POWERS,
     RATE,
+    SECOND_OF_THREE,
     STATE,
     STATES,
     STEP,
@@ -175,9 +177,9 @@ def set_trial_state(w: Rows, ahead: float) -> None:
 
 @njit(cache=True, error_model="numpy", forceinline=True)
 def accumulate(w: Rows, formulas: FormulaPointers, ahead: float, n: int, with_work: bool) -> None:
-    """Weigh the rates of a stage into the sums of the step: 1, 2, 2, 1."""
-    keep = 0.0 if ahead == 0.0 else 1.0
-    weight = 2.0 if ahead == 0.5 else 1.0
+    """Weigh the rates of a stage into the sums of the step: 1, 2, 2, 1 sixths, or of three stages 3/2, 0, 9/2 sixths (Heun)."""
+    keep = 0.0 if ahead == 0.0 else 1.5 if ahead == SECOND_OF_THREE else 1.0
+    weight = 2.0 if ahead == 0.5 else 4.5 if ahead == SECOND_OF_THREE else 0.0 if ahead == FIRST_OF_THREE else 1.0
     for k in range(STATES + POWERS):
         w[TOTAL + k] = keep * w[TOTAL + k] + weight * w[RATE + k]
     if with_work:

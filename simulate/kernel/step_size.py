@@ -135,13 +135,21 @@ def pace_of(model: Model, longest: float = LONGEST_FLIGHT_S) -> Pace:
     given, between = model.simulation.step_s, 1.0 / model.simulation.sample_rate_Hz
     fineness = min(1.0, (given or longest) / LONGEST_FLIGHT_S)
     if given:
-        return Pace(_beside_samples(given, between), given, _SETTING_IN * fineness, between, samples, given, 0.0, 0.0)
+        return Pace(_beside_samples(given, between), given, _SETTING_IN * fineness, between, samples, given, 0.0, 0.0, 4)
     flying = replace(model, end_stop=replace(model.end_stop, stiffness_N_per_m=0.0, damping_N_s_per_m=0.0))
     frame, near_rest = (fineness * step_of(flying, LONGEST_FLIGHT_S, slow) for slow in (False, True))
     braked = model.controller is not None and not model.controller.passive
     at_stops = (1.0 if braked else _AT_STOPS) * step_of(model, math.inf)
     slow, per_braking = _slow_down(model)
-    return Pace(frame, fineness * at_stops, _SETTING_IN * fineness, between, samples, near_rest, slow, fineness * per_braking)
+    return Pace(
+        frame, fineness * at_stops, _SETTING_IN * fineness, between, samples, near_rest, slow, fineness * per_braking, _stages(model)
+    )
+
+
+def _stages(model: Model) -> int:
+    """Stages of a step: three, of third order, where a controller's samples keep it to half of what it could be in flight or less."""
+    rate = getattr(model.controller, "sample_rate_Hz", None)
+    return 3 if rate is not None and rate * LONGEST_FLIGHT_S >= 2.0 - 1e-9 else 4
 
 
 def _slow_down(model: Model) -> tuple[float, float]:
@@ -160,8 +168,8 @@ def _beside_samples(step: float, between: float) -> float:
 
 def finest(paces: Iterable[Pace]) -> Pace:
     """The finest of the paces of models that share duration and sampling."""
-    frames, at_stops, parts, between, samples, near_rest, slow, per_braking = zip(*paces, strict=True)
-    return Pace(min(frames), min(at_stops), min(parts), between[0], samples[0], min(near_rest), max(slow), min(per_braking))
+    frames, at_stops, parts, between, samples, near_rest, slow, per_braking, stages = zip(*paces, strict=True)
+    return Pace(min(frames), min(at_stops), min(parts), between[0], samples[0], min(near_rest), max(slow), min(per_braking), max(stages))
 
 
 def grid(model: Model, longest: float = LONGEST_STEP_S) -> tuple[float, int, int]:
