@@ -339,7 +339,8 @@ def _smaller(a: Any, b: Any) -> Any:
 
 def _is_estimated(kind: Any) -> bool:
     """Whether roots of such numbers are refined estimates, which takes a third of the time: of a sweep's runs, on AVX-512."""
-    features = cpu_target.target_context.codegen().magic_tuple()[2]
+    context: Any = cpu_target.target_context
+    features = context.codegen().magic_tuple()[2]
     return isinstance(kind, LanesType) and kind.fused and kind.n % _REGISTER == 0 and "+avx512f" in features.split(",")
 
 
@@ -366,6 +367,9 @@ def _estimate(typingctx: Any, x: Any) -> Any:
     return x(x), generate
 
 
+estimate: Any = _estimate
+
+
 @register_jitable(forceinline=True)
 def _refined(value: Any, e: Any) -> Any:
     return value + value * (e * (0.5 + e * (0.375 + e * 0.3125)))
@@ -379,7 +383,7 @@ def inverse_root(x: Any) -> Any:
 @overload(inverse_root, strict=False, jit_options={"forceinline": True})
 def _inverse_root(x: Any) -> Any:
     def by_estimate(x: Any) -> Any:
-        r = _estimate(x)
+        r = estimate(x)
         return _refined(r, 1.0 - (x * r) * r)
 
     return by_estimate if _is_estimated(x) else lambda x: 1.0 / math.sqrt(x)
@@ -388,7 +392,7 @@ def _inverse_root(x: Any) -> Any:
 @overload(math.sqrt, strict=False, jit_options={"forceinline": True})
 def _root(x: Any) -> Any:
     def by_estimate(x: Any) -> Any:
-        r = _estimate(x)
+        r = estimate(x)
         root = x * r
         return chosen(abs(x) > 0.0, _refined(root, 1.0 - root * r), x)
 
