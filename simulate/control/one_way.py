@@ -7,8 +7,8 @@ from typing import Any, ClassVar
 
 from pydantic.dataclasses import dataclass
 
-from simulate.model.control import Controller, slope_at_rest
-from simulate.model.rig import CHECKED, Positive, Rig
+from simulate.model.control import Controller
+from simulate.model.rig import CHECKED, Positive
 
 
 @dataclass(frozen=True, config=CHECKED, kw_only=True)
@@ -24,10 +24,9 @@ class OneWay(Controller):
     clutch_speed_m_per_s: Positive = 0.01
     """v_0: speed at which it has set in"""
 
-    def stiffness(self, model: Rig) -> tuple[float, float]:
-        """The slope of the clutch at rest as far as it decides on stability."""
-        del model
-        return 0.0, slope_at_rest(self.clutch_force_N, self.clutch_speed_m_per_s)
+    def dry_friction(self) -> tuple[float, float]:
+        """That of the clutch."""
+        return self.clutch_force_N, self.clutch_speed_m_per_s
 
     @staticmethod
     def command(t: float, u: Any, v: Any, turn: Any, memory: Any, p: Any, out: Any) -> None:

@@ -7,23 +7,24 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
-from numba import cfunc, njit, types
+from numba import cfunc, types
 from numba.core.errors import NumbaError
 from numba.extending import register_jitable
 
 from simulate.dispatch.compiled_code import compiled_once
 from simulate.dispatch.intrinsics import caller, shifted
 from simulate.dispatch.lanes import rows_at
-from simulate.kernel.layout import MANY
+from simulate.kernel.layout import AXIAL_MASS, EACH, LEG_BEFORE, MANY, TIME_NOW, R, U, V
 
 _NUMBERS = types.CPointer(types.float64)
 
 # The forms for runs side by side: one call for a block, not one for each run; numbers become rows. A sweep computes a formula with the
-# numbers of all its runs at once, if it can be (no branch). The two that every leg needs at every stage have a form in other kernels too:
-# there the parameters of a run stand `size` apart; with `together`, which a sweep says, they are rows.
+# numbers of all its runs at once, if it can be (no branch). The two that every leg needs at every stage have a form in other kernels too
+# and find their rows themselves, for arguments beyond the fourth go by way of the stack, which takes longer than a short formula. The
+# parameters of n runs stand `size` apart; a sweep says `size` zero, and they are rows.
 LANE_SIGNATURES = {
-    "leg_force": types.void(*[_NUMBERS] * 6, types.int64, _NUMBERS, _NUMBERS, types.int64, types.int64),
-    "leg_mass": types.void(_NUMBERS, _NUMBERS, types.int64, _NUMBERS, _NUMBERS, types.int64, types.int64),
+    "leg_force": types.void(_NUMBERS, _NUMBERS, types.int64, types.int64),
+    "leg_mass": types.void(_NUMBERS, _NUMBERS, types.int64, types.int64),
     "strip_elongation": types.void(*[_NUMBERS] * 4),
     "leg_asymptotes": types.void(*[_NUMBERS] * 5),
     "leg_transverse": types.void(*[_NUMBERS] * 4),
@@ -65,46 +66,44 @@ def _kept(make: Any, formula: Any, kind: str) -> Any:
 
 # The forms use `source` only to have it in their closure, by which numba tells kept code apart.
 def _leg_force_lanes(formula: Any, source: bytes) -> Any:
-    def lanes(u: Any, v: Any, t: Any, R: Any, turned: Any, p: Any, size: int, rows: Any, out: Any, n: int, together: int) -> None:
+    def lanes(w: Any, p: Any, size: int, n: int) -> None:
         for i in range(n if len(source) >= 0 else 0):
-            out[i] = formula(u[i], v[i], t[i], R[i], u[i] - turned[i], shifted(p, i * size))
+            u, turned = w[U * n + i], w[(LEG_BEFORE + 2) * n + i]
+            w[EACH * n + i] = formula(u, w[V * n + i], w[TIME_NOW * n + i], w[R * n + i], u - turned, shifted(p, i * size))
 
     return lanes
 
 
 def _leg_force_together(formula: Any, source: bytes) -> Any:
-    def lanes(u: Any, v: Any, t: Any, R: Any, turned: Any, p: Any, size: int, rows: Any, out: Any, n: int, together: int) -> None:
-        if together:
-            place, speed, time, stored, last = of_all(u), of_all(v), of_all(t), of_all(R), of_all(turned)
-            of_all(out)[0] = formula(place[0], speed[0], time[0], stored[0], place[0] - last[0], of_all(rows))
+    run_by_run = register_jitable(_leg_force_lanes(formula, source))
+
+    def lanes(memory: Any, p: Any, size: int, n: int) -> None:
+        if size == 0:
+            w = rows_at(memory, MANY, True)
+            w[EACH] = formula(w[U], w[V], w[TIME_NOW], w[R], w[U] - w[LEG_BEFORE + 2], rows_at(p, MANY, True))
         else:
-            for i in range(n if len(source) >= 0 else 0):
-                out[i] = formula(u[i], v[i], t[i], R[i], u[i] - turned[i], shifted(p, i * size))
+            run_by_run(memory, p, size, n)
 
     return lanes
 
 
-@njit(forceinline=True)
-def of_all(numbers: Any) -> Any:
-    """Rows of a sweep's block."""
-    return rows_at(numbers, MANY, True)
-
-
 def _leg_mass_lanes(formula: Any, source: bytes) -> Any:
-    def lanes(u: Any, p: Any, size: int, rows: Any, out: Any, n: int, together: int) -> None:
+    def lanes(w: Any, p: Any, size: int, n: int) -> None:
         for i in range(n if len(source) >= 0 else 0):
-            out[i] += formula(u[i], shifted(p, i * size))
+            w[AXIAL_MASS * n + i] += formula(w[U * n + i], shifted(p, i * size))
 
     return lanes
 
 
 def _leg_mass_together(formula: Any, source: bytes) -> Any:
-    def lanes(u: Any, p: Any, size: int, rows: Any, out: Any, n: int, together: int) -> None:
-        if together:
-            of_all(out)[0] += formula(of_all(u)[0], of_all(rows))
+    run_by_run = register_jitable(_leg_mass_lanes(formula, source))
+
+    def lanes(memory: Any, p: Any, size: int, n: int) -> None:
+        if size == 0:
+            w = rows_at(memory, MANY, True)
+            w[AXIAL_MASS] += formula(w[U], rows_at(p, MANY, True))
         else:
-            for i in range(n if len(source) >= 0 else 0):
-                out[i] += formula(u[i], shifted(p, i * size))
+            run_by_run(memory, p, size, n)
 
     return lanes
 
@@ -112,7 +111,7 @@ def _leg_mass_together(formula: Any, source: bytes) -> Any:
 def _strip_elongation_together(formula: Any, source: bytes) -> Any:
     def lanes(u: Any, before: Any, p: Any, out: Any) -> None:
         if len(source) >= 0:
-            of_all(out)[0] = formula(of_all(u)[0], of_all(before)[0], of_all(p))
+            rows_at(out, MANY, True)[0] = formula(rows_at(u, MANY, True)[0], rows_at(before, MANY, True)[0], rows_at(p, MANY, True))
 
     return lanes
 
@@ -120,7 +119,13 @@ def _strip_elongation_together(formula: Any, source: bytes) -> Any:
 def _leg_asymptotes_together(formula: Any, source: bytes) -> Any:
     def lanes(u: Any, v: Any, t: Any, p: Any, h: Any) -> None:
         if len(source) >= 0:
-            formula(of_all(u)[0], of_all(v)[0], of_all(t)[0], of_all(p), of_all(h))
+            formula(
+                rows_at(u, MANY, True)[0],
+                rows_at(v, MANY, True)[0],
+                rows_at(t, MANY, True)[0],
+                rows_at(p, MANY, True),
+                rows_at(h, MANY, True),
+            )
 
     return lanes
 
@@ -128,7 +133,7 @@ def _leg_asymptotes_together(formula: Any, source: bytes) -> Any:
 def _leg_transverse_together(formula: Any, source: bytes) -> Any:
     def lanes(length: Any, full: Any, p: Any, g: Any) -> None:
         if len(source) >= 0:
-            formula(of_all(length)[0], of_all(full)[0], of_all(p), of_all(g))
+            formula(rows_at(length, MANY, True)[0], rows_at(full, MANY, True)[0], rows_at(p, MANY, True), rows_at(g, MANY, True))
 
     return lanes
 
@@ -136,7 +141,8 @@ def _leg_transverse_together(formula: Any, source: bytes) -> Any:
 def _joint_resistance_together(formula: Any, source: bytes) -> Any:
     def lanes(rate: Any, p: Any, out: Any) -> None:
         if len(source) >= 0:
-            of_all(out)[0] += formula(of_all(rate)[0], of_all(p))
+            for joint in range(2):
+                rows_at(out, MANY, True)[joint] += formula(rows_at(rate, MANY, True)[joint], rows_at(p, MANY, True))
 
     return lanes
 
@@ -144,7 +150,13 @@ def _joint_resistance_together(formula: Any, source: bytes) -> Any:
 def _platform_wrench_together(formula: Any, source: bytes) -> Any:
     def lanes(t: Any, pose: Any, twist: Any, p: Any, wrench: Any) -> None:
         if len(source) >= 0:
-            formula(of_all(t)[0], of_all(pose), of_all(twist), of_all(p), of_all(wrench))
+            formula(
+                rows_at(t, MANY, True)[0],
+                rows_at(pose, MANY, True),
+                rows_at(twist, MANY, True),
+                rows_at(p, MANY, True),
+                rows_at(wrench, MANY, True),
+            )
 
     return lanes
 
@@ -152,7 +164,7 @@ def _platform_wrench_together(formula: Any, source: bytes) -> Any:
 def _platform_mass_together(formula: Any, source: bytes) -> Any:
     def lanes(pose: Any, p: Any, mass: Any) -> None:
         if len(source) >= 0:
-            formula(of_all(pose), of_all(p), of_all(mass))
+            formula(rows_at(pose, MANY, True), rows_at(p, MANY, True), rows_at(mass, MANY, True))
 
     return lanes
 
@@ -160,7 +172,7 @@ def _platform_mass_together(formula: Any, source: bytes) -> Any:
 def _base_mass_together(formula: Any, source: bytes) -> Any:
     def lanes(p: Any, out: Any) -> None:
         if len(source) >= 0:
-            of_all(out)[0] += formula(of_all(p))
+            rows_at(out, MANY, True)[0] += formula(rows_at(p, MANY, True))
 
     return lanes
 
@@ -168,7 +180,7 @@ def _base_mass_together(formula: Any, source: bytes) -> Any:
 def _base_force_together(formula: Any, source: bytes) -> Any:
     def lanes(place: Any, speed: Any, p: Any, out: Any) -> None:
         if len(source) >= 0:
-            of_all(out)[0] += formula(of_all(place)[0], of_all(speed)[0], of_all(p))
+            rows_at(out, MANY, True)[0] += formula(rows_at(place, MANY, True)[0], rows_at(speed, MANY, True)[0], rows_at(p, MANY, True))
 
     return lanes
 
@@ -176,7 +188,15 @@ def _base_force_together(formula: Any, source: bytes) -> Any:
 def _law_together(formula: Any, source: bytes) -> Any:
     def lanes(t: Any, u: Any, v: Any, turn: Any, memory: Any, p: Any, out: Any) -> None:
         if len(source) >= 0:
-            formula(of_all(t)[0], of_all(u), of_all(v), of_all(turn), of_all(memory), of_all(p), of_all(out))
+            formula(
+                rows_at(t, MANY, True)[0],
+                rows_at(u, MANY, True),
+                rows_at(v, MANY, True),
+                rows_at(turn, MANY, True),
+                rows_at(memory, MANY, True),
+                rows_at(p, MANY, True),
+                rows_at(out, MANY, True),
+            )
 
     return lanes
 

@@ -107,9 +107,10 @@ def _series(x: Any) -> Any:
     k, m = chosen(large, k + 1.0, k), chosen(large, 0.5 * m, m)
     f = (m - 1.0) / (m + 1.0)
     f2 = f * f
-    rest = 1.0 / 21.0 + 0.0 * f2
-    for odd in range(19, 1, -2):
-        rest = rest * f2 + 1.0 / odd
+    f4 = f2 * f2
+    low = (1.0 / 3.0 + f2 * (1.0 / 5.0)) + f4 * (1.0 / 7.0 + f2 * (1.0 / 9.0))
+    middle = (1.0 / 11.0 + f2 * (1.0 / 13.0)) + f4 * (1.0 / 15.0 + f2 * (1.0 / 17.0))
+    rest = low + f4 * f4 * (middle + f4 * f4 * (1.0 / 19.0))
     return k * 0.6931471803691238 + (2.0 * f + (2.0 * f * f2 * rest + k * 1.9082149292705877e-10))
 
 

@@ -14,10 +14,13 @@ from typing import Any
 from llvmlite import ir
 from numba import types
 from numba.core import cgutils
+from numba.core.registry import cpu_target
 from numba.core.typing.templates import AbstractTemplate, infer_global, signature
-from numba.extending import intrinsic, lower_builtin, models, overload, register_model
+from numba.extending import intrinsic, lower_builtin, models, overload, register_jitable, register_model
 
 typed: Any = infer_global
+_CACHE_LINE = 64  # bytes
+_REGISTER = 8  # numbers of which the processor estimates the roots at once
 _DOUBLE, _WHOLE, _BIT = ir.DoubleType(), ir.IntType(64), ir.IntType(1)
 
 
@@ -143,7 +146,14 @@ def _by_llvm(name: str) -> Any:
 
 _unary(operator.neg, lambda builder, a: builder.fneg(a))
 _unary(abs, _by_llvm("llvm.fabs"))
-_unary(math.sqrt, _by_llvm("llvm.sqrt"))
+
+
+def _exact_root(a: Any) -> Any:
+    """sqrt(a), rounded once."""
+    return math.sqrt(a)
+
+
+_unary(_exact_root, _by_llvm("llvm.sqrt"))
 
 
 @typed(operator.and_)
@@ -196,6 +206,12 @@ def _write(context: Any, builder: Any, given: Any, values: Any) -> Any:
     return context.get_dummy_value()
 
 
+def _align_stack(function: Any) -> None:
+    """Let the stack of a function that works rows begin at a cache line, or a register that is put aside there lies across two."""
+    function.attributes.alignstack = _CACHE_LINE
+    function.attributes.add("nounwind")  # without another attribute llvmlite does not write this one
+
+
 @intrinsic(prefer_literal=True)
 def _rows_at(typingctx: Any, numbers: Any, n: Any, fused: Any) -> Any:
     """Memory from a pointer on, or a contiguous array, as rows of n numbers; n and fused are constants."""
@@ -203,6 +219,7 @@ def _rows_at(typingctx: Any, numbers: Any, n: Any, fused: Any) -> Any:
     rows = RowsType(LanesType(n.literal_value, fused.literal_value))
 
     def generate(context: Any, builder: Any, signature: Any, given: Any) -> Any:
+        _align_stack(builder.function)
         if isinstance(signature.args[0], types.Array):
             return context.make_array(signature.args[0])(context, builder, given[0]).data
         return given[0]
@@ -318,3 +335,67 @@ def _smaller(a: Any, b: Any) -> Any:
     if _lanes_of((a, b)) is None:
         return lambda a, b: a if a < b else b
     return lambda a, b: chosen(a < b, a, b)
+
+
+def _is_estimated(kind: Any) -> bool:
+    """Whether roots of such numbers are refined estimates, which takes a third of the time: of a sweep's runs, on AVX-512."""
+    context: Any = cpu_target.target_context
+    features = context.codegen().magic_tuple()[2]
+    return isinstance(kind, LanesType) and kind.fused and kind.n % _REGISTER == 0 and "+avx512f" in features.split(",")
+
+
+@intrinsic
+def _estimate(typingctx: Any, x: Any) -> Any:
+    """r = 1 / sqrt(x) to 14 bits. With e = 1 - x r^2, the root is x r, and its inverse r, times 1 + e/2 + 3/8 e^2 + 5/16 e^3."""
+    del typingctx
+    part, mask, place = ir.VectorType(_DOUBLE, _REGISTER), ir.IntType(8), ir.IntType(32)
+
+    def places(first: int, count: int) -> Any:
+        return ir.Constant(ir.VectorType(place, count), list(range(first, first + count)))
+
+    def generate(context: Any, builder: Any, signature: Any, given: Any) -> Any:
+        del context, signature
+        kind = ir.FunctionType(part, [part, part, mask])
+        function = cgutils.get_or_insert_function(builder.module, kind, "llvm.x86.avx512.rsqrt14.pd.512")
+        parts = [builder.shuffle_vector(given[0], given[0], places(first, _REGISTER)) for first in range(0, x.n, _REGISTER)]
+        found = [builder.call(function, [one, ir.Constant(part, None), ir.Constant(mask, -1)]) for one in parts]
+        while len(found) > 1:
+            pairs = zip(found[::2], found[1::2], strict=True)
+            found = [builder.shuffle_vector(a, b, places(0, 2 * a.type.count)) for a, b in pairs]
+        return found[0]
+
+    return x(x), generate
+
+
+estimate: Any = _estimate
+
+
+@register_jitable(forceinline=True)
+def _refined(value: Any, e: Any) -> Any:
+    return value + value * (e * (0.5 + e * (0.375 + e * 0.3125)))
+
+
+def inverse_root(x: Any) -> Any:
+    """1 / sqrt(x), lane by lane."""
+    return 1.0 / math.sqrt(x)
+
+
+@overload(inverse_root, strict=False, jit_options={"forceinline": True})
+def _inverse_root(x: Any) -> Any:
+    def by_estimate(x: Any) -> Any:
+        r = estimate(x)
+        return _refined(r, 1.0 - (x * r) * r)
+
+    return by_estimate if _is_estimated(x) else lambda x: 1.0 / math.sqrt(x)
+
+
+@overload(math.sqrt, strict=False, jit_options={"forceinline": True})
+def _root(x: Any) -> Any:
+    def by_estimate(x: Any) -> Any:
+        r = estimate(x)
+        root = x * r
+        return chosen(abs(x) > 0.0, _refined(root, 1.0 - root * r), x)
+
+    if not isinstance(x, LanesType):
+        return None
+    return by_estimate if _is_estimated(x) else lambda x: _exact_root(x)

@@ -26,7 +26,5 @@ class Backlash(LegEffect):
     @staticmethod
     def leg_force(u: float, v: float, t: float, R: float, travel: float, p: Any) -> float:
         """Takes the hysteretic force away within the gap, N."""
-        if abs(travel) >= p[0]:
-            return 0.0
-        open_ = min(max(10.0 * (1.0 - abs(travel) / p[0]), 0.0), 1.0)
+        open_ = min(max(10.0 * (p[0] - abs(travel)) / max(p[0], 1e-300), 0.0), 1.0)
         return -R * open_ * open_ * (3.0 - 2.0 * open_)

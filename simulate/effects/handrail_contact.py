@@ -37,11 +37,10 @@ class HandrailContact(PlatformEffect):
     def platform_wrench(t: float, pose: Any, twist: Any, p: Any, wrench: Any) -> None:
         """Adds contact and friction to the wrench, N."""
         radius = math.sqrt(pose[0] * pose[0] + pose[1] * pose[1])
-        if radius <= p[0] or radius == 0.0:
-            return
-        normal = p[1] * (radius - p[0])
+        normal = p[1] * max(radius - p[0], 0.0)
         speed = math.sqrt(twist[0] * twist[0] + twist[1] * twist[1] + twist[2] * twist[2] + 2.5e-5)
+        drag, outwards = 0.2 * normal / speed, normal / max(radius, 1e-300)
         for k in range(3):
-            wrench[k] -= 0.2 * normal * twist[k] / speed
-        wrench[0] -= normal * pose[0] / radius
-        wrench[1] -= normal * pose[1] / radius
+            wrench[k] -= drag * twist[k]
+        wrench[0] -= outwards * pose[0]
+        wrench[1] -= outwards * pose[1]

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from typing import Any
 
+from simulate.dispatch.lanes import inverse_root
 from simulate.model.effect import Effect, parameter
 
 
@@ -30,4 +30,4 @@ class JointFriction(Effect):
     @staticmethod
     def joint_resistance(rate: float, p: Any) -> float:
         """Moment over angular speed, N m s."""
-        return p[0] + p[1] / math.sqrt(rate * rate + 4e-4)
+        return p[0] + p[1] * inverse_root(rate * rate + 4e-4)

@@ -33,5 +33,6 @@ class LegMass(LegEffect):
     @staticmethod
     def leg_transverse(length: float, full_length: float, p: Any, g: Any) -> None:
         """Inertia across the leg at its platform joint, kg, and its slope over the length, kg/m."""
-        g[0] += p[0] * length / (3.0 * full_length)
-        g[1] += p[0] / (3.0 * full_length)
+        slope = p[0] / (3.0 * full_length)
+        g[0] += slope * length
+        g[1] += slope

@@ -16,6 +16,7 @@ from simulate.kernel.layout import (
     BEYOND,
     CONTROL_ROWS,
     ELONGATION,
+    FIRST_OF_THREE,
     JOINT,
     LEG,
     LEG_SIZE,
@@ -26,6 +27,7 @@ from simulate.kernel.layout import (
     RIGID,
     ROWS,
     SCRATCH,
+    SECOND_OF_THREE,
     START_FORCE,
     STATE,
     STATES,
@@ -111,6 +113,13 @@ def later_stages(block: Block) -> None:
     run_stage(block, 0.5)
     run_stage(block, 0.5)
     run_stage(block, 1.0)
+
+
+@njit(cache=True, error_model="numpy")
+def two_later_stages(block: Block) -> None:
+    """The other two of a step of three stages: of third order, for steps that something else keeps short."""
+    run_stage(block, FIRST_OF_THREE)
+    run_stage(block, SECOND_OF_THREE)
 
 
 @njit(cache=True, error_model="numpy")

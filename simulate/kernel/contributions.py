@@ -53,6 +53,7 @@ from simulate.kernel.layout import (
     LEVER,
     MANY,
     MATRIX,
+    RESISTANCE,
     RIGHT,
     ROWS,
     SCRATCH,
@@ -159,28 +160,28 @@ def move_asymptotes_run_by_run(w: Array, by_run: Array, formulas: FormulaPointer
 @njit(cache=True, error_model="numpy", forceinline=True)
 def add_leg_forces(w: Rows, flat: Array, by_lane: Rows, by_run: Array, formulas: FormulaPointers, n: int, with_work: bool) -> None:
     """Forces and axial inertia that effects add to the leg at hand, and the power of each."""
-    size, powers, together = len(by_run) // n, from_row(w, power_row(0, n) // n), int(n == MANY and not with_work)
-    u, v, stored, turned = pointer(flat, U * n), pointer(flat, V * n), pointer(flat, R * n), pointer(flat, (LEG_BEFORE + 2) * n)
-    now, each = pointer(flat, TIME_NOW * n), pointer(flat, EACH * n)
+    size, powers, memory = len(by_run) // n, from_row(w, power_row(0, n) // n), pointer(flat, 0)
     for row in range(formulas.leg_force[1]):
-        p = pointer(by_run, parameter_place(formulas.leg_force, row))
+        first, formula = parameter_place(formulas.leg_force, row), lanes_formula_at(formulas.leg_force, row)
         if n == 1:
-            travel = flat[U] - flat[LEG_BEFORE + 2]
+            travel, p = flat[U] - flat[LEG_BEFORE + 2], pointer(by_run, first)
             force = call_leg_force(formula_at(formulas.leg_force, row), (flat[U], flat[V], flat[TIME_NOW], flat[R], travel, p))
             flat[EACH] = force
+        elif n == MANY and not with_work:
+            call_leg_force_lanes(formula, (memory, from_row(by_lane, first), 0, n))
         else:
-            rows = from_row(by_lane, parameter_place(formulas.leg_force, row))
-            call_leg_force_lanes(lanes_formula_at(formulas.leg_force, row), (u, v, now, stored, turned, p, size, rows, each, n, together))
+            call_leg_force_lanes(formula, (memory, pointer(by_run, first), size, n))
         w[ADDED] += w[EACH]
         if with_work:
             powers[row] += w[EACH] * w[V]
     for row in range(formulas.leg_mass[1]):
-        p = pointer(by_run, parameter_place(formulas.leg_mass, row))
+        first, formula = parameter_place(formulas.leg_mass, row), lanes_formula_at(formulas.leg_mass, row)
         if n == 1:
-            flat[AXIAL_MASS] += call_leg_mass(formula_at(formulas.leg_mass, row), (flat[U], p))
+            flat[AXIAL_MASS] += call_leg_mass(formula_at(formulas.leg_mass, row), (flat[U], pointer(by_run, first)))
+        elif n == MANY and not with_work:
+            call_leg_mass_lanes(formula, (memory, from_row(by_lane, first), 0, n))
         else:
-            rows, mass = from_row(by_lane, parameter_place(formulas.leg_mass, row)), pointer(flat, AXIAL_MASS * n)
-            call_leg_mass_lanes(lanes_formula_at(formulas.leg_mass, row), (u, p, size, rows, mass, n, together))
+            call_leg_mass_lanes(formula, (memory, pointer(by_run, first), size, n))
 
 
 @njit(cache=True, error_model="numpy", forceinline=True)
@@ -203,22 +204,29 @@ def transverse_inertia(w: Rows, flat: Array, by_lane: Rows, by_run: Array, formu
 
 
 @njit(cache=True, error_model="numpy", forceinline=True)
-def resist_in_joint(w: Rows, flat: Array, by_lane: Rows, by_run: Array, formulas: FormulaPointers, n: int, with_work: bool) -> None:
-    """Sum of the resistances that effects put into a joint that turns at JOINT_RATE, N m s, into EACH, and the power of each."""
-    size = len(by_run) // n
-    w[EACH] = 0.0
+def resist_in_joints(w: Rows, flat: Array, by_lane: Rows, by_run: Array, formulas: FormulaPointers, n: int, with_work: bool) -> None:
+    """Sum of what effects put into the joints of the leg at hand against their JOINT_RATE, N m s, and the power of each."""
+    w[RESISTANCE] = w[RESISTANCE + 1] = 0.0
     for row in range(formulas.joint_resistance[1]):
         first, for_all = parameter_place(formulas.joint_resistance, row), form_for_all(formulas.joint_resistance, row, n, with_work)
         if for_all != 0:
-            call_joint_resistance_lanes(for_all, (pointer(flat, JOINT_RATE * n), from_row(by_lane, first), pointer(flat, EACH * n)))
-            continue
-        formula = formula_at(formulas.joint_resistance, row)
+            call_joint_resistance_lanes(for_all, (pointer(flat, JOINT_RATE * n), from_row(by_lane, first), pointer(flat, RESISTANCE * n)))
+        else:
+            power = power_row(formulas.leg_force[1] + row, n)
+            resist_run_by_run(flat, by_run, formula_at(formulas.joint_resistance, row), first, power, n, with_work)
+
+
+@njit(cache=True, error_model="numpy", forceinline=True)
+def resist_run_by_run(w: Array, by_run: Array, formula: int, first: int, power: int, n: int, with_work: bool) -> None:
+    """The same by one formula, run by run; its power stands from `power` on."""
+    size = len(by_run) // n
+    for joint in range(2):
         for i in range(n):
-            rate = flat[JOINT_RATE * n + i]
+            rate = w[(JOINT_RATE + joint) * n + i]
             resistance = call_joint_resistance(formula, (rate, pointer(by_run, i * size + first)))
-            flat[EACH * n + i] += resistance
+            w[(RESISTANCE + joint) * n + i] += resistance
             if with_work:
-                flat[power_row(formulas.leg_force[1] + row, n) + i] -= resistance * rate * rate
+                w[power + i] -= resistance * rate * rate
 
 
 @njit(cache=True, error_model="numpy", forceinline=True)

@@ -50,9 +50,11 @@ LEG_BEFORE = LEG_VALUE + LEG_SIZE  # elongation, hysteretic force, elongation at
 LENGTH = LEG_BEFORE + 4
 U, V, BIAS, ARM, AXIS, LEVER = LENGTH + 1, LENGTH + 2, LENGTH + 3, LENGTH + 4, LENGTH + 7, LENGTH + 10
 H = LENGTH + 13  # lower and upper asymptote before, lower and upper now
-R, STOP_FORCE, ADDED, AXIAL_MASS, G, SLOPE, EACH, STRIP_NOW, EASED, JOINT_RATE = range(H + 4, H + 14)
+R, STOP_FORCE, ADDED, AXIAL_MASS, G, SLOPE, EACH, STRIP_NOW, EASED, PER_LENGTH = range(H + 4, H + 14)
+# Angular speed of its two joints and what resists them, each at the base and at the platform.
+JOINT_RATE, RESISTANCE = PER_LENGTH + 1, PER_LENGTH + 3
 # What the legs do, six rows each: elongation, speed, hysteretic, stop and whole force, elongation of the strip.
-OUT = JOINT_RATE + 1
+OUT = RESISTANCE + 2
 OUT_V, OUT_R, OUT_STOP, OUT_FORCE, OUT_STRIP = OUT + LEGS, OUT + 2 * LEGS, OUT + 3 * LEGS, OUT + 4 * LEGS, OUT + 5 * LEGS
 # Time at the start of the step at hand and length of the step; when the legs stood as kept, and when they are looked at.
 TIME, STEP, TIME_BEFORE, TIME_NOW = range(OUT + 6 * LEGS, OUT + 6 * LEGS + 4)
@@ -88,6 +90,9 @@ OWN, OWN_NEXT = EVENT + 1, EVENT + 1 + OWN_SIZE  # what the law keeps
 QUEUED = OWN_NEXT + OWN_SIZE  # commands under way, each with the time from which it holds
 TAKEN, QUEUE, QUEUE_LENGTH = QUEUED + 1, QUEUED + 2, 64
 CONTROL_ROWS = QUEUE + 7 * QUEUE_LENGTH
+
+# How far the later stages of a step of three look ahead, as a part of it (Heun's method of third order).
+FIRST_OF_THREE, SECOND_OF_THREE = 1.0 / 3.0, 2.0 / 3.0
 
 # How many runs stand side by side: one alone, a few, or as many as fill the registers.
 ALONE, FEW, MANY = 1, 4, 16

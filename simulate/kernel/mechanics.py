@@ -16,7 +16,7 @@ from numba import njit
 
 from measure.common.arrays import Array
 from simulate.dispatch.formulas import FormulaPointers
-from simulate.dispatch.lanes import Lanes, Rows, any_of, chosen
+from simulate.dispatch.lanes import Lanes, Rows, any_of, chosen, inverse_root
 from simulate.kernel import contributions
 from simulate.kernel.layout import (
     ADDED,
@@ -44,6 +44,7 @@ from simulate.kernel.layout import (
     OUT_STOP,
     OUT_STRIP,
     OUT_V,
+    PER_LENGTH,
     RATE,
     RIGHT,
     ROTATION,
@@ -63,7 +64,9 @@ from simulate.kernel.layout import (
     U,
     V,
 )
-from simulate.law import advance
+from simulate.law import advance, remaining
+
+_EASED = 6.0  # smoothing lengths from which a stop has set in to the last digit
 
 
 @njit(cache=True, error_model="numpy", forceinline=True)
@@ -123,8 +126,8 @@ def leg_kinematics(w: Rows) -> None:
     ex = w[TRIAL] + rx - w[LEG_VALUE]
     ey = w[TRIAL + 1] + ry - w[LEG_VALUE + 1]
     ez = w[TRIAL + 2] + rz - w[LEG_VALUE + 2]
-    length = math.sqrt(ex * ex + ey * ey + ez * ez)
-    per = 1.0 / length
+    squared = ex * ex + ey * ey + ez * ez
+    length, per = math.sqrt(squared), inverse_root(squared)
     ex, ey, ez = ex * per, ey * per, ez * per
     ox, oy, oz = w[TRIAL + 10], w[TRIAL + 11], w[TRIAL + 12]
     sx, sy, sz = oy * rz - oz * ry, oz * rx - ox * rz, ox * ry - oy * rx
@@ -133,7 +136,7 @@ def leg_kinematics(w: Rows) -> None:
     # centripetal part of the joint along the leg, and the turning of the leg itself
     inward = ex * (oy * sz - oz * sy) + ey * (oz * sx - ox * sz) + ez * (ox * sy - oy * sx)
     w[BIAS] = inward + (px * px + py * py + pz * pz - v * v) * per
-    w[LENGTH] = length
+    w[LENGTH], w[PER_LENGTH] = length, per
     w[U] = length - w[LEG_VALUE + STOWED]
     w[V] = v
     w[ARM], w[ARM + 1], w[ARM + 2] = rx, ry, rz
@@ -156,12 +159,12 @@ def leg_forces(w: Rows, flat: Array, by_lane: Rows, by_run: Array, formulas: For
     travel = u - u0
     h0, h1 = chosen(travel > 0.0, w[H], w[H + 1]), chosen(travel > 0.0, w[H + 2], w[H + 3])
     w[R] = advance(w[LEG_BEFORE + 1], travel, h0, h1, w[line + 4])
-    stop_forces(w, flat, by_lane, n)
+    stop_forces(w, flat, by_lane, n, with_work)
     contributions.add_leg_forces(w, flat, by_lane, by_run, formulas, n, with_work)
 
 
 @njit(cache=True, error_model="numpy", forceinline=True)
-def stop_forces(w: Rows, flat: Array, by_lane: Rows, n: int) -> None:
+def stop_forces(w: Rows, flat: Array, by_lane: Rows, n: int, with_work: bool) -> None:
     """Force of the stops at both ends of the stroke, (k p + c |p|') erf(p / s) against a penetration p above zero.
 
     One stands at full length, the other where the strip is coiled up: at the stowed length, or at the length at the release where
@@ -171,21 +174,46 @@ def stop_forces(w: Rows, flat: Array, by_lane: Rows, n: int) -> None:
     p, side = chosen(over > 0.0, over, under), chosen(over > 0.0, -1.0, 1.0)
     w[STOP_FORCE] = 0.0
     if any_of(p > 0.0):
-        ease_in(w, flat, p, p / by_lane[STOP + 2], n)
+        ease_in(w, flat, p, p / by_lane[STOP + 2], n, with_work)
         speed = -side * w[V]
         force = side * (by_lane[STOP] * p + by_lane[STOP + 1] * speed) * w[EASED]
         w[STOP_FORCE] = chosen(p > 0.0, force, 0.0)
 
 
 @njit(cache=True, error_model="numpy", forceinline=True)
-def ease_in(w: Rows, flat: Array, p: Lanes, x: Lanes, n: int) -> None:
-    """erf(x) into the row EASED, computed only where a leg has just reached its stop."""
+def ease_in(w: Rows, flat: Array, p: Lanes, x: Lanes, n: int, with_work: bool) -> None:
+    """erf(x) into the row EASED, computed only where a leg has just reached its stop; with account of work by the library, run by run."""
     w[EASED] = 1.0
-    if any_of((p > 0.0) & (x < 6.0)):
-        w[EASED] = x
-        for i in range(n):
-            x_i = flat[EASED * n + i]
-            flat[EASED * n + i] = math.erf(x_i) if 0.0 < x_i < 6.0 else 1.0
+    easing = (p > 0.0) & (x < _EASED)
+    if any_of(easing):
+        if with_work:
+            w[EASED] = x
+            for i in range(n):
+                x_i = flat[EASED * n + i]
+                flat[EASED * n + i] = math.erf(x_i) if 0.0 < x_i < _EASED else 1.0
+        else:
+            w[EASED] = chosen(easing, error_function(chosen(easing, x, 0.0)), 1.0)
+
+
+@njit(cache=True, error_model="numpy", forceinline=True)
+def error_function(x: Lanes) -> Lanes:
+    """erf(x) for 0 <= x <= 6 to 1e-15: 1 - exp(-x^2) P(t) / (1 + 2 x), t = 9 / (x + 3) - 2.
+
+    P is the Chebyshev series of (1 + 2 x) exp(x^2) erfc(x) up to degree 18, written in powers of t; what is left off is below 1e-16.
+    """
+    wide, high = x + 3.0, 1.0 + 2.0 * x
+    per = 1.0 / (wide * high)
+    t = 9.0 * per * high - 2.0
+    t2 = t * t
+    t4 = t2 * t2
+    t8 = t4 * t4
+    a = (1.28634166581727 + t * 0.025471885548613283) + t2 * (-0.12735942774306006 - t * 0.11341004764045223)
+    b = (-0.054129044084213485 - t * 0.015381524492546931) + t2 * (-0.0019191155915813495 + t * 2.755877062984942e-4)
+    c = (1.1950144253883473e-4 - t * 3.7357448137977576e-6) + t2 * (-6.216402262604243e-6 + t * 1.6837257468510623e-7)
+    d = (3.4540280463554684e-7 - t * 2.761978908117735e-8) + t2 * (-1.895283376484912e-8 + t * 3.4131903750887e-9)
+    e = (8.316153202388638e-10 - t * 2.465741772990729e-10) - t2 * 1.677823983457615e-11
+    left = (a + t4 * b) + t8 * ((c + t4 * d) + t8 * e)
+    return 1.0 - remaining(x * x) * left * (per * wide)
 
 
 @njit(cache=True, error_model="numpy", forceinline=True)

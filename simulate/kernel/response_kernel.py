@@ -16,7 +16,7 @@ from measure.common.arrays import Array
 from simulate.dispatch.formulas import FormulaTable, pointers_of
 from simulate.dispatch.intrinsics import uncounted
 from simulate.dispatch.lanes import Lanes, Mask, Rows, all_of, any_of, chosen, larger, rows_at, smaller
-from simulate.kernel.block import Block, block_memory, bounded, first_stage, later_stages, on_cache_line, release
+from simulate.kernel.block import Block, block_memory, bounded, first_stage, later_stages, on_cache_line, release, two_later_stages
 from simulate.kernel.layout import (
     BEYOND,
     CENTRE,
@@ -39,7 +39,7 @@ from simulate.kernel.layout import (
     TAKEN_OUT,
     TIME,
 )
-from simulate.kernel.step_division import own_step
+from simulate.kernel.step_division import own_step, step_near_rest
 from simulate.model.responses import (
     BEFORE_STOP,
     CONTROL_ENERGY,
@@ -74,6 +74,10 @@ class Pace(NamedTuple):
     part: float
     between: float
     samples: int
+    near_rest: float
+    slow: float
+    per_braking: float
+    stages: int
 
 
 @njit(cache=True, parallel=True, error_model="numpy")
@@ -108,7 +112,10 @@ def respond_runs(block: Block, values: Array, followed: Array, pace: Pace, full_
         run_of[i], begun = begin_next(block, followed, i, values, begun)
     while ended < len(values):
         set_step(w, p, f, pace, controlled)
-        later_stages(block)
+        if pace.stages == 3:
+            two_later_stages(block)
+        else:
+            later_stages(block)
         w[TIME] = f[UNTIL]
         first_stage(block)
         follow(w, p, f, followed, full_height, pace)
@@ -142,6 +149,7 @@ def set_step(w: Rows, p: Rows, f: Rows, pace: Pace, controlled: bool) -> None:
     end = (f[FRAME] + 1.0) * pace.frame
     left, step = end - w[TIME], own_step(w, p, pace.frame, pace.at_stops, pace.part)
     if controlled:
+        step = smaller(step_near_rest(w, pace.near_rest, pace.slow, pace.per_braking), step)
         step = smaller(w[CONTROL + EVENT] - w[TIME], step)
     last = step > left - _ROUNDING * pace.frame
     w[STEP] = chosen(last, left, step)

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import math
 from typing import Any
 
 from numba import njit
 
-from simulate.dispatch.lanes import Rows
+from simulate.dispatch.lanes import Rows, inverse_root
 from simulate.kernel.layout import KINETIC, RATE, RIGHT, ROTATION, SYSTEM, TRIAL
 
 
@@ -49,27 +48,27 @@ def kinetic_energy(w: Rows) -> None:
 @njit(cache=True, error_model="numpy", forceinline=True)
 def solve(w: Rows) -> None:
     """Solve the 6 x 6 systems by Cholesky; the accelerations replace the right side. Written out, so that it stays in registers."""
-    l00 = 1.0 / math.sqrt(w[SYSTEM])
+    l00 = inverse_root(w[SYSTEM])
     l10 = w[SYSTEM + 1] * l00
-    l11 = 1.0 / math.sqrt(w[SYSTEM + 2] - l10 * l10)
+    l11 = inverse_root(w[SYSTEM + 2] - l10 * l10)
     l20 = w[SYSTEM + 3] * l00
     l21 = (w[SYSTEM + 4] - l20 * l10) * l11
-    l22 = 1.0 / math.sqrt(w[SYSTEM + 5] - l20 * l20 - l21 * l21)
+    l22 = inverse_root(w[SYSTEM + 5] - l20 * l20 - l21 * l21)
     l30 = w[SYSTEM + 6] * l00
     l31 = (w[SYSTEM + 7] - l30 * l10) * l11
     l32 = (w[SYSTEM + 8] - l30 * l20 - l31 * l21) * l22
-    l33 = 1.0 / math.sqrt(w[SYSTEM + 9] - l30 * l30 - l31 * l31 - l32 * l32)
+    l33 = inverse_root(w[SYSTEM + 9] - l30 * l30 - l31 * l31 - l32 * l32)
     l40 = w[SYSTEM + 10] * l00
     l41 = (w[SYSTEM + 11] - l40 * l10) * l11
     l42 = (w[SYSTEM + 12] - l40 * l20 - l41 * l21) * l22
     l43 = (w[SYSTEM + 13] - l40 * l30 - l41 * l31 - l42 * l32) * l33
-    l44 = 1.0 / math.sqrt(w[SYSTEM + 14] - l40 * l40 - l41 * l41 - l42 * l42 - l43 * l43)
+    l44 = inverse_root(w[SYSTEM + 14] - l40 * l40 - l41 * l41 - l42 * l42 - l43 * l43)
     l50 = w[SYSTEM + 15] * l00
     l51 = (w[SYSTEM + 16] - l50 * l10) * l11
     l52 = (w[SYSTEM + 17] - l50 * l20 - l51 * l21) * l22
     l53 = (w[SYSTEM + 18] - l50 * l30 - l51 * l31 - l52 * l32) * l33
     l54 = (w[SYSTEM + 19] - l50 * l40 - l51 * l41 - l52 * l42 - l53 * l43) * l44
-    l55 = 1.0 / math.sqrt(w[SYSTEM + 20] - l50 * l50 - l51 * l51 - l52 * l52 - l53 * l53 - l54 * l54)
+    l55 = inverse_root(w[SYSTEM + 20] - l50 * l50 - l51 * l51 - l52 * l52 - l53 * l53 - l54 * l54)
     y0 = w[RIGHT] * l00
     y1 = (w[RIGHT + 1] - l10 * y0) * l11
     y2 = (w[RIGHT + 2] - l20 * y0 - l21 * y1) * l22

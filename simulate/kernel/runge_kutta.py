@@ -6,7 +6,6 @@ function it would be compiled anew inside every one of them.
 
 from __future__ import annotations
 
-import math
 from typing import Any
 
 from numba import cfunc, njit
@@ -16,10 +15,11 @@ from measure.common.arrays import Array
 from simulate.control.control_loop import add_control
 from simulate.dispatch.compiled_code import compiled_once
 from simulate.dispatch.formulas import STAGE, FormulaPointers, pointers_at
-from simulate.dispatch.lanes import Rows, chosen, from_row, larger, rows_at
+from simulate.dispatch.lanes import Rows, chosen, from_row, inverse_root, larger, rows_at
 from simulate.kernel.contributions import add_platform_wrenches, count_working, keep_leg_for_control, power_row
 from simulate.kernel.layout import (
     ELONGATION,
+    FIRST_OF_THREE,
     HEADING,
     LEAST_TRAVEL,
     LEGS,
@@ -28,6 +28,7 @@ from simulate.kernel.layout import (
     OUT_STRIP,
     POWERS,
     RATE,
+    SECOND_OF_THREE,
     STATE,
     STATES,
     STEP,
@@ -51,7 +52,7 @@ from simulate.kernel.mechanics import (
 )
 from simulate.kernel.moving_base import base_energy, base_rates, eliminate_base, look_from_base, stand_on_base
 from simulate.kernel.rigid_body import kinetic_energy, rotate, solve, state_rates
-from simulate.kernel.transverse import add_joint_friction, add_transverse
+from simulate.kernel.transverse import act_across, add_transverse_mass
 
 
 @compiled_once
@@ -102,12 +103,13 @@ def add_legs(w: Rows, flat: Array, by_lane: Rows, by_run: Array, formulas: Formu
         load_leg(w, by_lane, leg)
         leg_kinematics(w)
         leg_forces(w, flat, by_lane, by_run, formulas, n, with_work)
+        if formulas.leg_transverse[1] + formulas.joint_resistance[1] > 0:
+            act_across(w, flat, by_lane, by_run, formulas, n, with_work)
         push_platform(w, with_work)
         if formulas.leg_transverse[1] > 0:
-            add_transverse(w, flat, by_lane, by_run, formulas, n, with_work)
-        if formulas.joint_resistance[1] > 0:
-            add_joint_friction(w, flat, by_lane, by_run, formulas, n, with_work)
-        if formulas.leg_mass[1] + formulas.leg_transverse[1] > 0:
+            add_transverse_mass(w)
+            add_axial_mass(w)
+        elif formulas.leg_mass[1] > 0:
             add_axial_mass(w)
         if formulas.control[1] > 0:
             keep_leg_for_control(w, formulas, leg, n, with_work)
@@ -145,7 +147,7 @@ def finish_step(w: Rows, formulas: FormulaPointers, n: int, with_work: bool) -> 
         for k in range(working):
             powers[2 * working + k] += part * powers[working + k]
     a, b, c, d = w[STATE + 3], w[STATE + 4], w[STATE + 5], w[STATE + 6]
-    per = 1.0 / math.sqrt(a * a + b * b + c * c + d * d)
+    per = inverse_root(a * a + b * b + c * c + d * d)
     w[STATE + 3], w[STATE + 4], w[STATE + 5], w[STATE + 6] = a * per, b * per, c * per, d * per
     for k in range(STATES):
         w[TRIAL + k] = w[STATE + k]
@@ -175,9 +177,9 @@ def set_trial_state(w: Rows, ahead: float) -> None:
 
 @njit(cache=True, error_model="numpy", forceinline=True)
 def accumulate(w: Rows, formulas: FormulaPointers, ahead: float, n: int, with_work: bool) -> None:
-    """Weigh the rates of a stage into the sums of the step: 1, 2, 2, 1."""
-    keep = 0.0 if ahead == 0.0 else 1.0
-    weight = 2.0 if ahead == 0.5 else 1.0
+    """Weigh the rates of a stage into the sums of the step: 1, 2, 2, 1 sixths, or of three stages 3/2, 0, 9/2 sixths (Heun)."""
+    keep = 0.0 if ahead == 0.0 else 1.5 if ahead == SECOND_OF_THREE else 1.0
+    weight = 2.0 if ahead == 0.5 else 4.5 if ahead == SECOND_OF_THREE else 0.0 if ahead == FIRST_OF_THREE else 1.0
     for k in range(STATES + POWERS):
         w[TOTAL + k] = keep * w[TOTAL + k] + weight * w[RATE + k]
     if with_work:

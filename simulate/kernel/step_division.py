@@ -74,6 +74,18 @@ def own_step(w: Rows, by_lane: Rows, longest: float, at_stops: float, part: floa
 
 
 @njit(cache=True, error_model="numpy", forceinline=True)
+def step_near_rest(w: Rows, shortest: float, slow: float, per_braking: float) -> Lanes:
+    """How far each run may go where dry friction is stiff near rest, s: until its slowest leg could have slowed down to `slow`.
+
+    shortest : the step that the friction asks for. per_braking : over the largest deceleration, s^2/m.
+    """
+    slowest = abs(w[OUT_V])
+    for leg in range(1, LEGS):
+        slowest = smaller(abs(w[OUT_V + leg]), slowest)
+    return larger((slowest - slow) * per_braking, shortest)
+
+
+@njit(cache=True, error_model="numpy", forceinline=True)
 def way_at_stop(inside: Lanes, inwards: Lanes, smoothing: Lanes, part: float) -> Lanes:
     """How far a leg may move in a step that stands so far inside a stop and moves inwards so fast, m."""
     setting_in, behind = _SET_IN * smoothing, _BEHIND * smoothing

@@ -11,6 +11,7 @@ import numpy as np
 
 from measure.common.errors import InputError
 from simulate.kernel.response_kernel import Pace
+from simulate.model.control import Controller
 from simulate.model.effect import Effect
 from simulate.model.model import Model
 from simulate.model.rig import LEGS, longest_arm
@@ -20,6 +21,8 @@ LONGEST_FLIGHT_S = 2.0e-3  # of a sweep's runs, whose steps are their own
 _SETTING_IN = 0.35  # of a stop's smoothing length, in one of them
 _AT_STOPS = 2.0  # times the step of a single deployment, which has the same for flight and stops
 _STEPS_A_RADIAN = 5.0
+_STABLE = 0.125  # of the slope of a controller's dry friction at rest: with it the step is at 0.6 of the limit of stability
+_SET_IN = 3.0  # times the speed at which dry friction sets in: its slope is a hundredth there
 _MOST_STEPS = 5_000_000  # some 20 s on one core; the run is repeated with half the step
 _MOST_SAMPLES = 2_000_000  # some 600 MB
 _SLOW = 1e-5  # m/s and m: small against what eases friction in
@@ -35,20 +38,22 @@ def longest_flight() -> float:
     return LONGEST_FLIGHT_S
 
 
-def step_of(model: Model, longest: float = LONGEST_STEP_S) -> float:
+def step_of(model: Model, longest: float = LONGEST_STEP_S, near_rest: bool = True) -> float:
     """The step for a model: a fraction of its stiffest time constant, at most half a millisecond unless told otherwise.
 
     The sampling rate is not the step: a step of 1 ms loses most runs of the paper's design at the stops. Stiff are the
     stops, as a spring, w = sqrt(6 k / m), and as a damper, 6 c / m, on the platform's mass and on its smallest inertia seen
     at the joints, and likewise what effects add, dry friction by its slope at rest. The hysteresis is exact in the
     elongation and asks for nothing.
+
+    near_rest : whether the dry friction of a controller is near rest, where alone it is stiff.
     """
     if model.simulation.step_s is not None:
         return model.simulation.step_s
     at = model.adjusted()
     mass = at.gravity.mass_factor * _lightest_mass(at)
     added = [_stiffness(effect, at) for effect in at.effects]
-    added += [] if at.controller is None else [tuple(LEGS * part for part in at.controller.stiffness(at))]
+    added += [] if at.controller is None else [_controller_stiffness(at.controller, at, near_rest)]
     spring = LEGS * at.end_stop.stiffness_N_per_m + sum(k for k, _ in added)
     damper = LEGS * at.end_stop.damping_N_s_per_m + sum(c for _, c in added)
     with np.errstate(over="ignore", divide="ignore", invalid="ignore"):
@@ -77,6 +82,14 @@ def _stiffness(effect: Effect, model: Model) -> tuple[float, float]:
         arm = longest_arm(model)
         damper += LEGS * effect.joint_resistance(0.0, p) * (1.0 / max(arm, 0.02) ** 2 + 1.0 / 0.2**2)
     return spring, damper
+
+
+def _controller_stiffness(controller: Controller, model: Model, near_rest: bool) -> tuple[float, float]:
+    """Spring and damper of a controller on all legs, N/m and N s/m, near rest with its dry friction, which sets in as tanh(v / speed)."""
+    spring, damper = controller.stiffness(model)
+    force, speed = controller.dry_friction()
+    slope = _STABLE * force / speed if near_rest else 0.0
+    return LEGS * spring, LEGS * max(damper, slope)
 
 
 def _force(effect: Effect, p: list[float], x: float, v: float) -> Any:
@@ -109,7 +122,8 @@ def pace_of(model: Model, longest: float = LONGEST_FLIGHT_S) -> Pace:
     """The steps of a sweep's runs: in flight as long as told where nothing is stiff, at a stop as its stiffness asks.
 
     All steps are in proportion to `longest`, so that half of it halves them. A model that gives a step gives both. With a controller none
-    goes beyond its next sample, or the next command that arrives, so these ask for nothing. Brakes turn about where legs rest at a stop,
+    goes beyond its next sample, or the next command that arrives, so these ask for nothing. Its dry friction is stiff near rest only: a
+    step is as short as that asks where a leg is slow, or could have become slow at its end. Brakes turn about where legs rest at a stop,
     so steps there are half as long.
 
     Raises
@@ -121,12 +135,30 @@ def pace_of(model: Model, longest: float = LONGEST_FLIGHT_S) -> Pace:
     given, between = model.simulation.step_s, 1.0 / model.simulation.sample_rate_Hz
     fineness = min(1.0, (given or longest) / LONGEST_FLIGHT_S)
     if given:
-        return Pace(_beside_samples(given, between), given, _SETTING_IN * fineness, between, samples)
+        return Pace(_beside_samples(given, between), given, _SETTING_IN * fineness, between, samples, given, 0.0, 0.0, 4)
     flying = replace(model, end_stop=replace(model.end_stop, stiffness_N_per_m=0.0, damping_N_s_per_m=0.0))
-    frame = step_of(flying, LONGEST_FLIGHT_S)
+    frame, near_rest = (fineness * step_of(flying, LONGEST_FLIGHT_S, slow) for slow in (False, True))
     braked = model.controller is not None and not model.controller.passive
     at_stops = (1.0 if braked else _AT_STOPS) * step_of(model, math.inf)
-    return Pace(fineness * frame, fineness * at_stops, _SETTING_IN * fineness, between, samples)
+    slow, per_braking = _slow_down(model)
+    return Pace(
+        frame, fineness * at_stops, _SETTING_IN * fineness, between, samples, near_rest, slow, fineness * per_braking, _stages(model)
+    )
+
+
+def _stages(model: Model) -> int:
+    """Stages of a step: three, of third order, where a controller's samples keep it to half of what it could be in flight or less."""
+    rate = getattr(model.controller, "sample_rate_Hz", None)
+    return 3 if rate is not None and rate * LONGEST_FLIGHT_S >= 2.0 - 1e-9 else 4
+
+
+def _slow_down(model: Model) -> tuple[float, float]:
+    """Speed below which a leg is near rest, m/s, and over the largest deceleration by dry friction, s^2/m."""
+    if model.controller is None:
+        return 0.0, 0.0
+    force, speed = model.controller.dry_friction()
+    at = model.adjusted()
+    return _SET_IN * speed, at.gravity.mass_factor * _lightest_mass(at) / (LEGS * force) if force > 0.0 else math.inf
 
 
 def _beside_samples(step: float, between: float) -> float:
@@ -136,8 +168,8 @@ def _beside_samples(step: float, between: float) -> float:
 
 def finest(paces: Iterable[Pace]) -> Pace:
     """The finest of the paces of models that share duration and sampling."""
-    frames, at_stops, parts, between, samples = zip(*paces, strict=True)
-    return Pace(min(frames), min(at_stops), min(parts), between[0], samples[0])
+    frames, at_stops, parts, between, samples, near_rest, slow, per_braking, stages = zip(*paces, strict=True)
+    return Pace(min(frames), min(at_stops), min(parts), between[0], samples[0], min(near_rest), max(slow), min(per_braking), max(stages))
 
 
 def grid(model: Model, longest: float = LONGEST_STEP_S) -> tuple[float, int, int]:

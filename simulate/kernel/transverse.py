@@ -10,59 +10,71 @@ from measure.common.arrays import Array
 from simulate.dispatch.formulas import FormulaPointers
 from simulate.dispatch.lanes import Lanes, Rows
 from simulate.kernel import contributions
-from simulate.kernel.layout import ARM, AXIAL_MASS, AXIS, EACH, JOINT_RATE, LENGTH, RIGHT, SLOPE, SYSTEM, TRIAL, G, V
+from simulate.kernel.layout import ARM, AXIAL_MASS, AXIS, JOINT_RATE, PER_LENGTH, RESISTANCE, RIGHT, SLOPE, SYSTEM, TRIAL, G, V
 
 Triple = tuple[Lanes, Lanes, Lanes]
 
 
 @njit(cache=True, error_model="numpy", forceinline=True)
-def add_transverse(w: Rows, flat: Array, by_lane: Rows, by_run: Array, formulas: FormulaPointers, n: int, with_work: bool) -> None:
-    """Inertia across the leg at hand, into the system; of its mass matrix the part along the leg goes off the inertia along it.
-
-    M_t = g (1 - n n'),   bias = g (1 - n n') c + g' l' v_t - n |v_t|^2 (g / l + g' / 2),   c = w x (w x r)
-
-    added as G' M_t G = g G' G - g J' J, G = [1, -[r]x].
-    """
-    contributions.transverse_inertia(w, flat, by_lane, by_run, formulas, n, with_work)
-    g, slope, length = w[G], w[SLOPE], w[LENGTH]
-    r, e, spin, moving = triple(w, ARM), triple(w, AXIS), triple(w, TRIAL + 10), across(w)
-    centripetal = cross(spin, cross(spin, r))
-    along = dot(e, centripetal) * g + dot(moving, moving) * (g / length + 0.5 * slope)
-    changing = slope * w[V]
-    push_across(
-        w,
-        (
-            along * e[0] - g * centripetal[0] - changing * moving[0],
-            along * e[1] - g * centripetal[1] - changing * moving[1],
-            along * e[2] - g * centripetal[2] - changing * moving[2],
-        ),
-    )
-    w[AXIAL_MASS] -= g
-    add_point_mass(w, g, r)
+def act_across(w: Rows, flat: Array, by_lane: Rows, by_run: Array, formulas: FormulaPointers, n: int, with_work: bool) -> None:
+    """What the leg at hand does across its direction, into the right side: the rest of its inertia, friction of its joints."""
+    nothing = 0.0 * w[V]
+    force = moment = (nothing, nothing, nothing)
+    if formulas.joint_resistance[1] > 0:
+        force, moment = joint_friction(w, flat, by_lane, by_run, formulas, n, with_work)
+    if formulas.leg_transverse[1] > 0:
+        contributions.transverse_inertia(w, flat, by_lane, by_run, formulas, n, with_work)
+        bias = transverse_bias(w)
+        force = force[0] - bias[0], force[1] - bias[1], force[2] - bias[2]
+    turned = cross(triple(w, ARM), force)
+    for k in range(3):
+        w[RIGHT + k] += force[k]
+        w[RIGHT + 3 + k] += turned[k] + moment[k]
 
 
 @njit(cache=True, error_model="numpy", forceinline=True)
-def add_joint_friction(w: Rows, flat: Array, by_lane: Rows, by_run: Array, formulas: FormulaPointers, n: int, with_work: bool) -> None:
-    """Friction of the two joints of the leg at hand: moment on the platform, and force at the platform joint.
+def transverse_bias(w: Rows) -> Triple:
+    """What of the inertia across the leg at hand does not depend on the acceleration, N at the platform joint.
 
-    The leg turns with w_l = n x v_t / l, and its joints resist w_l and w - w_l.
+    M_t = g (1 - n n'),   bias = g (1 - n n') c + g' l' v_t - n |v_t|^2 (g / l + g' / 2),   c = w x (w x r)
     """
-    e, spin, per = triple(w, AXIS), triple(w, TRIAL + 10), 1.0 / w[LENGTH]
-    swing = cross(e, across(w))
+    g, slope, r, e, spin, moving = w[G], w[SLOPE], triple(w, ARM), triple(w, AXIS), triple(w, TRIAL + 10), across(w)
+    centripetal = cross(spin, cross(spin, r))
+    along = dot(e, centripetal) * g + dot(moving, moving) * (g * w[PER_LENGTH] + 0.5 * slope)
+    changing = slope * w[V]
+    return (
+        g * centripetal[0] + changing * moving[0] - along * e[0],
+        g * centripetal[1] + changing * moving[1] - along * e[1],
+        g * centripetal[2] + changing * moving[2] - along * e[2],
+    )
+
+
+@njit(cache=True, error_model="numpy", forceinline=True)
+def joint_friction(
+    w: Rows, flat: Array, by_lane: Rows, by_run: Array, formulas: FormulaPointers, n: int, with_work: bool
+) -> tuple[Triple, Triple]:
+    """Friction of the two joints of the leg at hand: force at the platform joint, and moment on the platform.
+
+    The leg turns with w_l = n x v_t / l, and its joints resist w_l and w - w_l, with c_1 and c_2:
+
+        force = (c_2 w x n - (c_1 + c_2) v_t / l) / l,      moment = -c_2 (w - w_l)
+    """
+    e, spin, per, moving = triple(w, AXIS), triple(w, TRIAL + 10), w[PER_LENGTH], across(w)
+    swing = cross(e, moving)
     turning = (swing[0] * per, swing[1] * per, swing[2] * per)
     against = (spin[0] - turning[0], spin[1] - turning[1], spin[2] - turning[2])
-    w[JOINT_RATE] = math.sqrt(dot(turning, turning))
-    contributions.resist_in_joint(w, flat, by_lane, by_run, formulas, n, with_work)
-    base = w[EACH]
-    w[JOINT_RATE] = math.sqrt(dot(against, against))
-    contributions.resist_in_joint(w, flat, by_lane, by_run, formulas, n, with_work)
-    joint = w[EACH]
-    moment = (-joint * against[0], -joint * against[1], -joint * against[2])
-    on_leg = (-base * turning[0] - moment[0], -base * turning[1] - moment[1], -base * turning[2] - moment[2])
-    lever = cross(on_leg, e)
-    push_across(w, (lever[0] * per, lever[1] * per, lever[2] * per))
-    for k in range(3):
-        w[RIGHT + 3 + k] += moment[k]
+    w[JOINT_RATE], w[JOINT_RATE + 1] = math.sqrt(dot(turning, turning)), math.sqrt(dot(against, against))
+    contributions.resist_in_joints(w, flat, by_lane, by_run, formulas, n, with_work)
+    base, joint = w[RESISTANCE], w[RESISTANCE + 1]
+    held, lagging, sideways = joint * per, (base + joint) * per * per, cross(spin, e)
+    return (
+        (
+            held * sideways[0] - lagging * moving[0],
+            held * sideways[1] - lagging * moving[1],
+            held * sideways[2] - lagging * moving[2],
+        ),
+        (-joint * against[0], -joint * against[1], -joint * against[2]),
+    )
 
 
 @njit(cache=True, error_model="numpy", forceinline=True)
@@ -73,18 +85,14 @@ def across(w: Rows) -> Triple:
 
 
 @njit(cache=True, error_model="numpy", forceinline=True)
-def push_across(w: Rows, force: Triple) -> None:
-    """A force at the platform joint of the leg at hand, into the right side."""
-    turned = cross(triple(w, ARM), force)
-    for k in range(3):
-        w[RIGHT + k] += force[k]
-        w[RIGHT + 3 + k] += turned[k]
+def add_transverse_mass(w: Rows) -> None:
+    """Inertia across the leg at hand into the lower half of the mass matrix, its part along the leg off the inertia along it.
 
-
-@njit(cache=True, error_model="numpy", forceinline=True)
-def add_point_mass(w: Rows, g: Lanes, r: Triple) -> None:
-    """Adds g G' G to the lower half of the mass matrix: a mass at the end of the arm r."""
+    G' M_t G = g G' G - g J' J, G = [1, -[r]x]
+    """
+    g, r = w[G], triple(w, ARM)
     x, y, z = g * r[0], g * r[1], g * r[2]
+    w[AXIAL_MASS] -= g
     w[SYSTEM] += g
     w[SYSTEM + 2] += g
     w[SYSTEM + 5] += g

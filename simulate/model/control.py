@@ -89,6 +89,10 @@ class Controller(Law):
         del model
         return 0.0, 0.0
 
+    def dry_friction(self) -> tuple[float, float]:
+        """Largest dry friction along one leg, N, and the speed at which it has set in, m/s: legs near rest ask for shorter steps."""
+        return 0.0, self.brake_speed_m_per_s
+
     def table(self) -> dict[str, Any]:
         """The table `[controller]` of a model file."""
         return {"law": self.law, **{key: value for key, value in asdict(self).items() if value is not None}}
@@ -140,15 +144,18 @@ class SampledController(Controller):
         return self
 
     def stiffness(self, model: Rig) -> tuple[float, float]:
-        """Spring and damper of an ideal law, if its gains have the usual names, and of brakes at rest as far as they decide on stability.
+        """Spring and damper of an ideal law, if its gains have the usual names.
 
         What is sampled is held from step to step, so its gains ask for no shorter step.
         """
         del model
-        slope = slope_at_rest(self.force_limit_N, self.brake_speed_m_per_s) if self.actuator == "brake" else 0.0
         ideal = self.sample_rate_Hz is None
         spring, damper = (getattr(self, name, 0.0) if ideal else 0.0 for name in ("stiffness_N_per_m", "damping_N_s_per_m"))
-        return spring, max(damper, slope)
+        return spring, damper
+
+    def dry_friction(self) -> tuple[float, float]:
+        """That of the brakes."""
+        return self.force_limit_N if self.actuator == "brake" else 0.0, self.brake_speed_m_per_s
 
     def reseeded(self, by: int) -> SampledController:
         """The same with another noise."""
@@ -165,14 +172,6 @@ class SampledController(Controller):
 _NEED_A_RATE = (
     "delay_s", "lag_s", "sensor_noise_m", "sensor_step_m", "sensor_noise_rad", "sensor_step_rad", "observer_Hz", "failed_sensor",
 )  # fmt: skip
-
-_STABLE = 0.125  # of the slope of dry friction at rest: with it the step is at 0.6 of the limit of stability, and not far within
-
-
-def slope_at_rest(force_N: float, speed_m_per_s: float) -> float:
-    """Damping of dry friction that sets in as tanh(v / speed), N s/m, as far as the step has to follow it to stay stable."""
-    return _STABLE * force_N / speed_m_per_s
-
 
 Laws = Mapping[str, type[Controller]]
 

@@ -7,7 +7,8 @@ import pytest
 from numba import njit
 
 from simulate.dispatch import lane_functions as lane_functions
-from simulate.dispatch.lanes import all_of, any_of, chosen, from_row, larger, rows_at, smaller
+from simulate.dispatch.lanes import all_of, any_of, chosen, from_row, inverse_root, larger, rows_at, smaller
+from simulate.kernel.mechanics import error_function
 
 N = 8
 LEFT = np.array([-30.0, -1.5, -1e-9, 0.0, 0.3, 2.0, 40.0, 650.0])
@@ -57,6 +58,32 @@ def test_operators_are_those_of_numbers_to_the_last_digit(function):
 )
 def test_functions_are_those_of_the_library_to_some_last_digits(function, exact):
     np.testing.assert_allclose(computed(function), exact, rtol=5e-15, atol=0)
+
+
+def test_a_stop_sets_in_as_the_error_function_of_the_library():
+    @njit
+    def run(memory):
+        w = rows_at(memory, N, True)
+        w[1] = error_function(w[0])
+
+    for eight in np.linspace(0.0, 6.0, 4000).reshape(-1, N):
+        memory = np.concatenate([eight, np.zeros(N)])
+        run(memory)
+        np.testing.assert_allclose(memory[N:], [math.erf(x) for x in eight], rtol=0, atol=1e-15)
+
+
+def test_roots_of_a_sweep_are_those_of_the_library_to_the_last_digits():
+    @njit
+    def run(memory):
+        w = rows_at(memory, 16, True)
+        w[1], w[2] = math.sqrt(w[0]), inverse_root(w[0])
+
+    at = np.concatenate([[0.0, 1e-300, 4e-12, 1.0, 2.0, 3.0, 1e300, -1.0], np.random.default_rng(0).uniform(0.0, 9.0, 8)])
+    memory = np.concatenate([at, np.zeros(32)])
+    run(memory)
+    with np.errstate(all="ignore"):
+        np.testing.assert_allclose(memory[16:32], np.sqrt(at), rtol=1e-15)
+        np.testing.assert_allclose(memory[33:], 1.0 / np.sqrt(at[1:]), rtol=1e-15)
 
 
 @pytest.mark.parametrize("name", ["sin", "cos"])

@@ -60,6 +60,26 @@ def test_a_controller_without_sampling_keeps_the_long_steps_of_flight(prototype,
     assert pace_of(disparate(prototype, EVERY[name])).frame == pace_of(prototype).frame
 
 
+@pytest.mark.parametrize(
+    "controller",
+    [
+        OneWay(clutch_force_N=10.0),
+        replace(EVERY["profile"], sample_rate_Hz=None, delay_s=0.0, lag_s=0.0, sensor_noise_m=0.0, observer_Hz=None),
+    ],
+)
+def test_dry_friction_shortens_steps_near_rest_only(prototype, controller):
+    pace = pace_of(disparate(prototype, controller))
+    assert pace.frame == pace_of(prototype).frame
+    assert pace.near_rest < 0.5 * pace.frame
+    fastest = 1.0
+    assert (fastest - pace.slow) * pace.per_braking > pace.frame
+
+
+@pytest.mark.parametrize(("rate", "stages"), [(250.0, 4), (999.0, 4), (1000.0, 3), (4000.0, 3), (None, 4)])
+def test_steps_that_samples_keep_short_have_three_stages(prototype, rate, stages):
+    assert pace_of(disparate(prototype, replace(IDEAL, sample_rate_Hz=rate))).stages == stages
+
+
 @pytest.mark.parametrize("name", ["ideal brakes", "sampled brakes", "a camera", "a failed sensor"])
 def test_neighbours_change_no_digit(prototype, name):
     shifts = np.random.default_rng(1).uniform(-0.2, 0.2, (19, 6))
