@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -43,7 +44,8 @@ def test_a_second_name_has_a_quarter_of_the_probability_of_a_first_one_and_a_thi
 @pytest.mark.parametrize(("after", "is_half"), [(2.23, True), (2.24, False), (0.9, True)])
 def test_a_fit_halves_a_gap_by_the_squares_beyond_the_noise(after, is_half):
     """3^2 - 1 = 8, and 2.236^2 - 1 = 4."""
-    assert halves(SimpleNamespace(rms=3.0), SimpleNamespace(rms=after)) == is_half
+    fits: list[Any] = [SimpleNamespace(rms=rms) for rms in (3.0, after)]
+    assert halves(*fits) == is_half
 
 
 def test_five_per_cent_for_nothing_are_enough_to_say_nothing_if_noise_is_left():
