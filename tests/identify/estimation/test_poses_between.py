@@ -36,6 +36,8 @@ def test_behind_a_sample_that_is_not_finite_and_behind_the_last_one_nothing_is_s
     cut = poses_at(samples(4), np.array([0.5, 3.0, 3.1, 8.0]))
     assert cut[:2] == pytest.approx(whole[1:2] / 0.3 * np.array([[0.5], [3.0]]))
     assert np.isnan(cut[2:]).all()
+    assert poses_at(samples(4), np.array([0.5, 3.0])) == pytest.approx(cut[:2])
+    assert poses_at(samples(2), np.array([0.3])) == pytest.approx(whole[1:2])
     beyond = poses_at(samples(12), np.array([10.5, 11.5]))
     assert np.isfinite(beyond[0]).all()
     assert np.isnan(beyond[1]).all()
