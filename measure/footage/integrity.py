@@ -137,7 +137,7 @@ class _Changes:
     def copies(self) -> list[int]:
         """Numbers of the pictures that hardly change between two that do."""
         found: list[int] = []
-        n = 1
+        n = 2  # what changed before the first picture is not known
         while n < len(self.one) - 1:
             end = n
             while end < min(n + _LONGEST, len(self.one) - 1) and self.one[end] < _REPEATS * self.one[n - 1]:

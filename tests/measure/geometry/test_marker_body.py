@@ -32,3 +32,17 @@ def test_a_turned_body_is_as_well_known_as_one_that_is_not():
     turned = np.concatenate([still[:20], still[20:] @ Rotation.from_euler("z", 1.0).as_matrix().T])
     sigma = body_motion(turned).sigma  # type: ignore[union-attr]
     assert sigma[30, 5] == pytest.approx(sigma[5, 5], rel=1e-3)
+
+
+def test_a_body_that_goes_and_turns_away_from_the_origin_has_the_pose_of_its_centre():
+    """Whatever the place of the first frame: shift of the centroid, and the turn about it beyond half a turn."""
+    turn = np.linspace(0.0, 4.0, 30)
+    way = np.stack([0.1 * turn, -0.02 * turn**2, 0.3 * turn], axis=1)
+    corners = square_still(0.0, 1)[0] + [0.0, 0.01, 0.0]
+    corners = corners - corners.mean(axis=0)
+    moved = np.stack([corners @ Rotation.from_euler("z", a).as_matrix().T for a in turn]) + way[:, None] + [3.0, -2.0, 1.0]
+    found = body_motion(moved + np.random.default_rng(2).normal(0.0, 1e-7, moved.shape))
+    assert found is not None
+    assert found.pose[:, :3] == pytest.approx(way, abs=1e-5)
+    assert found.pose[:, 5] == pytest.approx(turn, abs=1e-5)
+    assert np.abs(found.pose[:, 3:5]).max() < 1e-5
