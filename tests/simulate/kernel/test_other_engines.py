@@ -14,6 +14,7 @@ from scipy.special import erf
 
 from measure.common.errors import InputError
 from simulate import effects as known
+from simulate.control.synchronise import Synchronise
 from simulate.deployment.deploy import deploy, deploy_checked
 from simulate.deployment.mujoco_export import mjcf_of, require_expressed
 from simulate.effects import AirDrag
@@ -139,12 +140,22 @@ class Driven:
         data.xfrc_applied[1, :3] = self.at_the_centre(data.xipos[1], velocity[3:], data.time)
 
 
-def played_in_mujoco(model, samples):
+class Braked(Driven):
+    """The same with brakes that keep the legs together: F = -s clip(s (k (u - mean u) + d (v - mean v)), 0, limit), s = tanh(v / v_0)."""
+
+    def along_the_legs(self, force, u, v, t):
+        c, side = self.model.controller, np.tanh(v / self.model.controller.brake_speed_m_per_s)
+        ahead = c.stiffness_N_per_m * (u - u.mean()) + c.damping_N_s_per_m * (v - v.mean())
+        brakes = -side * np.clip(side * ahead, 0.0, c.force_limit_N)
+        return super().along_the_legs(force, u, v, t) + brakes
+
+
+def played_in_mujoco(model, samples, drive=Driven):
     """Position and quaternion of the platform frame at our samples, from MuJoCo's RK4."""
-    engine = mujoco.MjModel.from_xml_string(mjcf_of(model))
+    engine = mujoco.MjModel.from_xml_string(mjcf_of(replace(model, controller=None)))
     data = mujoco.MjData(engine)
     mujoco.mj_forward(engine, data)
-    driven, poses = Driven(model, data.ten_length), []
+    driven, poses = drive(model, data.ten_length), []
     mujoco.set_mjcb_control(driven)
     try:
         for step in range(100 * (samples - 1) + 1):
@@ -172,6 +183,23 @@ def test_elevation_and_theta_z_agree_with_mujoco_up_to_full_height_with_every_ef
     theta_z = np.unwrap(2 * np.arctan2(poses[:, 6], poses[:, 3]))
     assert np.max(np.abs(np.degrees(theta_z - run.channels["theta_z_rad"][:samples]))) < 0.01
     assert np.max(np.abs(np.degrees(theta_z))) > 1.0, "nothing turned, nothing was tested"
+
+
+@with_mujoco
+@pytest.mark.calibrate
+@pytest.mark.parametrize("seed", range(5))
+def test_synchronised_brakes_hold_the_platform_in_mujoco_as_here_up_to_full_height(prototype, seed):
+    rig = random_rig(prototype, seed)
+    free = replace(rig, effects=tuple(effect for effect in rig.effects if not isinstance(effect, known.StribeckFriction)))
+    model = replace(free, controller=Synchronise(stiffness_N_per_m=1000.0, damping_N_s_per_m=20.0, force_limit_N=1.0))
+    run = deploy(model)
+    assert run.time_to_full_height_s is not None
+    samples = round(100 * run.time_to_full_height_s) + 1
+    poses = played_in_mujoco(model, samples, Braked)
+    theta_z, held = np.unwrap(2 * np.arctan2(poses[:, 6], poses[:, 3])), run.channels["theta_z_rad"][:samples]
+    assert np.max(np.abs(poses[:, 2] - run.channels["z_m"][:samples])) < 1e-5
+    assert np.max(np.abs(np.degrees(theta_z - held))) < 0.02
+    assert np.max(np.abs(deploy(free).channels["theta_z_rad"][:samples] - held)) > np.radians(0.5), "the brakes did something"
 
 
 @pytest.mark.slow
