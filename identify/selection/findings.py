@@ -123,7 +123,7 @@ def _raw(found: Weighed, name: str) -> tuple[Effect, Array, Array, Array, Array,
             problem.scales[rows],
             found.fit.q[rows],
             found.covariance[np.ix_(rows, rows)],
-            effect_spreads(problem, rows, found.fit.q[rows]),
+            effect_spreads(problem, rows, np.abs(found.fit.q[rows])),
             found.stand.bounds[:, rows],
         )
     return _forces(found)

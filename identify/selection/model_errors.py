@@ -117,7 +117,7 @@ def slight_errors(fit: Fitted[Posed]) -> tuple[tuple[Effect, float], ...]:
 def _determined(fit: Fitted[Posed], name: str) -> float:
     """How many parameters of an effect the measurements determine and not their priors; at least one."""
     rows = fit.problem.rows_of(name)
-    known = 1.0 - np.diag(fit.covariance)[rows] / effect_spreads(fit.problem, rows, fit.q[rows]) ** 2
+    known = 1.0 - np.diag(fit.covariance)[rows] / effect_spreads(fit.problem, rows, np.abs(fit.q[rows])) ** 2
     return max(1.0, float(np.sum(np.clip(known, 0.0, 1.0))))
 
 
@@ -134,9 +134,9 @@ def as_wide(known: Array, sizes: Array) -> Array:
 
     Parameters
     ----------
-    known : (n,) what the effect knows of itself, else infinite. sizes : (n,) of its parameters, in noticeable ones.
+    known : (n,) what the effect knows of itself, else infinite. sizes : (n,) that its parameters surely have, in noticeable ones.
     """
-    return np.where(np.isfinite(known), np.minimum(known, EFFECT_SPREAD), np.maximum(EFFECT_SPREAD, np.abs(sizes)))
+    return np.where(np.isfinite(known), np.minimum(known, EFFECT_SPREAD), np.maximum(EFFECT_SPREAD, sizes))
 
 
 def sizes_in_tolerances(fit: Fitted[Posed], name: str) -> dict[tuple[str, int], float]:

@@ -149,7 +149,7 @@ class _Shape:
     def looked_at(self, at: Weighed) -> tuple[_Shape, Gain]:
         """With a prior as wide as its amounts are large, and what it brings at a first look."""
         gain = at.first_look.gain(self.columns)
-        spread = as_wide(np.full(self.columns.count, self.known), gain.amounts)
+        spread = as_wide(np.full(self.columns.count, self.known), np.abs(gain.amounts))
         if np.array_equal(spread, self.columns.spread):
             return self, gain
         wider = replace(self.columns, spread=spread)
@@ -224,7 +224,7 @@ def _with_shape_free(at: Weighed, effect: Effect, sizes: Array) -> tuple[float, 
     new = problem.rows_of(effect.name)
     gaps, slopes = problem.jacobian(np.concatenate([at.fit.q, sizes]), new.tolist())
     low, high = np.array([(problem.parameters[k].low, problem.parameters[k].high) for k in new]).T
-    columns = Columns(slopes[:m], effect_spreads(problem, new, sizes), sizes, low, high)
+    columns = Columns(slopes[:m], effect_spreads(problem, new, np.abs(sizes)), sizes, low, high)
     both = at.beside(columns, {effect.name}, shift=(gaps - at.fit.gaps)[:m])
     return both.log_z, both, np.clip(both.likelier.amounts[-len(sizes) :], low, high)
 

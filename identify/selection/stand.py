@@ -13,7 +13,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from identify.criteria import NOTHING, SURE_MISFIT, WITHIN
+from identify.criteria import ANYWHERE, NOTHING, SURE_MISFIT, TWO_SIDED_95, WITHIN
 from identify.estimation.least_squares import updated_slopes
 from identify.estimation.noise_model import ChannelNoise, log_likelihood, spacing
 from identify.estimation.problem import Fit, Problem
@@ -131,7 +131,10 @@ class Stand:
         """What the hypothesis adds: its effects where they stand."""
         fit, m, first = self.fit, self.fit.problem.measured, self.fit.problem.first_effect
         kept = np.setdiff1d(np.arange(first, len(fit.q)), self._out)
-        return Columns(fit.jacobian[:m, kept], effect_spreads(fit.problem, kept, fit.q[kept]), fit.q[kept], *self.bounds[:, kept])
+        information = fit.jacobian.T @ fit.jacobian + ANYWHERE**-2.0 * np.eye(len(fit.q))
+        deviation = np.sqrt(np.diag(np.linalg.inv(information))[kept])
+        sure = np.abs(fit.q[kept]) - TWO_SIDED_95 * deviation
+        return Columns(fit.jacobian[:m, kept], effect_spreads(fit.problem, kept, sure), fit.q[kept], *self.bounds[:, kept])
 
     @property
     def _out(self) -> NDArray[np.intp]:

@@ -20,7 +20,7 @@ NAME = "eddy-damping"
 
 
 def test_a_prior_is_as_wide_as_the_effect_is_large_unless_more_is_known():
-    known, sizes = np.array([np.inf, np.inf, 3.0, 30.0]), np.array([2.0, -200.0, 200.0, 200.0])
+    known, sizes = np.array([np.inf, np.inf, 3.0, 30.0]), np.array([2.0, 200.0, 200.0, 200.0])
     assert as_wide(known, sizes) == pytest.approx([EFFECT_SPREAD, 200.0, 3.0, EFFECT_SPREAD])
 
 
