@@ -100,6 +100,7 @@ def first_named(name: str, seed: int) -> str:
     return name if name in as_well else found.trials[0].name
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["hub-inertia", "viscous-friction", "sensor-lag"])
 def test_an_effect_at_five_times_the_detectable_size_is_named_first(name):
     assert first_named(name, 1) in {name} | ALIKE.get(name, set())

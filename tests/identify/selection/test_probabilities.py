@@ -108,9 +108,9 @@ def test_an_uncertain_verdict_keeps_its_slight_names():
     assert doing_without(partly, A) == partly
 
 
-def test_a_prior_is_as_wide_as_the_effect_is_large_but_for_what_it_knows_of_itself():
+def test_a_prior_is_as_wide_as_the_effect_is_surely_large_but_for_what_it_knows_of_itself():
     known = np.array([np.inf, np.inf, np.inf, 3.0, 20.0])
-    assert as_wide(known, np.array([1.0, -50.0, 50.0, 90.0, 90.0])).tolist() == [10.0, 50.0, 50.0, 3.0, 10.0]
+    assert as_wide(known, np.array([1.0, -50.0, 50.0, 90.0, 90.0])).tolist() == [10.0, 10.0, 50.0, 3.0, 10.0]
 
 
 COVARIANCE = np.array([[1.0, 0.8, 0.0], [0.8, 1.0, 0.0], [0.0, 0.0, 4.0]])
