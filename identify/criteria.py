@@ -34,7 +34,7 @@ DEGREES = 5.0
 """Degrees of freedom of Student's t for the noise: heavy enough for one outlier in a hundred, and finite in its fourth moment nearly."""
 
 EFFECT_SPREAD = 10.0
-"""Prior of an effect's parameter, one standard deviation in noticeable sizes; of a larger effect as many as it has, see `as_wide`."""
+"""Prior of an effect's parameter, one standard deviation in noticeable sizes; of a surely larger one its size, see `as_wide`."""
 
 # ---------------------------------------------------------------- estimation: what a fit is worth
 
@@ -59,7 +59,7 @@ TWO_SIDED_95 = 1.96
 """Standard deviations to either end of a 95 % interval of a normal distribution."""
 
 ANYWHERE = 1e4
-"""Standard deviations, in the scale of a loop, of a zero that nothing tells beforehand: wide enough to say nothing."""
+"""Standard deviations, in its scale, of a loop's zero or another parameter that nothing tells beforehand: wide enough to say nothing."""
 
 ZEROS_DIFFER = 3.0
 """Standard errors, root mean square over the loops, from which on their zeros differ: by chance once in a thousand for two loops."""

@@ -128,7 +128,7 @@ class Stand:
 
     @cached_property
     def columns(self) -> Columns:
-        """What the hypothesis adds: its effects where they stand."""
+        """What the hypothesis adds: its effects where they stand. Surely they are as large as there, less two standard errors."""
         fit, m, first = self.fit, self.fit.problem.measured, self.fit.problem.first_effect
         kept = np.setdiff1d(np.arange(first, len(fit.q)), self._out)
         information = fit.jacobian.T @ fit.jacobian + ANYWHERE**-2.0 * np.eye(len(fit.q))

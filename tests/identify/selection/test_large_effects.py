@@ -8,20 +8,13 @@ import numpy as np
 import pytest
 from scipy.optimize import lsq_linear
 
-from identify.criteria import EFFECT_SPREAD
 from identify.estimation.least_squares import solve, to_the_end
 from identify.selection.findings import _stated
-from identify.selection.model_errors import as_wide
 from identify.selection.promises import posed, promises
 from identify.selection.weighing import weighed, within_bounds
 from simulate.effects import CATALOGUE, BaseExcitation, EddyDamping
 
 NAME = "eddy-damping"
-
-
-def test_a_prior_is_as_wide_as_the_effect_is_large_unless_more_is_known():
-    known, sizes = np.array([np.inf, np.inf, 3.0, 30.0]), np.array([2.0, 200.0, 200.0, 200.0])
-    assert as_wide(known, sizes) == pytest.approx([EFFECT_SPREAD, 200.0, 3.0, EFFECT_SPREAD])
 
 
 def test_a_brake_of_two_hundred_noticeable_sizes_brings_most_of_what_it_meets_in_films_alone(campaign, fitted):
