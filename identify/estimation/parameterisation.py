@@ -31,6 +31,7 @@ from identify.estimation.parameters import (
 from identify.estimation.rate import NO_RATE, RatePolynomials
 from measure.common.arrays import Array
 from simulate.files.model_file import add_effects
+from simulate.model.altered import altered
 from simulate.model.effect import Effect
 from simulate.model.measures import PROTOTYPE, Measures
 from simulate.model.model import LEGS, Model, per_leg
@@ -304,7 +305,7 @@ def shifted(model: Model, shifts: Array) -> Model:
     """The model with its force law shifted, in the order of `BASE`; six different legs are shifted alike."""
     law = model.actuator
     changed = {name: _plus(getattr(law, name), shift) for name, shift in zip(BASE, shifts, strict=True) if shift != 0.0}
-    return replace(model, actuator=replace(law, **changed)) if changed else model
+    return altered(model, actuator=altered(law, **changed)) if changed else model
 
 
 def _plus(value: float | tuple[float, ...], shift: float) -> float | tuple[float, ...]:
