@@ -80,6 +80,10 @@ def release_parameters(film: Film, forces_differ: bool = False) -> list[Paramete
     return [Parameter(f"{film.run.label}.{n}", sd, wide.get(n, 1.0), -np.inf, np.inf, film.run.name) for n, sd in rows if sd > 0]
 
 
+TURNED_BY_MIRROR = ({"position_x_m", "theta_y_rad", "theta_z_rad"}, {"position_y_m", "theta_x_rad", "theta_z_rad"})
+"""What of a release changes its sign in a mirror across x, and across y."""
+
+
 def across_of(film: Film) -> set[str]:
     """What of a release is across all that a film shows: its mirror image would have looked the same."""
     seen = {"position_z_m"}

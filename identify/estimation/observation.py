@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cache, cached_property, lru_cache
 
 import numpy as np
@@ -16,13 +16,15 @@ from simulate.kernel.layout import SAMPLE_POSE
 from simulate.kernel.model_rows import without_idle
 from simulate.kernel.step_division import StepDivision
 from simulate.kernel.step_size import step_of
+from simulate.model.altered import altered
 from simulate.model.effect import Effect
-from simulate.model.model import Model, Simulation, per_leg
+from simulate.model.model import Model, Nuisance, per_leg
 
 POSE_SIZE = 7
 _MARGIN_S = 0.05
 _NEAREST = 6
 _MOST_SAMPLES_A_SECOND = 2e4  # between which poses are interpolated; more cost memory and show nothing
+_EXACT = Nuisance()
 _SHORTEST_STEP_S = 1.25e-4  # however stiff an effect is; steps are divided at the stops, for a film sees micrometres
 
 
@@ -40,10 +42,10 @@ class RunRelease:
 def released(model: Model, release: RunRelease) -> Model:
     """The model with a run's own release worked in (its instant is the clock's business)."""
     at = model.release
-    moved = replace(at, position_m=_sum(at.position_m, release.position_m), theta_rad=_sum(at.theta_rad, release.theta_rad))
-    changed = replace(model, release=moved)
+    moved = altered(at, position_m=_sum(at.position_m, release.position_m), theta_rad=_sum(at.theta_rad, release.theta_rad))
+    changed = altered(model, release=moved)
     stored = release.stored_force_fraction * per_leg(changed.actuator.b_l_N) + np.asarray(release.stored_force_N)
-    return replace(changed, actuator=changed.actuator.shifted(tuple(stored.tolist()))) if np.any(stored) else changed
+    return altered(changed, actuator=changed.actuator.shifted(tuple(stored.tolist()))) if np.any(stored) else changed
 
 
 def _sum(a: Sequence[float], b: Sequence[float]) -> tuple[float, ...]:
@@ -141,11 +143,9 @@ class View:
         """What moves: the model without its camera and clock, released as it was, for as long as the film lasts."""
         given = self.model.simulation
         duration = duration_for(self.times_s, self.release)
-        simulation = Simulation(duration, min(given.sample_rate_Hz, _MOST_SAMPLES_A_SECOND), given.step_s)
+        simulation = altered(given, duration_s=duration, sample_rate_Hz=min(given.sample_rate_Hz, _MOST_SAMPLES_A_SECOND))
         acting = tuple(effect for effect in self.model.effects if effect.acts_on != "measurement")
-        return replace(
-            released(self.model, self.release), simulation=simulation, effects=acting, name="", nuisance=type(self.model.nuisance)()
-        )
+        return altered(released(self.model, self.release), simulation=simulation, effects=acting, name="", nuisance=_EXACT)
 
     def of(self, samples: Array) -> dict[str, Array]:
         """Every channel that the film shows, (n,), of the samples of a deployment that starts at the release; it stands still before."""
@@ -185,4 +185,4 @@ def _ahead(rig: Model) -> tuple[Array, float, StepDivision]:
 
 
 def _with_step(rig: Model, step_s: float) -> Model:
-    return replace(rig, simulation=replace(rig.simulation, step_s=step_s))
+    return altered(rig, simulation=altered(rig.simulation, step_s=step_s))

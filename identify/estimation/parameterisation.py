@@ -6,13 +6,14 @@ tried. Everything is a parameter, a number in units of its own scale, zero where
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
-from identify.campaign.prepared import Film, LoopRun, across_of, beta_bounds, release_parameters, zero_parameters
+from identify.campaign.prepared import TURNED_BY_MIRROR, Film, LoopRun, across_of, beta_bounds, release_parameters, zero_parameters
 from identify.criteria import WEAK_PRIOR
 from identify.estimation.observation import RunRelease
 from identify.estimation.parameters import (
@@ -30,6 +31,7 @@ from identify.estimation.parameters import (
 from identify.estimation.rate import NO_RATE, RatePolynomials
 from measure.common.arrays import Array
 from simulate.files.model_file import add_effects
+from simulate.model.altered import altered
 from simulate.model.effect import Effect
 from simulate.model.measures import PROTOTYPE, Measures
 from simulate.model.model import LEGS, Model, per_leg
@@ -113,6 +115,13 @@ class Unknowns:
         """Indices of what of a film's release is across all that it shows."""
         across = across_of(self.films[index])
         return [i for i in self.of_release(index) if self.parameters[i].key in across]
+
+    def mirrors(self) -> Iterator[tuple[int, list[int]]]:
+        """Axes along which no film shows anything (0 for x, 1 for y), and the indices of what a mirror across each turns round."""
+        for axis, turned in enumerate(TURNED_BY_MIRROR):
+            if self.films and all(turned <= across_of(film) for film in self.films):
+                releases = [i for index in range(len(self.films)) for i in self.of_release(index)]
+                yield axis, [i for i in releases if self.parameters[i].key in turned]
 
     @property
     def first_zero(self) -> int:
@@ -296,7 +305,7 @@ def shifted(model: Model, shifts: Array) -> Model:
     """The model with its force law shifted, in the order of `BASE`; six different legs are shifted alike."""
     law = model.actuator
     changed = {name: _plus(getattr(law, name), shift) for name, shift in zip(BASE, shifts, strict=True) if shift != 0.0}
-    return replace(model, actuator=replace(law, **changed)) if changed else model
+    return altered(model, actuator=altered(law, **changed)) if changed else model
 
 
 def _plus(value: float | tuple[float, ...], shift: float) -> float | tuple[float, ...]:

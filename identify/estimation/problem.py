@@ -22,6 +22,7 @@ from identify.estimation.parameters import BASE, LINE_NAMES, Change
 from identify.loops.loop_data import LoopData, gap_and_motion_errors, with_turns_moved
 from measure.common.arrays import Array
 from simulate.dispatch.threads import side_by_side
+from simulate.model.altered import altered
 from simulate.model.effect import Effect
 from simulate.model.model import Model
 
@@ -133,7 +134,7 @@ class Problem(Unknowns):
 
     def _view(self, q: Array, index: int) -> View:
         film, model = self.films[index], self.model_at(q, self.films[index].model)
-        model = replace(model, effects=tuple(effect.in_run(index) for effect in model.effects))
+        model = altered(model, effects=tuple(effect.in_run(index) for effect in model.effects))
         onset_s = film.expected_s if film.by_onset else None
         return View(model, film.time_s[film.time_s <= self.until_s], self.release_at(q, index), film.turned, onset_s)
 

@@ -82,11 +82,7 @@ def explain(
     """
     runs, added = with_noise_where_none(runs)
     problem = problem_of(model, [run for run in runs if not run.hold_out], covariate, own_zeros=tare == "each", changes=changes)
-    found = _explained(problem, runs, catalogue, budget, say)
-    if tare == "auto" and found.verdict in ("unknown", "partly") and zeros_differ(found.after) and _zeros_help(found.after):
-        say("giving each loop a zero of its own")
-        found = _explained(replace(problem, own_zeros=True), runs, catalogue, budget, say)
-    return replace(found, noise_added=added)
+    return replace(_explained(problem, runs, catalogue, budget, say, zeros_may_differ=tare == "auto"), noise_added=added)
 
 
 def _zeros_help(fit: Fit) -> bool:
@@ -95,7 +91,9 @@ def _zeros_help(fit: Fit) -> bool:
     return halves(fit, solve(problem, laid_out(fit, problem), enough=ROUGHLY, loosely=True))
 
 
-def _explained(problem: Problem, runs: Sequence[Run], catalogue: Mapping[str, type[Effect]], budget: Budget, say: Say) -> Explanation:
+def _explained(
+    problem: Problem, runs: Sequence[Run], catalogue: Mapping[str, type[Effect]], budget: Budget, say: Say, *, zeros_may_differ: bool
+) -> Explanation:
     say("fitting base and releases")
     search = Search(catalogue, log_prior(catalogue), budget, say)
     base = solve_from_afar(problem)
@@ -125,6 +123,9 @@ def _explained(problem: Problem, runs: Sequence[Run], catalogue: Mapping[str, ty
     if said is nothing:
         findings, after = (), before
         held = tuple(replace(one, after=one.before) for one in held)
+    if zeros_may_differ and verdict.word in ("unknown", "partly") and zeros_differ(after) and _zeros_help(after):
+        say("giving each loop a zero of its own")
+        return _explained(replace(problem, own_zeros=True), runs, catalogue, budget, say, zeros_may_differ=False)
     rivals = _rivals(search, verdict)
     missing, in_legs = _left(search, after, verdict, say) if verdict.word in ("unknown", "partly") else (None, None)
     drafted = _drafted(search, said, after, verdict, runs, say) if verdict.word in ("unknown", "partly") else None

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -151,6 +151,15 @@ def sizes_in_tolerances(fit: Fitted[Posed], name: str) -> dict[tuple[str, int], 
     with np.errstate(divide="ignore", invalid="ignore"):
         sizes = (effect.flat() - model.effect(type(effect)).flat()) / tolerance_of(effect, model)
     return {(name, place): float(size) for place, size in enumerate(sizes)}
+
+
+def mirrored(errors: Mapping[tuple[str, int], float], axis: int) -> dict[tuple[str, int], float]:
+    """Errors by name and place of a rig that is seen from the other side: its centre of mass along an axis has changed sides.
+
+    Those of the joints are left out: they are many and each is small, and where they would be in the mirror the rig may have no joint.
+    """
+    of_axis = (CentreOfMassOffset.name, axis)
+    return {key: -size if key == of_axis else size for key, size in errors.items() if key[0] != GeometryError.name}
 
 
 def _of_effect(fit: Fitted[Posed], effect: Effect, tolerance: Array, places: Sequence[int]) -> Array:

@@ -16,7 +16,7 @@ from identify.estimation.noise_model import ChannelNoise
 from identify.estimation.problem import Fit, Problem
 from identify.gap.gap_test import gap_test
 from identify.selection.evidence import Evidence
-from identify.selection.model_errors import sizes_in_tolerances
+from identify.selection.model_errors import mirrored, sizes_in_tolerances
 from identify.selection.stand import Both, Stand, Weighed
 from measure.common.arrays import Array
 
@@ -39,6 +39,8 @@ def weighed(fit: Fit) -> Weighed:
     if both.share_of_exact > CREDIBLE:
         return Weighed(exact, loose, both)
     within, of_within = settled(loose, found.noise)
+    if not within.names:
+        within, of_within = _on_the_likelier_side(within, of_within)
     return Weighed(exact, within, Both(found, of_within))
 
 
@@ -131,6 +133,25 @@ def along_lines(fit: Fit) -> Weighed:
     """Weigh a fit where it is, without any step from there."""
     exact, loose = Stand.exact(fit), Stand.loose(fit)
     return Weighed(exact, loose, _both(exact.weighed(), loose))
+
+
+def _on_the_likelier_side(stand: Stand, found: Evidence) -> tuple[Stand, Evidence]:
+    """A stand or, if that is likelier, one that is found from its mirror image across what no film shows.
+
+    To a rig that is its own mirror image both would be one. The small things that make it none tell the sides apart, but lie in
+    different minima: all releases and the centre of mass must change sides together.
+    """
+    for axis, turned in stand.given.mirrors():
+        q = stand.fit.q.copy()
+        q[turned] *= -1.0
+        image = Stand.off_by(stand.given, q, mirrored(stand.errors_by_key, axis))
+        for is_led in (False, True):
+            start = _led_once(image, image.fit.q, image.sizes)[0] if is_led else image
+            other, of_other = _stepped(start, start.weighed())
+            if of_other.log_z > found.log_z + _HARDLY:
+                stand, found = other, of_other
+                break
+    return stand, found
 
 
 def _both(exact: Evidence, within: Stand) -> Both:

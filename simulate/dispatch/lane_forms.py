@@ -64,46 +64,55 @@ def _kept(make: Any, formula: Any, kind: str) -> Any:
         return cfunc(LANE_SIGNATURES[kind])(make(formula, b""))
 
 
-# The forms use `source` only to have it in their closure, by which numba tells kept code apart.
+@register_jitable
+def _leg_force_run_by_run(formula: Any, w: Any, p: Any, size: int, n: int) -> None:
+    for i in range(n):
+        u, turned = w[U * n + i], w[(LEG_BEFORE + 2) * n + i]
+        w[EACH * n + i] = formula(u, w[V * n + i], w[TIME_NOW * n + i], w[R * n + i], u - turned, shifted(p, i * size))
+
+
+@register_jitable
+def _leg_mass_run_by_run(formula: Any, w: Any, p: Any, size: int, n: int) -> None:
+    for i in range(n):
+        w[AXIAL_MASS * n + i] += formula(w[U * n + i], shifted(p, i * size))
+
+
+# The forms use `source` only to have it in their closure, by which numba tells kept code apart. What else is in the closure must be the
+# same in every process: a function made in another one is not, and the code would be compiled again each time.
 def _leg_force_lanes(formula: Any, source: bytes) -> Any:
     def lanes(w: Any, p: Any, size: int, n: int) -> None:
-        for i in range(n if len(source) >= 0 else 0):
-            u, turned = w[U * n + i], w[(LEG_BEFORE + 2) * n + i]
-            w[EACH * n + i] = formula(u, w[V * n + i], w[TIME_NOW * n + i], w[R * n + i], u - turned, shifted(p, i * size))
+        if len(source) >= 0:
+            _leg_force_run_by_run(formula, w, p, size, n)
 
     return lanes
 
 
 def _leg_force_together(formula: Any, source: bytes) -> Any:
-    run_by_run = register_jitable(_leg_force_lanes(formula, source))
-
     def lanes(memory: Any, p: Any, size: int, n: int) -> None:
-        if size == 0:
+        if size == 0 and len(source) >= 0:
             w = rows_at(memory, MANY, True)
             w[EACH] = formula(w[U], w[V], w[TIME_NOW], w[R], w[U] - w[LEG_BEFORE + 2], rows_at(p, MANY, True))
         else:
-            run_by_run(memory, p, size, n)
+            _leg_force_run_by_run(formula, memory, p, size, n)
 
     return lanes
 
 
 def _leg_mass_lanes(formula: Any, source: bytes) -> Any:
     def lanes(w: Any, p: Any, size: int, n: int) -> None:
-        for i in range(n if len(source) >= 0 else 0):
-            w[AXIAL_MASS * n + i] += formula(w[U * n + i], shifted(p, i * size))
+        if len(source) >= 0:
+            _leg_mass_run_by_run(formula, w, p, size, n)
 
     return lanes
 
 
 def _leg_mass_together(formula: Any, source: bytes) -> Any:
-    run_by_run = register_jitable(_leg_mass_lanes(formula, source))
-
     def lanes(memory: Any, p: Any, size: int, n: int) -> None:
-        if size == 0:
+        if size == 0 and len(source) >= 0:
             w = rows_at(memory, MANY, True)
             w[AXIAL_MASS] += formula(w[U], rows_at(p, MANY, True))
         else:
-            run_by_run(memory, p, size, n)
+            _leg_mass_run_by_run(formula, memory, p, size, n)
 
     return lanes
 

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
+from simulate.model.altered import altered
 from simulate.model.effect import ModelEffect, RigT, parameter
 
 
@@ -23,4 +24,4 @@ class CentreOfMassOffset(ModelEffect):
     def adjust(self, model: RigT) -> RigT:
         """The model with its mass elsewhere."""
         x, y, z = (a + b for a, b in zip(model.platform.centre_of_mass_m, self.offset_m, strict=True))
-        return replace(model, platform=replace(model.platform, centre_of_mass_m=(x, y, z)))
+        return altered(model, platform=altered(model.platform, centre_of_mass_m=(x, y, z)))

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
+from simulate.model.altered import altered
 from simulate.model.effect import Bounds, ModelEffect, RigT, parameter
 from simulate.model.measures import PROTOTYPE, Measures
 from simulate.model.rig import Rig
@@ -26,7 +27,7 @@ class EndStopDissipation(ModelEffect):
 
     def adjust(self, model: RigT) -> RigT:
         """The model with the changed stops."""
-        return replace(model, end_stop=replace(model.end_stop, damping_N_s_per_m=model.end_stop.damping_N_s_per_m + self.damping_N_s_per_m))
+        return altered(model, end_stop=altered(model.end_stop, damping_N_s_per_m=model.end_stop.damping_N_s_per_m + self.damping_N_s_per_m))
 
     @classmethod
     def bounds(cls, model: Rig | None = None, measures: Measures = PROTOTYPE) -> Bounds:

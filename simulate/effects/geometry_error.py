@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
+from simulate.model.altered import altered
 from simulate.model.effect import ModelEffect, RigT, parameter
 from simulate.model.measures import PROTOTYPE, Measures
 from simulate.model.rig import Rig
@@ -42,8 +43,8 @@ class GeometryError(ModelEffect):
             return model
         base, platform = self.position_m[:_HALF], self.position_m[_HALF:]
         at = model.geometry
-        moved = replace(at, base_joints_m=_moved(at.base_joints_m, base), platform_joints_m=_moved(at.platform_joints_m, platform))
-        return replace(model, geometry=moved)
+        moved = altered(at, base_joints_m=_moved(at.base_joints_m, base), platform_joints_m=_moved(at.platform_joints_m, platform))
+        return altered(model, geometry=moved)
 
 
 def _moved(joints: Any, shift: tuple[float, ...]) -> Any:

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
+from simulate.model.altered import altered
 from simulate.model.effect import ModelEffect, RigT, parameter
 
 
@@ -26,4 +27,4 @@ class LegDisparity(ModelEffect):
 
     def adjust(self, model: RigT) -> RigT:
         """The model with six different legs."""
-        return replace(model, actuator=model.actuator.shifted(self.force_N))
+        return altered(model, actuator=model.actuator.shifted(self.force_N))

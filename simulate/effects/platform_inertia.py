@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
+from simulate.model.altered import altered
 from simulate.model.effect import ModelEffect, RigT, parameter
 
 
@@ -22,4 +23,4 @@ class PlatformInertia(ModelEffect):
     def adjust(self, model: RigT) -> RigT:
         """The model with the other inertia."""
         x, y, z = (i * (1.0 + e) for i, e in zip(model.platform.inertia_kg_m2, self.fraction, strict=True))
-        return replace(model, platform=replace(model.platform, inertia_kg_m2=(x, y, z)))
+        return altered(model, platform=altered(model.platform, inertia_kg_m2=(x, y, z)))

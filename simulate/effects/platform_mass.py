@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
+from simulate.model.altered import altered
 from simulate.model.effect import Bounds, ModelEffect, RigT, parameter
 from simulate.model.measures import PROTOTYPE, Measures
 from simulate.model.rig import Rig
@@ -26,7 +27,7 @@ class PlatformMass(ModelEffect):
 
     def adjust(self, model: RigT) -> RigT:
         """The model with the other mass."""
-        return replace(model, platform=replace(model.platform, mass_kg=model.platform.mass_kg + self.mass_kg))
+        return altered(model, platform=altered(model.platform, mass_kg=model.platform.mass_kg + self.mass_kg))
 
     @classmethod
     def bounds(cls, model: Rig | None = None, measures: Measures = PROTOTYPE) -> Bounds:

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
+from simulate.model.altered import altered
 from simulate.model.effect import ModelEffect, RigT, parameter
 
 
@@ -26,13 +27,13 @@ class ReleasePose(ModelEffect):
     def adjust(self, model: RigT) -> RigT:
         """The model released elsewhere."""
         at = model.release
-        moved = replace(
+        moved = altered(
             at,
             position_m=_sum(at.position_m, self.position_m),
             theta_rad=_sum(at.theta_rad, self.theta_rad),
             velocity_m_per_s=_sum(at.velocity_m_per_s, self.velocity_m_per_s),
         )
-        return replace(model, release=moved)
+        return altered(model, release=moved)
 
 
 def _sum(a: tuple[float, ...], b: tuple[float, ...]) -> tuple[float, ...]:

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
+from simulate.model.altered import altered
 from simulate.model.effect import ModelEffect, RigT, parameter
 
 
@@ -21,4 +22,4 @@ class StopStiffness(ModelEffect):
 
     def adjust(self, model: RigT) -> RigT:
         """The model with the other stops."""
-        return replace(model, end_stop=replace(model.end_stop, stiffness_N_per_m=model.end_stop.stiffness_N_per_m * (1.0 + self.fraction)))
+        return altered(model, end_stop=altered(model.end_stop, stiffness_N_per_m=model.end_stop.stiffness_N_per_m * (1.0 + self.fraction)))

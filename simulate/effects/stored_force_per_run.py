@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
+from simulate.model.altered import altered
 from simulate.model.effect import ModelEffect, RigT, parameter
 from simulate.model.rig import per_leg
 
@@ -34,4 +35,4 @@ class StoredForcePerRun(ModelEffect):
         if self.fraction[0] == 0.0:
             return model
         shift = self.fraction[0] * per_leg(model.actuator.b_l_N)
-        return replace(model, actuator=model.actuator.shifted(tuple(shift.tolist())))
+        return altered(model, actuator=model.actuator.shifted(tuple(shift.tolist())))

@@ -6,7 +6,6 @@ when the value is made.
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import Annotated, Literal
 
 import numpy as np
@@ -15,6 +14,7 @@ from pydantic.dataclasses import dataclass
 
 from measure.common.arrays import Array
 from measure.common.errors import InputError
+from simulate.model.altered import altered
 
 LEGS = 6
 
@@ -144,7 +144,7 @@ class Actuator:
     def shifted(self, force_N: tuple[float, ...]) -> Actuator:
         """The same law with both asymptotes and the initial force of each leg shifted by `force_N` (six)."""
         moved = {name: tuple((per_leg(getattr(self, name)) + force_N).tolist()) for name in ("b_l_N", "b_u_N", "initial_force_N")}
-        return replace(self, **moved)  # type: ignore[arg-type]
+        return altered(self, **moved)
 
 
 @dataclass(frozen=True, config=CHECKED)

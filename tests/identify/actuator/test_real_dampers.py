@@ -19,15 +19,16 @@ REAL = Path(__file__).resolve().parents[3].parent / "shared" / "real" / "loops" 
 
 
 @pytest.mark.slow
-def test_the_missing_friction_of_a_real_damper_is_viscous_and_mends_a_frequency_it_never_saw():
+@pytest.mark.parametrize("every", [2, pytest.param(1, marks=pytest.mark.calibrate)])
+def test_the_missing_friction_of_a_real_damper_is_viscous_and_mends_a_frequency_it_never_saw(every):
     if not REAL.is_dir():
         pytest.skip(f"real loops are not there: {REAL}")
-    files = sorted(REAL.glob("*.csv"))
+    files = sorted(REAL.glob("*.csv"))[::every]
     read = [read_loop_file(path, ColumnMapping(units={"elongation": "mm"}))[0] for path in files]
     # the machine counts its travel the other way round, and its cell is off by about 130 N
     loops = [Loop(loop.time_s, -loop.elongation_m, loop.force_N - 130.0, name=path.name) for loop, path in zip(read, files, strict=True)]
     law = model_of(fit_actuator([prepare(loop) for loop in loops]))
-    found = explain(law, [Run(loop, hold_out=i == 4) for i, loop in enumerate(loops)])
+    found = explain(law, [Run(loop, hold_out=i == len(loops) // 2) for i, loop in enumerate(loops)])
     assert found.verdict in ("named", "class", "partly")  # a law of five numbers leaves more than the machine's noise
     names = {found.findings[0].name, *found.findings[0].equivalents}
     assert names & {"viscous-friction", "power-law-friction"}

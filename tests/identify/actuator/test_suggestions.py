@@ -139,7 +139,7 @@ def test_one_frequency_says_that_it_cannot_tell_a_slope_from_an_inertia():
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("kind", ["backlash", "power-law-friction", "stribeck-friction"])
+@pytest.mark.parametrize("kind", ["backlash", "power-law-friction", pytest.param("stribeck-friction", marks=pytest.mark.calibrate)])
 def test_a_model_with_an_effect_more_never_fits_worse(kind):
     chance = np.random.default_rng(6)
     loops = campaign(drawn_lines(chance), chance, (ViscousFriction(0.3),))[::2]

@@ -118,7 +118,7 @@ def test_a_force_that_no_effect_of_the_catalogue_explains_is_unknown_and_said_wh
     assert "at its largest (0.20)" in result["missing_force"]
 
 
-FEW = ("gravity-imbalance", "hub-inertia", "force-relaxation", "transition-zone", "viscous-friction", "platform-mass")
+FEW = ("gravity-imbalance", "hub-inertia", "force-relaxation", "viscous-friction", "platform-mass")
 
 
 @pytest.mark.parametrize("names", [pytest.param(FEW, marks=pytest.mark.slow), pytest.param(CATALOGUE, marks=pytest.mark.calibrate)])

@@ -1,0 +1,65 @@
+"""A film from one side tells a rig from its mirror image by small things only; releases and model file stand on the likelier side."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from identify.campaign.posing import problem_of
+from identify.campaign.runs import read_campaign
+from identify.selection.model_errors import mirrored
+from identify.selection.weighing import weighed
+from simulate.effects import CentreOfMassOffset, EndStopDissipation, GeometryError, PlatformInertia, PlatformMass, StopStiffness
+from simulate.files.model_file import read_model
+
+
+def with_joints_off(model, seed):
+    """The same rig with joints a millimetre from where its mirror image has them."""
+    chance, at = np.random.default_rng(seed), model.geometry
+    shift = chance.normal(0.0, 1e-3, (12, 3))
+    base, platform = (
+        tuple(map(tuple, (np.asarray(joints) + own).tolist()))
+        for joints, own in ((at.base_joints_m, shift[:6]), (at.platform_joints_m, shift[6:]))
+    )
+    return replace(model, geometry=replace(at, base_joints_m=base, platform_joints_m=platform))
+
+
+def as_built(seed):
+    """Errors of a drawing that a workshop keeps to, drawn by seed; the centre of mass nearly two tolerances off across what is filmed."""
+    chance = np.random.default_rng(seed)
+    return (
+        StopStiffness(0.3 * chance.normal()),
+        EndStopDissipation(0.3 * chance.normal()),
+        PlatformInertia(tuple((0.05 * chance.normal(size=3)).tolist())),
+        PlatformMass(0.003 * chance.normal()),
+        GeometryError(tuple(chance.normal(0.0, 3e-4, 36).tolist())),
+        CentreOfMassOffset((0.0, 8e-4 * chance.choice([-1.0, 1.0]), 0.0)),
+    )
+
+
+def test_in_a_mirror_the_centre_of_mass_is_on_the_other_side_and_the_joints_are_forgotten():
+    errors = {("centre-of-mass-offset", 0): 1.0, ("centre-of-mass-offset", 1): 0.5, ("geometry-error", 7): 2.0, ("platform-mass", 0): -1.0}
+    assert mirrored(errors, 1) == {("centre-of-mass-offset", 0): 1.0, ("centre-of-mass-offset", 1): -0.5, ("platform-mass", 0): -1.0}
+    assert mirrored(errors, 0) == {("centre-of-mass-offset", 0): -1.0, ("centre-of-mass-offset", 1): 0.5, ("platform-mass", 0): -1.0}
+
+
+@pytest.mark.slow
+def test_releases_and_centre_of_mass_stand_on_the_side_of_the_truth(campaign, fitted, prototype):
+    """Alone the search ends on the other side here, 13 less likely, where the joints must stand in for what is wrong."""
+    true, model = as_built(4), with_joints_off(prototype, 4)
+    folder = campaign(true, 104, loops=(), deployments=({}, {"geometry.stowed_height_m": 0.35}), hold_out=False, model=model)
+    found = {effect.name: effect.flat() for effect, _ in weighed(fitted(folder)).within.moved}
+    assert found["centre-of-mass-offset"][1] == pytest.approx(true[-1].offset_m[1], abs=4e-4)
+
+
+def test_a_mirror_turns_round_what_no_film_shows(campaign):
+    def mirrors(seed, channels):
+        folder = campaign(None, seed, loops=(), deployments=({},), channels=channels)
+        problem = problem_of(read_model(folder / "model.toml"), read_campaign([folder / "campaign.toml"]))
+        return [(axis, [problem.parameters[i].key for i in turned]) for axis, turned in problem.mirrors()]
+
+    across_x, across_y = ["position_x_m", "theta_y_rad", "theta_z_rad"], ["position_y_m", "theta_x_rad", "theta_z_rad"]
+    assert mirrors(873, ("x_m", "z_m", "theta_y_rad")) == [(1, across_y)]
+    assert mirrors(874, ("z_m",)) == [(0, across_x), (1, across_y)]
