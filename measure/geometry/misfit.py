@@ -51,14 +51,35 @@ def widening(whitened: Array, freedom: NDArray[np.int64]) -> tuple[Array, Array]
     if not known.any():
         return np.ones(len(freedom)), np.ones(len(freedom))
     nu = freedom[known].astype(float)
-    best = 2.0 * gammaincinv(nu / 2.0, 1.0 / (2.0 * len(nu)))
-    square = np.maximum((whitened[known] ** 2).sum(axis=1), best) / nu
     frames = independent_frames(whitened, known, float(nu.mean()))
-    shared, worth = _prior(square, nu, frames)
-    variance = (worth * shared + nu * square) / (worth + nu)
+    variance, worth = moderated((whitened[known] ** 2).sum(axis=1) / nu, nu, frames)
     certain = 1.0 / (1.0 / (worth + nu) + (worth / (worth + nu)) ** 2 / (nu * frames))
     student = stdtrit(certain, _BAR) / _NORMAL
     return _in_all(np.sqrt(variance), known), _in_all(np.sqrt(variance) * student, known)
+
+
+def moderated(square: Array, nu: Array, independent: float) -> tuple[Array, float]:
+    """Variances of small samples, moderated by each other: (d f + nu s^2) / (d + nu).
+
+    Parameters
+    ----------
+    square : (n,) array
+        Their estimates s^2. One counts as no smaller than the smallest would be by chance if the true ones were one.
+    nu : (n,) array
+        Their degrees of freedom.
+    independent : float
+        As how many independent samples they count; infinite where their number does not matter.
+
+    Returns
+    -------
+    variance : (n,) array
+    worth : float
+        Degrees of freedom d that the factor f which they share is worth in one of them.
+    """
+    best = 2.0 * gammaincinv(nu / 2.0, 1.0 / (2.0 * len(nu)))
+    square = np.maximum(square, best / nu)
+    shared, worth = _prior(square, nu, independent)
+    return (worth * shared + nu * square) / (worth + nu), worth
 
 
 def _in_all(factor: Array, known: NDArray[np.bool_]) -> Array:

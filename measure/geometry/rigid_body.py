@@ -58,6 +58,8 @@ class Fit:
         Of the free channels.
     residual_px : (frames, marks, 2) array
         Observed minus fitted positions, px.
+    slopes : (frames, marks, 2, k) array
+        Of the positions with each free channel, px per m or rad.
     used : (frames, marks) array of bool
         Whether the mark took part in the fit of that frame.
     misfit : float
@@ -74,6 +76,7 @@ class Fit:
     pose: Array
     covariance: Array
     residual_px: Array
+    slopes: Array
     used: NDArray[np.bool_]
     misfit: float
     widened: Array
@@ -103,16 +106,17 @@ class Fit:
 
 @dataclass(frozen=True)
 class _FramePose:
-    """One frame: pose (6,), covariance (k, k), residuals (marks, 2), marks used, chi-square per degree of freedom."""
+    """One frame: pose (6,), covariance (k, k), residuals (marks, 2), slopes, marks used, chi-square per degree of freedom."""
 
     pose: Array
     covariance: Array
     residual: Array
+    slopes: Array
     used: NDArray[np.bool_]
     misfit: float
 
 
-def fit_platform(marks: Marks, camera: Camera, points: Array, free: Sequence[str]) -> Fit:
+def fit_platform(marks: Marks, camera: Camera, points: Array, free: Sequence[str], start: Array | None = None) -> Fit:
     """Fit the pose of a rigid body to the marks of every frame, by least squares weighted with their covariances.
 
     A mark that alone makes the others disagree is left out of that frame.
@@ -125,6 +129,8 @@ def fit_platform(marks: Marks, camera: Camera, points: Array, free: Sequence[str
         On the body, m, from `body_points`.
     free : sequence of str
         The channels to fit.
+    start : (frames, 6) array, optional
+        Poses to begin with, NaN where there is none; without them each frame begins with the one before.
 
     Returns
     -------
@@ -135,23 +141,27 @@ def fit_platform(marks: Marks, camera: Camera, points: Array, free: Sequence[str
     frames, count = marks.x_px.shape
     pose, own = np.full((frames, 6), np.nan), np.full((frames, len(at), len(at)), np.nan)
     residual, used, misfit = np.full((frames, count, 2), np.nan), np.zeros((frames, count), bool), np.full(frames, np.nan)
-    weights = _weights(marks)
-    for t, found in _frame_poses(Body(camera, points, marks.response), at, marks, weights):
+    slopes, weights = np.full((frames, count, 2, len(at)), np.nan), _weights(marks)
+    begin = np.full((frames, 6), np.nan) if start is None else start
+    for t, found in _frame_poses(Body(camera, points, marks.response), at, marks, weights, begin):
         pose[t], own[t], residual[t], used[t], misfit[t] = found.pose, found.covariance, found.residual, found.used, found.misfit
+        slopes[t] = found.slopes
     misfit[0] = np.nan  # the first frame is its own reference
     told = np.isfinite(misfit)
     deviation, widened = widening(_whitened(residual, weights, used), np.where(told, 2 * used.sum(axis=1) - len(at), 0))
     sigma = deviation[:, None] * np.sqrt(np.diagonal(own, axis1=1, axis2=2))
     rough = np.array([roughness(pose[:, channel], sigma[:, k]) for k, channel in enumerate(at)])
     covariance = own * widened[:, None, None] ** 2 * np.outer(rough, rough)
-    return Fit(free, pose, covariance, residual, used, float(np.sqrt(np.median(misfit[told]))) if told.any() else np.nan, widened, rough)
+    typical = float(np.sqrt(np.median(misfit[told]))) if told.any() else np.nan
+    return Fit(free, pose, covariance, residual, slopes, used, typical, widened, rough)
 
 
-def _frame_poses(body: Body, at: list[int], marks: Marks, weights: Array) -> Iterator[tuple[int, _FramePose]]:
-    """Every frame that has a pose, started at the pose of the one before."""
+def _frame_poses(body: Body, at: list[int], marks: Marks, weights: Array, start: Array) -> Iterator[tuple[int, _FramePose]]:
+    """Every frame that has a pose, started at `start`, or where that is NaN at the pose of the one before."""
     picture, last = np.stack([marks.x_px, marks.y_px], axis=-1), np.zeros(6)
     for t in range(len(picture)):
-        found = _fit_frame(body, at, picture[t], weights[t], marks.observed[t].copy(), last)
+        begin = start[t] if np.isfinite(start[t]).all() else last
+        found = _fit_frame(body, at, picture[t], weights[t], marks.observed[t].copy(), begin)
         if found is not None:
             last = found.pose
             yield t, found
@@ -212,7 +222,7 @@ def _solve(
         if (np.abs(step) < 1e-4 * np.sqrt(np.diag(covariance))).all():
             residual = picture - body.project(pose)
             square = float(np.einsum("ni,nij,nj->", residual[kept], weights[kept], residual[kept]))
-            return _FramePose(pose, covariance, residual, kept, square / freedom if freedom else np.nan)
+            return _FramePose(pose, covariance, residual, slopes, kept, square / freedom if freedom else np.nan)
     return None
 
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from calibration import consistent
@@ -95,6 +97,18 @@ def _drum(kind, seed):
     camera = Camera(0.5e-3, place, 0.0, 3.0, (152.0, 190.0))
     scene = Scene(304, 384, camera, marks, 0.07, 0.0235, background=0.05, rays=8)
     return motion, scene, 2 * int(1000.0 * size * 0.75) + 1
+
+
+def test_rows_of_quadrants_hold_although_an_edge_along_a_row_stands_in_quarters_of_a_pixel():
+    """Such an edge leaves no residual in the picture. Without the marks' own scatter 77 % of the errors are within the bars."""
+    motion, scene, subset = _drum("quadrant", 3)
+    scene = replace(scene, rays=4)
+    truth = true_motion(motion, scene, 100.0)
+    film = from_array(np.array(list(pictures(motion, scene, fps=100.0, seed=3))))
+    marks = track(film, project_for(scene, 100.0, 0.0, subset)).marks
+    gap = np.stack([marks.x_px - truth.x_px, marks.y_px - truth.y_px], axis=-1)
+    sigma = np.sqrt(np.diagonal(marks.covariance_px2, axis1=2, axis2=3))
+    assert 0.85 < np.mean(np.abs(gap / sigma)[1:] < 1.96) < 0.97
 
 
 @pytest.mark.calibrate

@@ -1,0 +1,152 @@
+"""How much each coordinate of each mark scatters from frame to frame by itself, beside its standard deviation.
+
+The residual of a mark is orthogonal to its slopes, and an edge that stands at the wrong place in the picture moves the mark and
+leaves no residual. What such an error does from frame to frame shows in the marks together: high differences remove a smooth motion,
+and of what is left the body's scatter moves all marks along their slopes, the rest is each coordinate's own. That is factor
+analysis with known loadings.
+
+Rubin and Thayer, EM algorithms for ML factor analysis, Psychometrika 47 (1982) 69. The derivation is in
+docs/theory/image-correlation.md.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from math import comb
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.special import gammaincc
+
+from measure.correlation.marks import Marks
+from measure.geometry.misfit import moderated
+from measure.geometry.rigid_body import Fit
+
+Array = NDArray[np.float64]
+
+_TAPS = np.array([(-1) ** i * comb(3, i) for i in range(4)], float)
+"""Third differences remove a constant acceleration; what they leave of the motion is the body's, and no mark's own."""
+
+_ALIKE = np.convolve(_TAPS, _TAPS[::-1]) / (_TAPS @ _TAPS)
+"""Correlation of such differences of white noise."""
+
+_FEWEST = 24
+"""Differences of a coordinate from which its scatter counts."""
+
+_FALSE_ALARM = 0.05
+"""Probability that white noise of the stated size widens anything."""
+
+_STEPS, _SETTLED = 100, 1e-2
+_LEAST = 1e-9
+
+
+def with_own_noise(marks: Marks, fit: Fit) -> Marks:
+    """The marks with the standard deviation of each coordinate widened to its own scatter from frame to frame.
+
+        k^2 = max(1, v + (v - 1))
+
+    v is the variance of the scatter over the stated one, moderated by those of the other coordinates. What exceeds the stated
+    one is in the reference image too, therefore twice.
+
+    Parameters
+    ----------
+    marks : Marks
+    fit : Fit
+        Of the body to these marks; a sighting that took no part in it does not count.
+
+    Returns
+    -------
+    Marks
+        The same where no coordinate scatters more than chance would have it, the film is too short to tell, or there is a
+        single mark.
+    """
+    differences = _differences(marks, fit)
+    known = differences.seen.sum(axis=0) >= _FEWEST
+    if not known.any() or len(marks.names) < 2:
+        return marks
+    variance, freedom = own_variances(differences.only(known))
+    if not (gammaincc(freedom / 2.0, freedom * variance / 2.0) < _FALSE_ALARM / len(variance)).any():
+        return marks
+    found = np.ones(len(known))
+    found[known] = moderated(variance, freedom, np.inf)[0]
+    found[~known] = np.median(found[known])
+    factor = np.sqrt(np.maximum(1.0, 2.0 * found - 1.0)).reshape(-1, 2)
+    return replace(marks, covariance_px2=marks.covariance_px2 * factor[:, :, None] * factor[:, None, :])
+
+
+@dataclass(frozen=True)
+class Differences:
+    """High differences of m coordinates in T frames, in their standard deviations.
+
+    Attributes
+    ----------
+    values : (T, m) array
+        Zero where a coordinate is not seen.
+    slopes : (T, m, k) array
+        The same with each channel of the pose, zero where it is not seen.
+    seen : (T, m) array of bool
+    """
+
+    values: Array
+    slopes: Array
+    seen: NDArray[np.bool_]
+
+    def only(self, kept: NDArray[np.bool_]) -> Differences:
+        """The same for some of the coordinates; kept : (m,) array of bool."""
+        return Differences(self.values[:, kept], self.slopes[:, kept], self.seen[:, kept])
+
+
+def _differences(marks: Marks, fit: Fit) -> Differences:
+    """Of the x and y of every mark, in the frames where none of the frames of a difference lacks it."""
+    frames = len(marks.x_px)
+    places = np.stack([marks.x_px, marks.y_px], axis=-1).reshape(frames, -1)
+    variance = np.diagonal(marks.covariance_px2, axis1=2, axis2=3).reshape(frames, -1)
+    used = np.repeat(fit.used, 2, axis=1)
+    seen = _over(used.astype(float), np.ones(len(_TAPS))) > len(_TAPS) - 0.5
+    sigma = np.sqrt(np.where(seen, _over(np.where(used, variance, 0.0), _TAPS**2), 1.0))
+    values = np.where(seen, _over(np.where(used, places, 0.0), _TAPS), 0.0) / sigma
+    middle = fit.slopes.reshape(frames, used.shape[1], -1)[len(_TAPS) // 2 :][: len(values)]
+    return Differences(values, np.where(seen[..., None], middle, 0.0) / sigma[..., None], seen)
+
+
+def _over(values: Array, taps: Array) -> Array:
+    """Sum of each column (frames, m) under taps, (frames - taps + 1, m); empty where the film is shorter."""
+    count = max(len(values) - len(taps) + 1, 0)
+    return np.asarray(sum(tap * values[i : i + count] for i, tap in enumerate(taps)), float)
+
+
+def own_variances(differences: Differences) -> tuple[Array, Array]:
+    """Variances of each coordinate's own scatter, by maximum likelihood, and their degrees of freedom.
+
+        d_t = L_t phi_t + e_t,    phi_t ~ N(0, diag(tau)),    e_t ~ N(0, diag(v))
+
+    d are the differences, L the slopes, phi the scatter of the pose. By the EM algorithm: with V = diag(v) and Q = diag(tau),
+    phi given d has the covariance P = (L' V^-1 L + Q^-1)^-1 and the mean P L' V^-1 d; v and tau are the mean squares of e and
+    phi under it.
+
+    Parameters
+    ----------
+    differences : Differences
+
+    Returns
+    -------
+    variance : (m,) array
+        Of e; one where the standard deviations are right.
+    freedom : (m,) array
+        The number of independent differences, less the share of each coordinate that the pose takes.
+    """
+    d, counts = differences.values, differences.seen.sum(axis=0)
+    slopes = differences.slopes / np.sqrt((differences.slopes**2).mean(axis=(0, 1)) + np.finfo(float).tiny)
+    own, body, taken = np.ones(d.shape[1]), np.ones(slopes.shape[2]), np.zeros_like(d)
+    for _ in range(_STEPS):
+        weighted = np.swapaxes(slopes / own[:, None], 1, 2)
+        spread = np.linalg.inv(weighted @ slopes + np.diag(1.0 / body))
+        scatter = (spread @ (weighted @ d[..., None]))[..., 0]
+        taken = ((slopes @ spread) * slopes).sum(axis=2)
+        left = (d - (slopes @ scatter[..., None])[..., 0]) ** 2
+        before, own = own, np.maximum((left + taken).sum(axis=0) / counts, _LEAST)
+        body = np.maximum((scatter**2 + np.diagonal(spread, axis1=1, axis2=2)).mean(axis=0), _LEAST)
+        if np.abs(np.log(own / before)).max() < _SETTLED:
+            break
+    share = 1.0 - taken.sum(axis=0) / counts / own
+    return own, counts / (_ALIKE**2).sum() * np.clip(share, 0.05, 1.0)
