@@ -1,8 +1,9 @@
 """How many faults the tests would catch: `python tests/mutation.py --places 10 --seed 1`.
 
 Draws places in each package (a comparison turned round, a sign or a `not` dropped, + and - exchanged, a number or a truth value
-changed), breaks one at a time in a copy of the project, and runs the quick tests that mirror the room and a few of the whole. A place
-that no test notices survives and is printed with its line; some are no faults at all (a tolerance that is a little larger, a colour).
+changed), breaks one at a time in a copy of the project, and runs the quick tests that mirror the room and a few of the whole, then the
+slow ones of the room. A place that no test notices survives and is printed with its line; some are no faults at all (a tolerance that is
+a little larger, a colour).
 """
 
 from __future__ import annotations
@@ -29,7 +30,7 @@ SMOKE = {
     "simulate": ("tests/simulate/test_law.py", "tests/simulate/commands", "tests/simulate/deployment"),
     "identify": ("tests/identify/commands", "tests/identify/actuator", "tests/identify/gap/test_compare.py"),
 }
-PATIENCE_S = 400  # of processor time for the tests of one place; who needs more hangs, and that is noticed
+PATIENCE_S = 900  # of processor time for the tests of one place; who needs more hangs, and that is noticed
 TURNED = {
     "<": ">=",
     "<=": ">",
@@ -151,8 +152,8 @@ def tests_of(file: Path) -> tuple[str, ...]:
     return (*(str(path.relative_to(ROOT)) for path in own), str(mirror), *smoke)
 
 
-def ran(folder: Path, tests: tuple[str, ...], *options: str) -> subprocess.CompletedProcess[str]:
-    """The quick ones among these tests, in a folder."""
+def ran(folder: Path, tests: tuple[str, ...], *options: str, kind: str = "not slow") -> subprocess.CompletedProcess[str]:
+    """The quick ones among these tests, or the slow ones, in a folder."""
     command = [
         Path(sys.executable).with_name("pytest"),
         "-q",
@@ -161,7 +162,7 @@ def ran(folder: Path, tests: tuple[str, ...], *options: str) -> subprocess.Compl
         "-p",
         "no:cacheprovider",
         "-m",
-        "not slow",
+        kind,
         *options,
         *tests,
     ]
@@ -193,25 +194,30 @@ class Copy:
 
     def noticed_by(self, place: Place) -> str:
         """The first test that fails because of the fault, or nothing."""
+        return self._noticed_by(place, "not slow") or self._noticed_by(place, "slow")
+
+    def _noticed_by(self, place: Place, kind: str) -> str:
         while True:
-            found = self._broken(place)
+            found = self._broken(place, kind)
             if found.returncode in (0, 5):
                 return ""
             if found.returncode < 0:
                 return "does not come to an end"
             first = (failing(found.stdout) or [""])[0]
-            if not first or ran(self.folder, (first,)).returncode in (0, 5):
+            if not first or ran(self.folder, (first,), kind=kind).returncode in (0, 5):
                 return first or "nothing can be collected"
             self.fail_anyway.add(first)
 
-    def _broken(self, place: Place) -> subprocess.CompletedProcess[str]:
-        """The tests of a place while it is broken; who fails as it is, is left out."""
+    def _broken(self, place: Place, kind: str) -> subprocess.CompletedProcess[str]:
+        """The tests of a place while it is broken, a few of the whole only quick ones; who fails as it is, is left out."""
         left_out = [word for test in sorted(self.fail_anyway) for word in ("--deselect" if "::" in test else "--ignore", test)]
         path = self.folder / place.file
         whole, stamp = path.read_bytes(), path.stat()
         path.write_bytes(place.broken())
         try:
-            return ran(self.folder, tests_of(place.file), "-x", *left_out)
+            tests = tests_of(place.file)
+            asked = tests if kind == "not slow" else tuple(name for name in tests if name not in SMOKE[place.file.parts[0]])
+            return ran(self.folder, asked, "-x", *left_out, kind=kind)
         finally:
             path.write_bytes(whole)
             os.utime(path, ns=(stamp.st_atime_ns, stamp.st_mtime_ns))
