@@ -26,7 +26,7 @@ VALIDATION ?= $(if $(filter 1,$(SHARE)),docs/validation/calibration,out/validati
 SUBSET ?= standard
 METHODS ?= explain-gap
 
-.PHONY: installed demo test fast calibrate lint docs datasets scoreboard bench clean pins
+.PHONY: installed installed-newest installed-oldest demo test fast calibrate lint docs datasets scoreboard bench clean pins
 .DELETE_ON_ERROR:
 
 demo: $(VENV)/installed
@@ -55,8 +55,12 @@ datasets: $(VENV)/installed
 	$(BIN)/python datasets/make_datasets.py
 
 # The wheel alone, in an empty folder, along the tutorial: newest Python and versions, then oldest Python and lowest versions.
-installed: $(VENV)/installed-test
+installed: installed-newest installed-oldest
+
+installed-newest: $(VENV)/installed-test
 	$(BIN)/python tests/follow_tutorial.py --python newest
+
+installed-oldest: $(VENV)/installed-test
 	$(BIN)/python tests/follow_tutorial.py --python oldest --lowest
 
 # What explain-gap answers to cases whose truth is sealed; an interrupted run goes on.   make scoreboard SUBSET=fast

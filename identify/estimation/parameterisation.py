@@ -238,11 +238,15 @@ class Unknowns:
         own = slice(self.first_rate, self.first_nuisance)
         return (q[own] * self.scales[own]).reshape(4, self.rate.order)
 
-    def lines_at(self, q: Array, z: float = 0.0, model: Model | None = None) -> Array:
-        """The actuator's a_l, b_l, a_u, b_u, beta, (5,), at a scaled rate; as it was in a run whose model is given."""
-        lines = lines_of(model or self.model) + self.base_shifts(q)[:5]
+    def lines_at(self, q: Array, z: float = 0.0, given: Array | None = None) -> Array:
+        """The actuator's a_l, b_l, a_u, b_u, beta, (5,), at a scaled rate; given : those of a run's own model, else the campaign's."""
+        lines = (self._lines if given is None else given) + self.base_shifts(q)[:5]
         lines[:4] += self.rate_coefficients(q) @ z ** np.arange(1, self.rate.order + 1)
         return lines
+
+    @cached_property
+    def _lines(self) -> Array:
+        return lines_of(self.model)
 
     def polynomials_at(self, q: Array) -> dict[str, tuple[float, ...]]:
         """Coefficients of a_l, b_l, a_u, b_u in the rate itself, lowest power first."""

@@ -18,7 +18,7 @@ from identify.campaign.prepared import Film, lengths_of
 from identify.estimation.fit import Block, Fitted
 from identify.estimation.observation import View, observe, observe_beside
 from identify.estimation.parameterisation import Unknowns
-from identify.estimation.parameters import BASE, LINE_NAMES, Change
+from identify.estimation.parameters import BASE, LINE_NAMES, Change, lines_of
 from identify.loops.loop_data import LoopData, gap_and_motion_errors, with_turns_moved
 from measure.common.arrays import Array
 from simulate.dispatch.threads import side_by_side
@@ -153,13 +153,15 @@ class Problem(Unknowns):
     def _loop_gap(self, q: Array, index: int, data: LoopData | None = None) -> tuple[Array, Array]:
         """The gap of a loop, (n,), and what each error of its motion does to it, (n, k), over the noise; of its data in another state."""
         loop = self.loops[index]
-        lines, zero_N = self.lines_at(q, self._z[index], loop.model), self._zero_of(q, index)
+        lines, zero_N = self.lines_at(q, self._z[index], self._lines_of_loops[index]), self._zero_of(q, index)
         effects = combined(loop.model.effects, self.effects_at(q))
         left, of_motion = gap_and_motion_errors(lines, data or loop.data, effects, zero_N)
         return left / loop.data.force_sigma_N, of_motion / loop.data.force_sigma_N
 
-    def _zero_of(self, q: Array, index: int) -> Array:
-        """What the load cell shows of a loop without the actuator's force, N, (n,): its own zero, and the covariate's share."""
+    def _zero_of(self, q: Array, index: int) -> Array | float:
+        """What the load cell shows of a loop without the actuator's force, N, (n,) or nothing: its own zero, and the covariate's share."""
+        if not (self.own_zeros or self.covariate):
+            return 0.0
         data, (zeros_N, drifts_N_per_s) = self.loops[index].data, self.zeros_at(q)
         since = data.time_s[0] if self.zeros_at_will else data.time_s.mean()
         shown = zeros_N[index] + drifts_N_per_s[index] * (data.time_s - since)
@@ -175,6 +177,10 @@ class Problem(Unknowns):
     @cached_property
     def _exact(self) -> tuple[LoopData, ...]:
         return tuple(replace(loop.data, motion_errors=loop.data.motion_errors[:0]) for loop in self.loops)
+
+    @cached_property
+    def _lines_of_loops(self) -> tuple[Array, ...]:
+        return tuple(lines_of(loop.model) for loop in self.loops)
 
     @cached_property
     def _z(self) -> tuple[float, ...]:

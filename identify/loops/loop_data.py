@@ -156,7 +156,7 @@ class LoopData:
         """The path with each of the errors that the motion may have."""
         return tuple(with_motion_error(self.path, self.time_s, error) for error in self.motion_errors)
 
-    @property
+    @cached_property
     def force_range_N(self) -> float:
         """Largest minus smallest force of the samples that count; errors are given in parts of it."""
         return float(np.ptp(self.force_N[self.used]))
@@ -209,7 +209,10 @@ def predict(lines: Array, data: LoopData, start_force_N: float, effects: tuple[E
     -------
     (n,) force at the samples, N. Effects that do not act on a leg or a load cell change nothing.
     """
-    path = data.path
+    return _along(data.path, lines, data, start_force_N, effects)
+
+
+def _along(path: Path, lines: Array, data: LoopData, start_force_N: float, effects: tuple[Effect, ...]) -> Array:
     force = loop_force(lines, path.time_s, path.elongation_m, path.speed_m_per_s, path.acceleration_m_per_s2, start_force_N, effects)
     for effect in effects:
         force = effect.observe_force(path.time_s, path.elongation_m, force)
@@ -258,7 +261,7 @@ def gap_and_motion_errors(
     """
     guess, force, change = _start_guess(lines, data, effects)
     seen = change[data.used]
-    moved = [predict(lines, replace(data, path=path), guess, effects) for path in data.paths_in_doubt]
+    moved = [_along(path, lines, data, guess, effects) for path in data.paths_in_doubt]
     columns = [(data.force_N - zero_N - force)[data.used], *((force - other)[data.used] for other in moved)]
     freed = [column - _share(seen, column, data) * seen for column in columns]
     return freed[0], np.stack(freed[1:], axis=1) if moved else np.empty((len(seen), 0))

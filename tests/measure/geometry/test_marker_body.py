@@ -46,3 +46,12 @@ def test_a_body_that_goes_and_turns_away_from_the_origin_has_the_pose_of_its_cen
     assert found.pose[:, :3] == pytest.approx(way, abs=1e-5)
     assert found.pose[:, 5] == pytest.approx(turn, abs=1e-5)
     assert np.abs(found.pose[:, 3:5]).max() < 1e-5
+
+
+def test_in_a_few_frames_shape_and_poses_take_up_much_of_the_noise():
+    """Of 36 coordinates of four markers in three frames, three poses and a shape leave twelve; on the average the sigma is right even so."""
+    chance = np.random.default_rng(3)
+    corners = square_still(0.0, 1)[0]
+    found = [body_motion(corners + chance.normal(0.0, 1e-5, (3, 4, 3))) for _ in range(200)]
+    variance = np.mean([np.median(one.sigma[:, 0]) ** 2 for one in found if one is not None])
+    assert np.sqrt(variance) == pytest.approx(1e-5 / 2.0, rel=0.06)

@@ -7,7 +7,7 @@ import cv2
 import numpy as np
 
 from measure import open_footage, read_project
-from measure.pages.film_frame import film_frame
+from measure.pages.film_frame import _around, film_frame
 
 DEMO = Path(__file__).resolve().parents[3] / "datasets" / "demo"
 
@@ -28,3 +28,9 @@ def test_a_mark_stands_on_the_page_where_it_stands_in_the_film():
         film = whole[int(y) - 8 : int(y) + 9, int(x) - 8 : int(x) + 9].ravel()
         page = shown[int(v) - 8 : int(v) + 9, int(u) - 8 : int(u) + 9].astype(float).ravel()
         assert np.corrcoef(film, page)[0, 1] > 0.95
+
+
+def test_around_marks_at_a_corner_the_picture_ends_where_the_film_does():
+    assert _around([(3.0, 4.0), (20.0, 9.0)], 11, 100, 80) == (0, 0, 64, 53)
+    assert _around([(90.0, 70.0)], 11, 100, 80) == (46, 26, 100, 80)
+    assert _around([], 11, 100, 80) == (0, 0, 100, 80)
