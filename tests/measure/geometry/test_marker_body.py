@@ -49,7 +49,7 @@ def test_a_body_that_goes_and_turns_away_from_the_origin_has_the_pose_of_its_cen
 
 
 def test_in_a_few_frames_shape_and_poses_take_up_much_of_the_noise():
-    """Of 36 coordinates of four markers in three frames, three poses and a shape leave twelve; on the average the sigma is right even so."""
+    """Of 36 coordinates of four markers in three frames twelve are left; on the average the sigma is right even so."""
     chance = np.random.default_rng(3)
     corners = square_still(0.0, 1)[0]
     found = [body_motion(corners + chance.normal(0.0, 1e-5, (3, 4, 3))) for _ in range(200)]
