@@ -153,13 +153,13 @@ def sizes_in_tolerances(fit: Fitted[Posed], name: str) -> dict[tuple[str, int], 
     return {(name, place): float(size) for place, size in enumerate(sizes)}
 
 
-def mirrored(errors: Mapping[tuple[str, int], float], axis: int) -> dict[tuple[str, int], float]:
-    """Errors by name and place of a rig that is seen from the other side: its centre of mass along an axis has changed sides.
+def mirrored(errors: Mapping[tuple[str, int], float], axis: int, share: float = -1.0) -> dict[tuple[str, int], float]:
+    """Errors by name and place of a rig that is seen from the other side: its centre of mass along an axis is times a share what it was.
 
     Those of the joints are left out: they are many and each is small, and where they would be in the mirror the rig may have no joint.
     """
     of_axis = (CentreOfMassOffset.name, axis)
-    return {key: -size if key == of_axis else size for key, size in errors.items() if key[0] != GeometryError.name}
+    return {key: share * size if key == of_axis else size for key, size in errors.items() if key[0] != GeometryError.name}
 
 
 def _of_effect(fit: Fitted[Posed], effect: Effect, tolerance: Array, places: Sequence[int]) -> Array:

@@ -229,7 +229,20 @@ class Search:
                 self._weigh_tables(one, at, max([0.0, *(promise.first for promise in found)]))
         for effect in one.fit.problem.effects:
             if effect.is_linear():  # another one cannot be taken out along straight lines
-                self._weigh(one, promises(one.weighed, self.catalogue, effect.name), one.weighed.log_z)
+                self._weigh_in_place(one, effect.name)
+
+    def _weigh_in_place(self, one: Hypothesis, name: str) -> None:
+        """Weigh every name in the place of one.
+
+        Where a fit brought far more than straight lines had promised, they are not to be trusted here either: then what says nearly as much
+        at a first look as the name itself is fitted.
+        """
+        found = list(promises(one.weighed, self.catalogue, name))
+        self._weigh(one, found, one.weighed.log_z)
+        promised = self.ahead.get(one.names)
+        if promised is not None and one.log_weight > promised.log_weight + _DEEPER:
+            least = (1.0 - _ALIKE) * one.weighed.gain_of(name)
+            self.due |= {tuple(sorted({*one.names, other.name} - {name})) for other in found if other.first > least}
 
     def _misses_something(self, one: Hypothesis) -> bool:
         """Whether it leaves what is unusual for noise, or some name promises more; else a law that has bent may stay so."""

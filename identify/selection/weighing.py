@@ -142,16 +142,26 @@ def _on_the_likelier_side(stand: Stand, found: Evidence) -> tuple[Stand, Evidenc
     different minima: all releases and the centre of mass must change sides together.
     """
     for axis, turned in stand.given.mirrors():
-        q = stand.fit.q.copy()
-        q[turned] *= -1.0
-        image = Stand.off_by(stand.given, q, mirrored(stand.errors_by_key, axis))
-        for is_led in (False, True):
-            start = _led_once(image, image.fit.q, image.sizes)[0] if is_led else image
+        for start in _images(stand, axis, turned):
             other, of_other = _stepped(start, start.weighed())
             if of_other.log_z > found.log_z + _HARDLY:
                 stand, found = other, of_other
                 break
     return stand, found
+
+
+def _images(stand: Stand, axis: int, turned: Sequence[int]) -> Iterator[Stand]:
+    """Where a search on the other side starts: in the mirror image; led by ever longer films from there; and with the centre at nought.
+
+    Which of them leads to the best place of that side is a matter of chance.
+    """
+    q = stand.fit.q.copy()
+    q[turned] *= -1.0
+    for share in (-1.0, 0.0):
+        image = Stand.off_by(stand.given, q, mirrored(stand.errors_by_key, axis, share))
+        if share:
+            yield image
+        yield _led_once(image, image.fit.q, image.sizes)[0]
 
 
 def _both(exact: Evidence, within: Stand) -> Both:

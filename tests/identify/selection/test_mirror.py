@@ -42,6 +42,7 @@ def as_built(seed):
 def test_in_a_mirror_the_centre_of_mass_is_on_the_other_side_and_the_joints_are_forgotten():
     errors = {("centre-of-mass-offset", 0): 1.0, ("centre-of-mass-offset", 1): 0.5, ("geometry-error", 7): 2.0, ("platform-mass", 0): -1.0}
     assert mirrored(errors, 1) == {("centre-of-mass-offset", 0): 1.0, ("centre-of-mass-offset", 1): -0.5, ("platform-mass", 0): -1.0}
+    assert mirrored(errors, 1, 0.0)[("centre-of-mass-offset", 1)] == 0.0
     assert mirrored(errors, 0) == {("centre-of-mass-offset", 0): -1.0, ("centre-of-mass-offset", 1): 0.5, ("platform-mass", 0): -1.0}
 
 

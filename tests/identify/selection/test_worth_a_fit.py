@@ -8,6 +8,7 @@ from typing import Any
 import pytest
 
 from identify.criteria import LOSES
+from identify.selection import search as search_module
 from identify.selection.hypotheses import BUDGETS
 from identify.selection.search import Search
 
@@ -57,3 +58,17 @@ def test_a_second_name_that_may_be_nothing_is_not_said(logs, leaves_noise, sure)
     search.fitted = {(): hypothesis((), -70.0, 2.0, 2.0), BOTH[1:]: one, BOTH: both}
     search.promised = {(): []}
     assert search._sure_of(BOTH) == sure
+
+
+@pytest.mark.parametrize(("promised_before", "due"), [(-120.0, {("cable-pendulum",)}), (-55.0, set())])
+def test_in_the_place_of_a_name_that_brought_far_more_than_promised_what_says_as_much_is_fitted(monkeypatch, promised_before, due):
+    """A handrail without clearance is a spring: straight lines from there say little of it, at a first look nearly as much."""
+    beside = [SimpleNamespace(name="cable-pendulum", first=200.0), SimpleNamespace(name="release-pose", first=120.0)]
+    monkeypatch.setattr(search_module, "promises", lambda at, catalogue, instead: beside)
+    search, names = Search({}, lambda names: 0.0, BUDGETS["normal"], lambda text: None), ("handrail-contact",)
+    monkeypatch.setattr(search, "_weigh", lambda one, found, reached: None)
+    search.ahead[names] = promised(names, promised_before)
+    one = hypothesis(names, -50.0)
+    one.weighed = SimpleNamespace(log_z=-45.0, gain_of=lambda name: 237.0)
+    search._weigh_in_place(one, "handrail-contact")
+    assert search.due == due
