@@ -212,6 +212,9 @@ def test_a_rolled_camera_shows_the_elevation_sideways(prototype):
     run = deploy(prototype)
     seen = known.CameraRoll(0.02).observe(run.time_s, run.channels)
     assert np.ptp(seen["x_m"]) == pytest.approx(np.ptp(run.channels["z_m"]) * np.sin(0.02), rel=1e-6)
+    rolled_back = known.CameraRoll(-0.02).observe(run.time_s, seen)
+    assert rolled_back["x_m"] == pytest.approx(run.channels["x_m"], abs=1e-12)
+    assert rolled_back["z_m"] == pytest.approx(run.channels["z_m"], abs=1e-12)
     assert known.CameraRoll(0.02).observe(run.time_s, {"z_m": run.channels["z_m"]})["z_m"] is run.channels["z_m"]
 
 
