@@ -16,9 +16,9 @@ from simulate.kernel.layout import SAMPLE_POSE
 from simulate.kernel.model_rows import without_idle
 from simulate.kernel.step_division import StepDivision
 from simulate.kernel.step_size import step_of
-from simulate.model.altered import altered
 from simulate.model.effect import Effect
 from simulate.model.model import Model, Nuisance, per_leg
+from simulate.model.rig import altered
 
 POSE_SIZE = 7
 _MARGIN_S = 0.05

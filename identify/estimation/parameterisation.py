@@ -31,10 +31,10 @@ from identify.estimation.parameters import (
 from identify.estimation.rate import NO_RATE, RatePolynomials
 from measure.common.arrays import Array
 from simulate.files.model_file import add_effects
-from simulate.model.altered import altered
 from simulate.model.effect import Effect
 from simulate.model.measures import PROTOTYPE, Measures
 from simulate.model.model import LEGS, Model, per_leg
+from simulate.model.rig import altered
 
 LOOPS = -1  # in place of a film's number: what is common to no film
 

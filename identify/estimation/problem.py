@@ -22,9 +22,9 @@ from identify.estimation.parameters import BASE, LINE_NAMES, Change, lines_of
 from identify.loops.loop_data import LoopData, gap_and_motion_errors, with_turns_moved
 from measure.common.arrays import Array
 from simulate.dispatch.threads import side_by_side
-from simulate.model.altered import altered
 from simulate.model.effect import Effect
 from simulate.model.model import Model
+from simulate.model.rig import altered
 
 _STEP, _STEP_OF_LOOPS, _STEP_OF_LINES = 1e-5, 1e-3, 1e-2  # in scales; a loop is linear in its lines and zeros, so that any step is exact
 _DIVERGED = 1e3

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
-from itertools import zip_longest
+from itertools import islice, zip_longest
 
 import numpy as np
 from scipy.stats import chi2
@@ -39,8 +39,10 @@ def weighed(fit: Fit) -> Weighed:
     if both.share_of_exact > CREDIBLE:
         return Weighed(exact, loose, both)
     within, of_within = settled(loose, found.noise)
-    if not within.names:
-        within, of_within = _on_the_likelier_side(within, of_within)
+    reached = Weighed(exact, within, Both(found, of_within))
+    if within.names:
+        return reached
+    within, of_within = _on_the_likelier_side(within, of_within, None if reached.leaves_noise else 1)
     return Weighed(exact, within, Both(found, of_within))
 
 
@@ -135,14 +137,18 @@ def along_lines(fit: Fit) -> Weighed:
     return Weighed(exact, loose, _both(exact.weighed(), loose))
 
 
-def _on_the_likelier_side(stand: Stand, found: Evidence) -> tuple[Stand, Evidence]:
+def _on_the_likelier_side(stand: Stand, found: Evidence, most: int | None) -> tuple[Stand, Evidence]:
     """A stand or, if that is likelier, one that is found from its mirror image across what no film shows.
 
     To a rig that is its own mirror image both would be one. The small things that make it none tell the sides apart, but lie in
     different minima: all releases and the centre of mass must change sides together.
+
+    Parameters
+    ----------
+    most : places on the other side to start from; by default all. Where a gap is left, names may close it: then the first one is tried.
     """
     for axis, turned in stand.given.mirrors():
-        for start in _images(stand, axis, turned):
+        for start in islice(_images(stand, axis, turned), most):
             other, of_other = _stepped(start, start.weighed())
             if of_other.log_z > found.log_z + _HARDLY:
                 stand, found = other, of_other

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from simulate.model.altered import altered
 from simulate.model.effect import ModelEffect, RigT, parameter
+from simulate.model.rig import altered
 
 
 @dataclass(frozen=True)

@@ -4,10 +4,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from simulate.model.altered import altered
 from simulate.model.effect import Bounds, ModelEffect, RigT, parameter
 from simulate.model.measures import PROTOTYPE, Measures
-from simulate.model.rig import Rig
+from simulate.model.rig import Rig, altered
 
 
 @dataclass(frozen=True)

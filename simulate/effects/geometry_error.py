@@ -7,10 +7,9 @@ from typing import Any
 
 import numpy as np
 
-from simulate.model.altered import altered
 from simulate.model.effect import ModelEffect, RigT, parameter
 from simulate.model.measures import PROTOTYPE, Measures
-from simulate.model.rig import Rig
+from simulate.model.rig import Rig, altered
 
 _HALF = 18
 _TOLERANCES = 3.0

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from simulate.model.altered import altered
 from simulate.model.effect import ModelEffect, RigT, parameter
-from simulate.model.rig import per_leg
+from simulate.model.rig import altered, per_leg
 
 RUNS = 16
 

@@ -6,7 +6,7 @@ when the value is made.
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal, TypeVar
 
 import numpy as np
 from pydantic import ConfigDict, Field, model_validator
@@ -14,7 +14,6 @@ from pydantic.dataclasses import dataclass
 
 from measure.common.arrays import Array
 from measure.common.errors import InputError
-from simulate.model.altered import altered
 
 LEGS = 6
 
@@ -27,6 +26,22 @@ NotNegative = Annotated[float, Field(strict=True, ge=0)]
 Vector = tuple[Number, Number, Number]
 PerLeg = Number | tuple[Number, Number, Number, Number, Number, Number]
 Joints = tuple[Vector, Vector, Vector, Vector, Vector, Vector]
+
+
+T = TypeVar("T")
+
+
+def altered(one: T, **values: Any) -> T:
+    """A dataclass with some of its fields changed and nothing checked anew, for values that a fit works out some hundred thousand times.
+
+    Parameters
+    ----------
+    one : an instance of a dataclass without slots. values : new values by field, of the kinds that the fields have.
+    """
+    made = object.__new__(type(one))
+    fields: dict[str, Any] = type(one).__dataclass_fields__  # type: ignore[attr-defined]
+    made.__dict__.update({name: one.__dict__[name] for name in fields} | values)
+    return made
 
 
 @dataclass(frozen=True, config=CHECKED)
