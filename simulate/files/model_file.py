@@ -22,7 +22,7 @@ from simulate.effects import CATALOGUE
 from simulate.model.control import Controller
 from simulate.model.effect import Catalogue, Effect, effect_from
 from simulate.model.model import LEGS, STORED_FORCE, Model, with_value
-from simulate.model.possible import impossible
+from simulate.model.possible import impossible, impossible_as_changed
 
 SCHEMA = 1
 _STORED = STORED_FORCE.partition(".")[2]
@@ -77,6 +77,7 @@ def model_from(document: Mapping[str, Any], where: str, catalogue: Catalogue = C
     model, of_values = _checked_model({**known, "effects": effects, "controller": controller}, unknown)
     wrong = [*_wrong_schema(document), *unknown, *of_values, *of_effects, *of_controller]
     wrong = wrong or impossible(model)
+    wrong = wrong or (impossible_as_changed(model.adjusted()) if model is not None else [])
     if model is None or wrong:
         raise InputError(f"{where}: " + "\n".join(wrong))
     return model

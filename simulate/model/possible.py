@@ -64,6 +64,11 @@ def impossible(rig: Rig | None) -> list[str]:
     return wrong
 
 
+def impossible_as_changed(rig: Rig) -> list[str]:
+    """Why a rig that effects have changed cannot be, a sentence each: an error of the model file may take away more than there is."""
+    return [f"with the model's effects, {sentence}" for sentence in _out_of_range(rig)]
+
+
 def warnings_of(rig: Rig) -> list[str]:
     """What is odd about a rig and can be: sentences for its result.
 

@@ -23,7 +23,7 @@ from simulate.kernel.runge_kutta import compiled_stage
 from simulate.kernel.step_size import finest, longest_flight, pace_of
 from simulate.model import responses
 from simulate.model.model import Model
-from simulate.model.possible import impossible
+from simulate.model.possible import impossible, impossible_as_changed
 from simulate.model.rig import geometry_of
 from simulate.sweeps.designs import Design
 from simulate.sweeps.factors import Factor
@@ -68,7 +68,7 @@ class Sweep:
             waits for.
         """
         for model in self._extremes:
-            if wrong := impossible(model):
+            if wrong := impossible(model) or impossible_as_changed(model.adjusted()):
                 raise InputError(f"a level of the sweep cannot be: {wrong[0]}")
             row_of(model)
         self.rows_at(self.design.piece(0, 1))

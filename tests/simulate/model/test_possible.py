@@ -9,6 +9,7 @@ import pytest
 
 from measure.common.errors import InputError
 from simulate.deployment.deploy import deploy, deploy_checked
+from simulate.effects import EndStopDissipation, PlatformMass
 from simulate.files.model_file import document_of, model_from
 from simulate.kernel.step_size import grid
 from simulate.model.model import Geometry, Simulation, with_value
@@ -193,3 +194,10 @@ def test_a_step_that_is_longer_than_the_run_is_refused(prototype):
 def test_more_samples_than_fit_into_memory_are_refused(prototype):
     with pytest.raises(InputError, match=r"3e\+06 samples; at most 2e\+06 are kept"):
         grid(replace(prototype, simulation=Simulation(1.0, 3e6)))
+
+
+@pytest.mark.parametrize("kind", [PlatformMass, EndStopDissipation])
+def test_an_effect_cannot_take_away_more_than_there_is(prototype, kind):
+    with pytest.raises(InputError, match=r"with the model's effects, .*is not between"):
+        read_back(prototype.with_effect(kind(-100.0)))
+    assert read_back(prototype.with_effect(kind(-0.1))).effects
