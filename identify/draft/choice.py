@@ -10,8 +10,9 @@ shapes by a search from several starts. Forms are compared by  gain - parameters
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from scipy.optimize import minimize
@@ -48,40 +49,53 @@ class Chosen:
         return self.values[len(self.form.amplitudes) :]
 
 
-def chosen_forms(tables: Sequence[Unnamed], samples: float) -> list[Chosen]:
+def chosen_forms(tables: Sequence[Unnamed], samples: float, within: float = np.inf) -> list[Chosen]:
     """The best form of each table, those that say most first.
 
     Parameters
     ----------
     samples : number of independent samples that were measured.
+    within : a score so far below the best one is not asked for: what cannot come nearer is left out.
     """
-    found = [one for table in tables if isinstance(table.table, LegTable | ForceTable) and (one := _best_of(table, samples)) is not None]
-    return sorted(found, key=lambda one: -one.score)
+    found: dict[int, Chosen] = {}
+    for place, axis, seen in sorted(_all_seen(tables), key=lambda row: -row[2].most):
+        best = max((one.score for one in found.values()), default=-np.inf)
+        if seen.most - float(np.log(samples)) < best - within:
+            break
+        one = _best_on(tables[place], seen, samples)
+        if one is not None and (place not in found or one.score > found[place].score):
+            found[place] = replace(one, axis=axis)
+    return sorted(found.values(), key=lambda one: -one.score)
 
 
-def _best_of(table: Unnamed, samples: float) -> Chosen | None:
-    axes = range(AXES) if isinstance(table.table, ForceTable) else (0,)
-    found = [_best_on(table, samples, axis) for axis in axes]
-    return max((one for one in found if one is not None), key=lambda one: one.score, default=None)
+def _all_seen(tables: Sequence[Unnamed]) -> Iterator[tuple[int, int, _Seen]]:
+    """Which table, which axis of it, and what was measured there."""
+    for place, table in enumerate(tables):
+        is_platform = isinstance(table.table, ForceTable)
+        for axis in range(AXES) if is_platform else range(isinstance(table.table, LegTable)):
+            first = axis * KNOTS
+            used = (table.places >= first) & (table.places < (first + KNOTS if is_platform else np.inf))
+            if used.any():
+                x = _places(table)[table.places[used] - first]
+                yield place, axis, _Seen(x, table.information[np.ix_(used, used)], table.drive[used])
 
 
-def _best_on(table: Unnamed, samples: float, axis: int) -> Chosen | None:
+def _best_on(table: Unnamed, seen: _Seen, samples: float) -> Chosen | None:
     """The best form of a table, or sum of that and another one; on the platform of one axis."""
-    first = axis * KNOTS
-    used = (table.places >= first) & (table.places < (first + KNOTS if isinstance(table.table, ForceTable) else np.inf))
-    if not used.any():
-        return None
-    x = _places(table)[table.places[used] - first]
-    seen = _Seen(x, table.information[np.ix_(used, used)], table.drive[used])
+    x = seen.x
     known = [form for form in FORMS if _makes_sense(form, table, x)]
-    ends = float(x[0]), float(x[-1])
+    ends, price = (float(x[0]), float(x[-1])), float(np.log(samples))
     tried = [one for form in known if (one := _fitted(form, seen, table, samples, form.starts(*ends))) is not None]
     tried.sort(key=lambda one: -one.score)
-    for best in tried[:_ADDED_TO] if tried and tried[0].score < seen.most - _WORTH_MORE * len(x) else ():
-        sums = [(sum_of(best.form, form), [(*best.shapes.tolist(), *shapes) for shapes in form.starts(*ends)]) for form in known]
-        double = [_fitted(form, seen, table, samples, starts) for form, starts in sums if form.parameters < len(x)]
-        tried += [one for one in double if one is not None]
-    return replace(max(tried, key=lambda one: one.score), axis=axis) if tried else None
+    best = tried[0] if tried else None
+    for first in tried[:_ADDED_TO] if best is not None and best.score < seen.most - _WORTH_MORE * len(x) else ():
+        for form in known:
+            both = sum_of(first.form, form)
+            if both.parameters < len(x) and best is not None and seen.most - both.parameters * price > best.score:
+                starts = [(*first.shapes.tolist(), *shapes) for shapes in form.starts(*ends)]
+                one = _fitted(both, seen, table, samples, starts)
+                best = one if one is not None and one.score > best.score else best
+    return best
 
 
 def _places(table: Unnamed) -> Array:
@@ -106,7 +120,7 @@ class _Seen:
     information: Array
     drive: Array
 
-    @property
+    @cached_property
     def most(self) -> float:
         """Fall of -2 ln L that forces of any course bring; of noise alone about their number."""
         return float(self.drive @ np.linalg.lstsq(self.information, self.drive, rcond=1e-12)[0])

@@ -33,7 +33,7 @@ def draft(beside: Weighed, left: Fit, tables: Sequence[Unnamed], held_out: Calla
     Drafted or None
         The one that runs held out prefer, or the best fit where there are none; None where no formula says anything.
     """
-    found = [one for one in chosen_forms(tables, left.effective_samples) if one.score > _LEAST_SCORE]
+    found = [one for one in chosen_forms(tables, left.effective_samples, _LESS_WELL) if one.score > _LEAST_SCORE]
     near = [one for one in found[:MOST_TRIED] if one.score > found[0].score - _LESS_WELL]
     before = held_out(left) if near else None
     tried = [_tried(beside, one, before, held_out, origin) for one in near]

@@ -10,8 +10,9 @@ import math
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cache
 from itertools import product
-from types import SimpleNamespace
+from types import CodeType, SimpleNamespace
 
 import numpy as np
 
@@ -65,7 +66,7 @@ class Form:
     def force(self, x: Array, parameters: Sequence[float] | Array) -> Array:
         """The force at places of its variable, (n,), N."""
         with np.errstate(over="ignore"):
-            value = eval(self.code, {"math": _ARRAYS, "abs": np.abs, "x": x, "p": parameters})
+            value = eval(_compiled(self.code), {"math": _ARRAYS, "abs": np.abs, "x": x, "p": parameters})
         return np.broadcast_to(value, np.shape(x)).astype(float)
 
     def basis(self, x: Array, shapes: Sequence[float] | Array) -> Array:
@@ -76,6 +77,11 @@ class Form:
     def starts(self, first: float, last: float) -> list[tuple[float, ...]]:
         """Sets of shapes to start from, for a variable that goes from first to last."""
         return list(product(*(shape.values(first, last) for shape in self.shapes)))
+
+
+@cache
+def _compiled(code: str) -> CodeType:
+    return compile(code, "<form>", "eval")
 
 
 def sum_of(one: Form, other: Form) -> Form:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass
+from functools import reduce
 
 import numpy as np
 from numpy.typing import NDArray
@@ -56,11 +57,9 @@ class ModelErrors:
 
     def at(self, fit: Fitted[Posed]) -> ModelErrors:
         """The same errors at another fit."""
-        parts = [np.empty((fit.problem.measured, 0))]
-        for kind, tolerance in TOLERANCES:
-            mine = [place for name, place in zip(self.names, self.places, strict=True) if name == kind.name]
-            parts += [_of_effect(fit, fit.problem.model.effect(kind), tolerance(fit.problem.model), mine)] if mine else []
-        return ModelErrors(np.hstack(parts), self.names, self.places)
+        kinds = [kind for kind, _ in TOLERANCES if kind.name in self.names]
+        places = [[place for name, place in zip(self.names, self.places, strict=True) if name == kind.name] for kind in kinds]
+        return ModelErrors(_columns(fit, kinds, places), self.names, self.places)
 
     def without(self, names: Collection[str]) -> tuple[ModelErrors, NDArray[np.bool_]]:
         """All but some kinds, and which of all these are."""
@@ -82,22 +81,19 @@ class ModelErrors:
 
 def model_errors(fit: Fitted[Posed]) -> ModelErrors:
     """The columns at a fit; without deployments there are none."""
-    rows, parts, names, places = fit.problem.measured, [], [], []
-    known = {effect.name for effect in fit.problem.effects}
-    for kind, tolerance in TOLERANCES if fit.problem.films else ():
-        size = tolerance(fit.problem.model)
-        if kind.name not in known and np.any(size > 0.0):
-            columns = _of_effect(fit, fit.problem.model.effect(kind), size, range(len(size)))
-            shown = np.linalg.norm(columns, axis=0) > _SHOWN
-            parts.append(columns[:, shown])
-            names += [kind.name] * int(shown.sum())
-            places += np.flatnonzero(shown).tolist()
-    return ModelErrors(np.hstack([np.empty((rows, 0)), *parts]), tuple(names), tuple(places))
+    known, model = {effect.name for effect in fit.problem.effects}, fit.problem.model
+    sizes = {kind: tolerance(model) for kind, tolerance in TOLERANCES if fit.problem.films and kind.name not in known}
+    kinds = [kind for kind, size in sizes.items() if np.any(size > 0.0)]
+    every = [list(range(len(sizes[kind]))) for kind in kinds]
+    columns = _columns(fit, kinds, every)
+    shown = np.flatnonzero(np.linalg.norm(columns, axis=0) > _SHOWN)
+    keys = [(kind.name, place) for kind, places in zip(kinds, every, strict=True) for place in places]
+    return ModelErrors(columns[:, shown], tuple(keys[i][0] for i in shown), tuple(keys[i][1] for i in shown))
 
 
-def tolerance_of(effect: Effect, model: Model) -> Array:
+def tolerance_of(error: Effect | type[Effect], model: Model) -> Array:
     """One tolerance of each parameter of an error, (n,)."""
-    return next(tolerance for kind, tolerance in TOLERANCES if kind.name == effect.name)(model)
+    return next(tolerance for kind, tolerance in TOLERANCES if kind.name == error.name)(model)
 
 
 def slight_errors(fit: Fitted[Posed]) -> tuple[tuple[Effect, float], ...]:
@@ -162,10 +158,14 @@ def mirrored(errors: Mapping[tuple[str, int], float], axis: int, share: float = 
     return {key: share * size if key == of_axis else size for key, size in errors.items() if key[0] != GeometryError.name}
 
 
-def _of_effect(fit: Fitted[Posed], effect: Effect, tolerance: Array, places: Sequence[int]) -> Array:
-    """Columns (m, n) of one tolerance each for some of the parameters of an error."""
-    problem = fit.problem.with_another(effect)
-    start = np.concatenate([fit.q, np.zeros(len(tolerance))])
-    new, own = [len(fit.q) + place for place in places], list(places)
+def _columns(fit: Fitted[Posed], kinds: Sequence[type[Effect]], places: Sequence[Sequence[int]]) -> Array:
+    """Columns (m, n) of one tolerance each for some of the parameters of some errors, simulated side by side."""
+    model, first = fit.problem.model, len(fit.q)
+    effects, tolerances = [model.effect(kind) for kind in kinds], [tolerance_of(kind, model) for kind in kinds]
+    problem = reduce(lambda made, effect: made.with_another(effect), effects, fit.problem)
+    begins = first + np.cumsum([0, *(len(tolerance) for tolerance in tolerances)])
+    new = [int(begin) + place for begin, own in zip(begins, places, strict=False) for place in own]
+    start = np.concatenate([fit.q, np.zeros(int(begins[-1]) - first)])
     columns = problem.jacobian(start, new, fit.gaps)[1][: fit.problem.measured]
-    return columns * (tolerance[own] / problem.scales[new])
+    whole = np.concatenate([np.empty(0), *tolerances])
+    return columns * (whole[np.array(new, dtype=int) - first] / problem.scales[new])

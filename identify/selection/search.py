@@ -26,8 +26,18 @@ from identify.selection.model_errors import FORCES
 from identify.selection.promises import is_bent, nearly_as_good, posed, promises, with_law_as_given
 from identify.selection.stand import Weighed
 from identify.selection.unknown_force import unnamed_forces
-from identify.selection.verdict import Names, credible_set, foremost_of, is_unnamed
-from identify.selection.weighing import along_lines, errors_without, from_rest, led_anew, weighed, weighed_again, weighed_within, without
+from identify.selection.verdict import Names, credible_set, foremost_of, is_unnamed, of_the_unnamed
+from identify.selection.weighing import (
+    along_lines,
+    errors_without,
+    from_rest,
+    led_anew,
+    on_the_likelier_side,
+    weighed,
+    weighed_again,
+    weighed_within,
+    without,
+)
 from simulate.model.effect import Effect
 
 _NEARLY_ALL = 0.9
@@ -43,7 +53,9 @@ _SHORT = 1.0  # of a promise, in log evidence: then the fit may have gone astray
 class Search:
     """What was fitted and what was only weighed. prior : log prior of a set of names. due : names that are fitted whatever they promise,
     because the law had bent to what is missing. led : by what promise each was fitted. tried_anew : what was led from the model file, too.
-    reached : log weight to which the fit of each led by itself. releases : local minima of each run's release that were found."""
+    brought_back : what was looked for in other local minima since it was fitted.
+    reached : log weight to which the fit of each led by itself. releases : local minima of each run's release that were found. is_turned :
+    whether nothing was looked for on the other side of what no film shows."""
 
     catalogue: Mapping[str, type[Effect]]
     prior: Prior
@@ -57,9 +69,11 @@ class Search:
     due: set[Names] = field(default_factory=set)
     led: dict[Names, Ahead] = field(default_factory=dict)
     tried_anew: set[Names] = field(default_factory=set)
+    brought_back: set[Names] = field(default_factory=set)
     reached: dict[Names, float] = field(default_factory=dict)
     releases: Minima = field(default_factory=dict)
     spent: int = 0
+    is_turned: bool = False
 
     @property
     def foremost(self) -> Hypothesis:
@@ -86,14 +100,30 @@ class Search:
     def run(self, base: Fit) -> None:
         """Search on from a fit without any effect, until nothing that was only weighed might hold a share or the budget is spent."""
         self._keep((), weighed(base))
+        if not self.fitted[()].weighed.leaves_noise:
+            self._turn()
         while True:
             worth = [one for one in self.ahead.values() if self._is_worth_a_fit(one)]
-            if worth and self.spent < self.budget.fits:
+            if worth and not self.is_turned:
+                self._turn()
+            elif worth and self.spent < self.budget.fits:
                 self._fit(max(worth, key=lambda one: one.log_weight))
             elif self.foremost.names not in self.seen_from and self._leads_on(self.foremost):
                 self._look_from(self._brought_back(self.foremost))
             else:
                 return
+
+    def _turn(self) -> None:
+        """Look for nothing on the other side of what no film shows, once, before any name is fitted; what was weighed falls if it is there.
+
+        Where nothing else is worth a fit there is no need to: a likelier place of nothing would change no verdict.
+        """
+        self.is_turned, before = True, self.fitted[()].weighed
+        after = on_the_likelier_side(before)
+        if after is not before:
+            self._keep((), after)
+            for weighed_there in (self.ahead, self.tables, self.promised, self.due):
+                weighed_there.clear()
 
     def _leads_on(self, one: Hypothesis) -> bool:
         """Whether a further name may be looked for: of several names each must have halved the gap that those before it left.
@@ -122,13 +152,22 @@ class Search:
         What may stand in its place is fitted, if it was only weighed: a class rests on fits, too.
         """
         for _ in range(_SETTLING):
+            self._weigh_tables_beside_foremost()
             promised = [self.ahead[names] for names in credible_set(self.weights()) if names not in self.fitted]
             worth = [one for one in promised if one.promise is not None and not self._adds_to_enough(one)]
             if not worth:
                 break
             self._fit(worth[0])
-        names = tuple(name for name in foremost_of(self.weights()) if not is_unnamed(name))
-        return self._brought_back(self.fitted.get(self._sure_of(names), self.foremost))
+        self._weigh_tables_beside_foremost()
+        weights = self.weights()
+        names = tuple(name for name in foremost_of(weights) if not is_unnamed(name))
+        found = self.fitted.get(self._sure_of(names), self.foremost)
+        return found if of_the_unnamed(weights) > CREDIBLE else self._brought_back(found)
+
+    def _weigh_tables_beside_foremost(self) -> None:
+        if self._base not in self.tables:
+            one = self.fitted[self._base]
+            self._weigh_tables(one, one.weighed, self.promised[self._base])
 
     def _sure_of(self, names: Names) -> Names:
         """Of several names those that are sure: while fewer of them leave noise and hold more than 0.05, the others may be nothing."""
@@ -139,6 +178,8 @@ class Search:
 
     def _brought_back(self, one: Hypothesis) -> Hypothesis:
         """The same looked for again where films are missed: a fit may end in a wrong local minimum of a release, or of a bent base."""
+        if one.names in self.brought_back:
+            return self.fitted[one.names]
         if one.names and one.names not in self.tried_anew:
             self.tried_anew.add(one.names)
             led = led_anew(one.weighed)
@@ -148,6 +189,7 @@ class Search:
         again = released_again(one.fit, known=self.releases)
         if again.cost < one.fit.cost - _DEEPER:
             self._keep(one.names, weighed_again(one.weighed, again))
+        self.brought_back.add(one.names)
         return self.fitted[one.names]
 
     def _is_worth_a_fit(self, one: Ahead) -> bool:
@@ -155,7 +197,18 @@ class Search:
             return False
         if self._adds_to_enough(one):
             return one.log_weight > self.foremost.log_weight - (0.0 if self.foremost.names else LOSES)
-        return one.names in self.due or one.log_weight > self._bar or self._is_alike(one)
+        if one.names in self.due:
+            return True
+        return self._may_reach_the_unnamed(one) and (one.log_weight > self._bar or self._is_alike(one))
+
+    def _may_reach_the_unnamed(self, one: Ahead) -> bool:
+        """Whether it comes near the likeliest force without a name, were its fit to bring as much more than promised as one before did.
+
+        What stays behind that changes no verdict. Of the first fit nothing is known yet.
+        """
+        unnamed = max((other.log_weight for other in self.ahead.values() if other.promise is None), default=-np.inf)
+        more = max((self.fitted[names].log_weight - led.log_weight for names, led in self.led.items()), default=np.inf)
+        return one.log_weight + max(more, 0.0) > unnamed - self.budget.least
 
     def _adds_to_enough(self, one: Ahead) -> bool:
         """Whether it adds a name to the foremost ones, which leave noise: promised less, it changes no verdict.
@@ -210,6 +263,7 @@ class Search:
         if known is None or one.log_weight > known.log_weight:
             self.fitted[names] = one
             self.seen_from.discard(names)
+            self.brought_back.discard(names)
 
     def _look_from(self, one: Hypothesis) -> None:
         """Weigh every hypothesis with one name more, or another name in the place of one."""
@@ -225,8 +279,8 @@ class Search:
                 self._weigh(one, near, reached)
             if at is one.weighed:
                 self.promised[one.names] = found
-            if at.log_z == reached:
-                self._weigh_tables(one, at, max([0.0, *(promise.first for promise in found)]))
+            if at.log_z == reached and not one.names:
+                self._weigh_tables(one, at, found)
         for effect in one.fit.problem.effects:
             if effect.is_linear():  # another one cannot be taken out along straight lines
                 self._weigh_in_place(one, effect.name)
@@ -254,8 +308,9 @@ class Search:
             names = tuple(sorted({*one.names, promise.name} - {promise.instead}))
             self._ahead(Ahead(names, one, promise, one.weighed.log_z + promise.log_z - reached + self.prior(names)))
 
-    def _weigh_tables(self, one: Hypothesis, at: Weighed, first: float) -> None:
-        found = unnamed_forces(at, first)
+    def _weigh_tables(self, one: Hypothesis, at: Weighed, beside: Iterable[Promise]) -> None:
+        """Weigh forces without a name from where names promised something."""
+        found = unnamed_forces(at, max([0.0, *(promise.first for promise in beside)]))
         if one.names not in self.tables:
             self.tables[one.names] = found
         for table in found:

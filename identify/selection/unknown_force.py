@@ -5,6 +5,7 @@ The size of such a force is not known beforehand: each size of a coarse scale ha
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -77,17 +78,27 @@ def _of_any_size(at: Weighed, table: Effect, columns: Array, places: Places, lea
     best = int(np.argmax([one.log_z for one in gains]))
     log_z, covariance, amounts = at.log_z + whole, gains[best].covariance, gains[best].amounts
     if max(gain.most for gain in gains) > least:
-        found: list[Both] = []
-        for one in of_sizes:
-            found.append(at.beside(one, noise=found[-1].likelier.noise if found else at.evidence.noise, rounds=_ROUNDS))
-        log_z = float(np.logaddexp.reduce([one.log_z for one in found]) - np.log(len(SIZES)))
-        best = int(np.argmax([one.log_z for one in found]))
+        found = _weighed_from(at, of_sizes, best)
+        log_z = float(np.logaddexp.reduce([one.log_z for one in found.values()]) - np.log(len(SIZES)))
+        best = max(found, key=lambda place: found[place].log_z)
         of = found[best].likelier
         covariance, amounts = of.covariance[-len(places) :, -len(places) :], of.amounts[-len(places) :]
     typical, size = at.fit.problem.with_another(table).scales[len(at.fit.q) + places], SIZES[best]
     known = np.linalg.pinv(covariance, hermitian=True)
     information, drive = (known - np.eye(len(places)) / size**2) / np.outer(typical, typical), known @ amounts / typical
     return Unnamed(table, log_z, places, amounts * typical, np.sqrt(np.diag(covariance)) * typical, size, information, drive)
+
+
+def _weighed_from(at: Weighed, of_sizes: Sequence[Columns], begin: int) -> dict[int, Both]:
+    """Columns with priors of several sizes weighed, from one up and down until the evidence is lost: over the size it has one top."""
+    found = {begin: at.beside(of_sizes[begin], rounds=_ROUNDS)}
+    noise = found[begin].likelier.noise
+    for places in (range(begin + 1, len(of_sizes)), range(begin - 1, -1, -1)):
+        for place in places:
+            found[place] = at.beside(of_sizes[place], noise=noise, rounds=_ROUNDS)
+            if found[place].log_z < max(one.log_z for one in found.values()) - LOSES:
+                break
+    return found
 
 
 def simulated(one: Unnamed, beside: Fit) -> Unnamed:

@@ -74,7 +74,7 @@ def verdict_of(weights: Mapping[Names, float], *, foremost: Names | None = None,
         return Verdict("no-gap", (), {}, listed)
     credible = credible_set(weights)
     names = tuple(name for name in (foremost_of(weights) if foremost is None else foremost) if not is_unnamed(name))
-    if not leaves_noise or _of_the_unnamed(weights) > 1.0 - CREDIBLE:
+    if not leaves_noise or of_the_unnamed(weights) > 1.0 - CREDIBLE:
         return Verdict("partly" if names and closes_most else "unknown", names, _rivals(names, credible), listed)
     rivals = _rivals(names, credible)
     word = "several" if len(names) > 1 else "class" if any(rivals.values()) else "named"
@@ -92,7 +92,7 @@ def doing_without(verdict: Verdict, slight: Collection[str]) -> Verdict:
     return replace(verdict, word=word, names=names)
 
 
-def _of_the_unnamed(weights: Mapping[Names, float]) -> float:
+def of_the_unnamed(weights: Mapping[Names, float]) -> float:
     """Probability that a force without a name is there."""
     return sum(weight for names, weight in weights.items() if any(is_unnamed(name) for name in names))
 

@@ -39,10 +39,6 @@ def weighed(fit: Fit) -> Weighed:
     if both.share_of_exact > CREDIBLE:
         return Weighed(exact, loose, both)
     within, of_within = settled(loose, found.noise)
-    reached = Weighed(exact, within, Both(found, of_within))
-    if within.names:
-        return reached
-    within, of_within = _on_the_likelier_side(within, of_within, None if reached.leaves_noise else 1)
     return Weighed(exact, within, Both(found, of_within))
 
 
@@ -137,23 +133,23 @@ def along_lines(fit: Fit) -> Weighed:
     return Weighed(exact, loose, _both(exact.weighed(), loose))
 
 
-def _on_the_likelier_side(stand: Stand, found: Evidence, most: int | None) -> tuple[Stand, Evidence]:
-    """A stand or, if that is likelier, one that is found from its mirror image across what no film shows.
+def on_the_likelier_side(one: Weighed) -> Weighed:
+    """The same hypothesis, off by errors of the model file, or a likelier one, found from its mirror image across what no film shows.
 
     To a rig that is its own mirror image both would be one. The small things that make it none tell the sides apart, but lie in
-    different minima: all releases and the centre of mass must change sides together.
-
-    Parameters
-    ----------
-    most : places on the other side to start from; by default all. Where a gap is left, names may close it: then the first one is tried.
+    different minima: all releases and the centre of mass must change sides together. Where a gap is left, names may close it: then only
+    one place on the other side is started from.
     """
+    stand, found = one.within, one.both.within
+    if found is None or one.both.share_of_exact > CREDIBLE:
+        return one
     for axis, turned in stand.given.mirrors():
-        for start in islice(_images(stand, axis, turned), most):
+        for start in islice(_images(stand, axis, turned), None if one.leaves_noise else 1):
             other, of_other = _stepped(start, start.weighed())
             if of_other.log_z > found.log_z + _HARDLY:
                 stand, found = other, of_other
                 break
-    return stand, found
+    return one if stand is one.within else Weighed(one.exact, stand, Both(one.both.exact, found))
 
 
 def _images(stand: Stand, axis: int, turned: Sequence[int]) -> Iterator[Stand]:
@@ -188,20 +184,27 @@ def settled(stand: Stand, noise: tuple[ChannelNoise, ...] = ()) -> tuple[Stand, 
 
 def _from_afar(stand: Stand) -> Stand:
     """A stand led by ever longer films, from where it is; where that leaves a gap also from the model file as it is."""
-    led = _led(stand, stand.fit.q, stand.sizes)
-    return led if led.fit.rms < CLOSE else _likelier(led, _led(stand, stand.origin, np.zeros(len(stand.sizes))))
+    led, course = _led_once(stand, stand.fit.q, stand.sizes)
+    if led.fit.rms < CLOSE:
+        return _on_other_sides(stand, led, course)
+    return _likelier(led, _led(stand, stand.origin, np.zeros(len(stand.sizes)), course))
 
 
-def _led(stand: Stand, q: Array, sizes: Array) -> Stand:
-    """A stand led from a place by ever longer films.
+def _led(stand: Stand, q: Array, sizes: Array, other: Sequence[float] = ()) -> Stand:
+    """A stand led from a place by ever longer films, unless it falls far behind another one on the way, and on from other sides."""
+    led, course = _led_once(stand, q, sizes, other)
+    return _on_other_sides(stand, led, course)
 
-    Where the films are met, but by improbable errors of the model file, also from each release turned to the other side, as far as its film
-    does not show it.
+
+def _on_other_sides(stand: Stand, led: Stand, course: Sequence[float]) -> Stand:
+    """A stand as it was led, or a likelier one.
+
+    Where the films are met, but by improbable errors of the model file, it is led from each release turned to the other side, as far as its
+    film does not show it.
     """
-    led, course = _led_once(stand, q, sizes)
     if led.fit.rms < CLOSE and chi2.sf(float(led.sizes @ led.sizes), len(led.sizes)) < GAP_P:
         for turned in _mirrored(led.fit):
-            led = _likelier(led, _led_once(stand, turned, np.zeros(len(sizes)), course)[0])
+            led = _likelier(led, _led_once(stand, turned, np.zeros(len(stand.sizes)), course)[0])
     return led
 
 

@@ -56,6 +56,20 @@ def test_a_sum_of_two_formulas_is_found_again(table, one, other, values):
     assert "and" in found.form.name
 
 
+@pytest.mark.parametrize("seed", range(3))
+def test_what_cannot_come_near_the_best_score_is_left_out_and_nothing_else(seed):
+    chance = np.random.default_rng(seed)
+    of = {form.name: form for form in FORMS}
+    legs, height = ForceAlongElongation.over(0.0, 0.4), ForceAlongHeight.over(0.2, 0.7)
+    strong = seen(legs, of["bump"].force(legs.places, (0.3, 0.25, 0.05)), seed)
+    tables = [seen(height, of["constant"].force(height.places, (0.02,)), seed), strong, seen(height, chance.normal(0.0, 0.05, KNOTS), seed)]
+    every, near = chosen_forms(tables, 2000.0), chosen_forms(tables, 2000.0, 10.0)
+    assert len(every) == 3
+    assert [(one.form.name, one.score) for one in near] == [(one.form.name, one.score) for one in every[: len(near)]]
+    assert all(one.score < every[0].score - 10.0 for one in every[len(near) :])
+    assert len(near) < 3
+
+
 def test_a_sum_adds_its_parts_amplitudes_first():
     of = {form.name: form for form in FORMS}
     x, both = np.linspace(0.1, 0.9, 9), sum_of(of["ripple"], of["bump"])

@@ -5,8 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from identify.campaign.posing import problem_of
 from identify.campaign.runs import read_campaign
+from identify.estimation.problem import Fit
 from identify.selection.explain import explain
+from identify.selection.stand import Stand
 from identify.selection.weighing import weighed
 from simulate.effects import CATALOGUE, EndStopDissipation, GeometryError, PlatformInertia, PlatformMass, StopStiffness, ViscousFriction
 from simulate.files.model_file import read_model
@@ -29,6 +32,26 @@ def as_built(seed):
 @pytest.fixture
 def built(campaign):
     return campaign(as_built(880), 880, loops=(), deployments=({}, {"geometry.stowed_height_m": 0.35}))
+
+
+@pytest.mark.parametrize("fitted_too", [None, GeometryError(tuple([1e-3, -2e-3] * 18)), StopStiffness(0.4)])
+def test_a_column_is_what_an_error_does_to_the_gaps_whatever_error_is_fitted_beside_it(campaign, fitted_too):
+    """An error that is fitted stays as it is fitted, and is not among those of the tolerances."""
+    folder = campaign(None, 882, loops=(), deployments=({},))
+    problem = problem_of(read_model(folder / "model.toml"), read_campaign([folder / "campaign.toml"])).until(0.4)
+    problem = problem.with_effects([] if fitted_too is None else [type(fitted_too)()])
+    q = np.concatenate(
+        [problem.start[: problem.first_effect], [] if fitted_too is None else fitted_too.flat() / problem.scales[problem.first_effect :]]
+    )
+    loose = Stand.loose(Fit(problem, q, *problem.jacobian(q), True))
+    stand = loose.at(problem, q, loose.sizes)
+    assert fitted_too is None or fitted_too.name not in stand.errors.names
+    for place in range(0, len(stand.sizes), 7):
+        step = np.zeros(len(stand.sizes))
+        step[place] = 1e-2
+        moved = stand.with_errors(step).gaps_beside([q])[0] - stand.fit.gaps
+        column = stand.errors.columns[:, place]
+        assert np.linalg.norm(moved[: problem.measured] / 1e-2 - column) < 0.05 * np.linalg.norm(column), stand.keys[place]
 
 
 @pytest.mark.slow

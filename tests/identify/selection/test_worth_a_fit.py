@@ -15,19 +15,19 @@ from identify.selection.search import Search
 BOTH = ("end-stop-dissipation", "stored-force-per-run")
 
 
-def hypothesis(names, log_weight, rms=1.0, as_it_is=1.0) -> Any:
+def hypothesis(names, log_weight, rms=1.0, as_it_is=1.0, leaves_noise=True) -> Any:
     return SimpleNamespace(
         names=names,
         log_weight=log_weight,
         is_believable=True,
         fit=SimpleNamespace(rms=rms),
         largest_rms=as_it_is,
-        weighed=SimpleNamespace(leaves_noise=True),
+        weighed=SimpleNamespace(leaves_noise=leaves_noise),
     )
 
 
-def promised(names, log_weight) -> Any:
-    return SimpleNamespace(names=names, log_weight=log_weight, promise=object(), beside=None)
+def promised(names, log_weight, promise: Any = True) -> Any:
+    return SimpleNamespace(names=names, log_weight=log_weight, promise=promise, beside=None)
 
 
 @pytest.mark.parametrize(
@@ -38,6 +38,22 @@ def test_a_name_promised_a_little_less_than_nothing_is_fitted_and_one_more_besid
     search.fitted = {(): hypothesis((), -100.0), foremost: hypothesis(foremost, -50.0)}
     one = promised(tuple(sorted((*foremost, "platform-mass"))), -50.0 - less)
     assert search._is_worth_a_fit(one) == is_worth
+
+
+@pytest.mark.parametrize(
+    ("before", "log_weight", "is_worth"),
+    [(None, -400.0, True), (-350.0, -300.0, True), (-350.0, -340.0, False), (-300.0, -300.0, False), (-290.0, -220.0, True)],
+)
+def test_what_would_stay_behind_the_force_without_a_name_is_not_fitted(before, log_weight, is_worth):
+    """One was promised `before` and came to -300; the force without a name has -250."""
+    search = Search({}, lambda names: 0.0, BUDGETS["normal"], lambda text: None)
+    search.fitted = {(): hypothesis((), -500.0, 4.0, 4.0, leaves_noise=False)}
+    search.ahead = {("missing-force-along-time",): promised(("missing-force-along-time",), -250.0, None)}
+    if before is not None:
+        search.fitted[("ripple",)] = hypothesis(("ripple",), -300.0, 3.0, 3.0, leaves_noise=False)
+        search.led = {("ripple",): promised(("ripple",), before)}
+    one = promised(("ripple", "viscous-friction"), log_weight)
+    assert search._may_reach_the_unnamed(one) == is_worth
 
 
 @pytest.mark.parametrize(("rms", "as_it_is", "is_meant"), [(1.144, 9.3, True), (1.144, 1.131, False), (16.4, 1.9, False)])
