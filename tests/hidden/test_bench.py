@@ -11,11 +11,14 @@ import numpy as np
 import pytest
 from benchtop.asking import ask
 from benchtop.cases import ERRORS, KINDS, Spec, board
-from benchtop.making import made, sealed_file
-from benchtop.nuisances import as_built, forces_of_runs
+from benchtop.making import drawn_case, made, sealed_file
+from benchtop.nuisances import as_built, forces_of_runs, in_tolerances, with_inertia, with_mass, with_stops
 from benchtop.page import calibration, headline, markdown
 from benchtop.scoring import Scored, removed, score
+from benchtop.sizes import LooseYardstick, error_shows
 from benchtop.tracks import Track, coloured, tracked
+from board.bench import Bench
+from board.detectable import needed
 from board.rigs import drawn_rig
 from board.running import Answer
 from calibration import consistent
@@ -60,6 +63,22 @@ def test_a_case_made_twice_is_the_same_to_the_byte_and_its_folder_tells_nothing(
     text = "".join(file.read_text() for file in first.iterdir())
     assert "geometry-error" not in text
     assert json.loads(sealed_file(tmp_path / "a", spec).read_text())["spec"]["kind"] == kind
+
+
+@pytest.mark.parametrize(("name", "error"), [("platform-mass", 6.0), ("platform-inertia", 6.9), ("stop-stiffness", 3.05)])
+def test_an_error_shows_no_more_than_its_own_tolerance_lets_it_and_nothing_where_it_is_none(name: str, error: float):
+    spec = next(spec for spec in board(5) if spec.kind == "nothing" and spec.runs == "films")
+    rig, campaign = drawn_rig(spec.chance), drawn_case(spec).campaign
+    runs, true = LooseYardstick(Bench(rig, campaign)), rig.true
+    built = {
+        "platform-mass": with_mass(true, 0.03),
+        "platform-inertia": with_inertia(true, np.full(3, -0.2)),
+        "stop-stiffness": with_stops(true, np.array([2.5, 1.0])),
+    }[name]
+    none = np.zeros(len(campaign.deployments))
+    assert np.linalg.norm(in_tolerances(true, built, none, name)) == pytest.approx(error, rel=0.02)
+    assert error_shows(name, true, none, runs) == pytest.approx(0.0, abs=1e-9)
+    assert 0.0 < error_shows(name, built, none, runs) <= error / np.sqrt(needed(1)) + 1e-9
 
 
 def test_noise_has_the_memory_and_the_size_that_it_was_asked_for():

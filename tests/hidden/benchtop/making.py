@@ -32,17 +32,20 @@ from simulate.model.model import Model
 
 from .cases import Spec
 from .nuisances import as_built, forces_of_runs
-from .sizes import LooseYardstick, amount_of
+from .sizes import LooseYardstick, amount_of, error_shows
 from .tracks import Track, drawn_track, recorded, tracked
 
 Chance = np.random.Generator
 
-AT_THE_STOPS, BEFORE_STOPS = ("end-stop-dissipation",), 110  # frames that count for the size of what acts before
+AT_THE_STOPS, BEFORE_STOPS = ("end-stop-dissipation", "stop-stiffness"), 110  # frames that count for the size of what acts before
 
 
 @dataclass(frozen=True)
 class Case:
-    """All that was drawn. engine : what moves the platform. forces : relative error of the stored force of each deployment."""
+    """All that was drawn. engine : what moves the platform. forces : relative error of the stored force of each deployment.
+
+    multiple : how many times what these runs can detect it is that is hidden.
+    """
 
     rig: Rig
     campaign: Campaign
@@ -92,6 +95,8 @@ def drawn_case(spec: Spec) -> Case:
     forces = forces_of_runs(spec.hidden, len(campaign.deployments), chance)
     hidden, amount, multiple = _hidden(spec, rig, campaign, track, chance) if spec.kind in ("effects", "outside") else (None, 0.0, 0.0)
     built = replace(rig, true=as_built(rig.true, spec.hidden, chance))
+    if spec.kind == "errors":
+        multiple = error_shows(spec.hidden, built.true, forces, _yardstick(spec.hidden, rig, campaign, track))
     level = np.broadcast_to(rig.true.actuator.b_l_N, 6)
     films = tuple(replace(run, legs_N=run.legs_N + off * level) for run, off in zip(campaign.deployments, forces, strict=True))
     engine = "ode" if spec.hidden in NOT_IN_MUJOCO or chance.random() < 0.5 else "mujoco"
@@ -100,14 +105,19 @@ def drawn_case(spec: Spec) -> Case:
 
 def _hidden(spec: Spec, rig: Rig, campaign: Campaign, track: Track, chance: Chance) -> tuple[Hidden, float, float]:
     """What is hidden, and how large, by what these runs can detect under their noise."""
-    frames = FRAMES if spec.hidden in AT_THE_STOPS else BEFORE_STOPS
+    runs = _yardstick(spec.hidden, rig, campaign, track)
+    hidden = drawn(spec.hidden, rig.true, runs.bench.reach_m, chance)
+    return hidden, *amount_of(hidden, runs, spec.kind == "outside")
+
+
+def _yardstick(name: str, rig: Rig, campaign: Campaign, track: Track) -> LooseYardstick:
+    """These runs as they can show what is hidden, the noise as loud as its memory makes it."""
+    frames = FRAMES if name in AT_THE_STOPS else BEFORE_STOPS
     louder = tuple(
         replace(run, frames=frames, sigma={name: s * track.colour for name, s in run.sigma.items()}) for run in campaign.deployments
     )
     quieter = tuple(replace(run, sigma_N=run.sigma_N * _cell(track).colour) for run in campaign.shakings)
-    runs = LooseYardstick(Bench(rig, Campaign(louder, quieter)))
-    hidden = drawn(spec.hidden, rig.true, runs.bench.reach_m, chance)
-    return hidden, *amount_of(hidden, runs, spec.kind == "outside")
+    return LooseYardstick(Bench(rig, Campaign(louder, quieter)))
 
 
 def _cell(track: Track) -> Track:

@@ -16,6 +16,7 @@ Array = np.ndarray
 MASS, INERTIA, CENTRE_M, JOINTS_M, STOPS, FORCE = 0.005, 0.05, 5e-4, 3e-4, 0.3, 0.005
 """Tolerances, one standard deviation each: those of `[nuisance]` in a model file that says nothing."""
 _SIGN = (-1.0, 1.0)
+FORCES = "stored-force-per-run"
 
 
 def as_built(model: Model, hidden: str, chance: Chance) -> Model:
@@ -37,11 +38,40 @@ def as_built(model: Model, hidden: str, chance: Chance) -> Model:
 
 def forces_of_runs(hidden: str, runs: int, chance: Chance) -> Array:
     """By what part the stored force of all legs is off in each run, (runs,)."""
-    if hidden != "stored-force-per-run":
+    if hidden != FORCES:
         return chance.normal(0.0, FORCE, runs)
     off = chance.uniform(0.02, 0.05, runs) * chance.choice(_SIGN, runs)
     off[chance.integers(runs)] = 0.0
     return off
+
+
+def alone(model: Model, built: Model, hidden: str) -> Model:
+    """A model with one error of the rig as it was built, and no other."""
+    if hidden == "geometry-error":
+        return replace(model, geometry=built.geometry)
+    if hidden == "stop-stiffness":
+        return replace(model, end_stop=replace(model.end_stop, stiffness_N_per_m=built.end_stop.stiffness_N_per_m))
+    of = {"platform-mass": "mass_kg", "platform-inertia": "inertia_kg_m2"}[hidden]
+    return replace(model, platform=replace(model.platform, **{of: getattr(built.platform, of)}))
+
+
+def in_tolerances(model: Model, built: Model, forces: Array, hidden: str) -> Array:
+    """How far off the model file an error is, (n,), in the tolerances of what it is an error of."""
+    if hidden == FORCES:
+        return forces / FORCE
+    if hidden == "geometry-error":
+        return (joints_of(built) - joints_of(model)).ravel() / JOINTS_M
+    if hidden == "stop-stiffness":
+        return np.atleast_1d(np.log(built.end_stop.stiffness_N_per_m / model.end_stop.stiffness_N_per_m) / STOPS)
+    if hidden == "platform-mass":
+        return np.atleast_1d((built.platform.mass_kg / model.platform.mass_kg - 1.0) / MASS)
+    return (np.asarray(built.platform.inertia_kg_m2) / np.asarray(model.platform.inertia_kg_m2) - 1.0) / INERTIA
+
+
+def joints_of(model: Model) -> Array:
+    """All joints, (12, 3), those of the base first."""
+    assert model.geometry is not None
+    return np.vstack([model.geometry.base_joints_m, model.geometry.platform_joints_m])
 
 
 def with_mass(model: Model, part: float) -> Model:

@@ -26,7 +26,7 @@ class Scored:
 
     said : for each finding its name and equivalents. weights : probability of each hypothesis, as stated.
     held_out : gap over noise of the runs that took no part, without and with what was named. drafted : without and with the draft.
-    inside, intervals : of the true effect's 95 % intervals, how many hold the truth.
+    inside, intervals : of the true effect's 95 % intervals, how many hold the truth. multiple : how many times the detectable size.
     """
 
     spec: Spec
@@ -39,6 +39,7 @@ class Scored:
     inside: int
     intervals: int
     processor_s: float
+    multiple: float = 0.0
 
     @property
     def expected(self) -> str:
@@ -139,6 +140,7 @@ def score(spec: Spec, answer: Answer, sealed: Mapping[str, Any]) -> Scored:
         sum(inside),
         len(inside),
         answer.processor_s,
+        sealed["multiple"],
     )
 
 

@@ -12,11 +12,14 @@ from board.freedom import shown_besides
 from board.shapes import Hidden
 from board.yardstick import Yardstick
 
-from .nuisances import FORCE, tolerances
+from simulate.model.model import Model
+
+from .nuisances import FORCE, FORCES, alone, in_tolerances, tolerances
 
 Array = np.ndarray
 
 EFFECT_SIZE, OUTSIDE_SIZE = 5.0, 10.0
+SHOWS = 1.5  # times the detectable size, from which on a test finds an error in 95 of 100
 _ROUNDS = 8
 
 
@@ -30,13 +33,28 @@ class LooseYardstick(Yardstick):
         bench = self.bench
         here = bench.here
         errors = [values - here for values in bench.vectors([other.rig.true for other in tolerances(bench)])]
-        forces = []
-        for i, run in enumerate(bench.films):
-            level = np.broadcast_to(bench.rig.true.actuator.b_l_N, 6)
-            films = tuple(replace(r, legs_N=r.legs_N + 1e-3 * FORCE * level) if r is run else r for r in bench.films)
-            other = replace(bench, campaign=replace(bench.campaign, deployments=films))
-            forces.append(_whole(other, i, bench) - here)
+        forces = [_whole(with_forces(bench, row), i, bench) - here for i, row in enumerate(1e-3 * FORCE * np.eye(len(bench.films)))]
         return np.hstack([shown_besides(bench), 1e3 * np.stack([*errors, *forces], axis=1)])
+
+
+def with_forces(bench: Bench, off: Array) -> Bench:
+    """The same with a stored force that is off by a part in each run, (runs,)."""
+    level = np.broadcast_to(bench.rig.true.actuator.b_l_N, 6)
+    films = tuple(replace(run, legs_N=run.legs_N + part * level) for run, part in zip(bench.films, off.tolist(), strict=True))
+    return replace(bench, campaign=replace(bench.campaign, deployments=films))
+
+
+def error_shows(name: str, built: Model, forces: Array, runs: LooseYardstick) -> float:
+    """How many times what these runs can detect an error of the model file is, its own tolerance and all else free beside it.
+
+    At most as many as it has itself in its tolerances, however it bends: it may be no more than these.
+
+    built : the rig as it is. forces : (runs,) by what part the stored force is off in each deployment.
+    """
+    bench = runs.bench
+    other = with_forces(bench, forces[: len(bench.films)]) if name == FORCES else bench.with_model(alone(bench.rig.true, built, name))
+    left, own = runs.left_by(other), in_tolerances(bench.rig.true, built, forces[: len(bench.films)], name)
+    return float(np.sqrt(min(left @ left, own @ own) / needed(1)))
 
 
 def _whole(other: Bench, number: int, bench: Bench) -> Array:

@@ -47,11 +47,14 @@ class Yardstick:
         return free_of(self._with_priors(np.hstack([columns(self.bench, self.knobs), self.besides])))
 
     def left(self, hidden: Hidden, amount: float) -> Array:
-        """What an effect of this amount shows however all that is free bends, with the priors' rows behind, (m + n + k,).
+        """What an effect of this amount shows however all that is free bends, with the priors' rows behind, (m + n + k,)."""
+        return self.left_by(self.bench.with_model(self.bench.rig.true.with_effect(hidden.at(amount))))
+
+    def left_by(self, bench: Bench) -> Array:
+        """What the same runs of another truth show however all that is free bends, with the priors' rows behind, (m + n + k,).
 
         By Gauss and Newton, each step from new straight lines, for as long as they lead down.
         """
-        bench = self.bench.with_model(self.bench.rig.true.with_effect(hidden.at(amount)))
         x = np.zeros(len(self.knobs) + self.besides.shape[1])
         best = self._left(bench, x)
         for _ in range(_MOST_STEPS):
