@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -36,7 +36,14 @@ from simulate.model.measures import PROTOTYPE, Measures
 from simulate.model.model import LEGS, Model, per_leg
 from simulate.model.rig import altered
 
+_REMEMBERED = 512  # effects: the points of a Jacobian share all but one
 LOOPS = -1  # in place of a film's number: what is common to no film
+
+
+@lru_cache(maxsize=_REMEMBERED)
+def _effect_from(kind: type[Effect], flat: bytes) -> Effect:
+    """An effect from its parameters, (n,) as bytes."""
+    return kind().with_flat(np.frombuffer(flat))
 
 
 @dataclass(frozen=True)
@@ -182,7 +189,7 @@ class Unknowns:
         place, made = self.first_effect, []
         for effect, (origin, low, high) in zip(self.effects, self._origins_of_effects, strict=True):
             own = slice(place, place + len(origin))
-            made.append(effect.with_flat(np.clip(origin + q[own] * self.scales[own], low, high)))
+            made.append(_effect_from(type(effect), np.clip(origin + q[own] * self.scales[own], low, high).tobytes()))
             place = own.stop
         return tuple(made)
 

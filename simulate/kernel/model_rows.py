@@ -32,7 +32,7 @@ from simulate.kernel.speed_polynomials import with_rate_worked_in
 from simulate.model.control import SampledController
 from simulate.model.effect import Effect
 from simulate.model.model import Model
-from simulate.model.rig import Geometry, geometry_of, leg_lengths, per_leg
+from simulate.model.rig import Geometry, altered, geometry_of, leg_lengths, per_leg
 
 CONTROLLER = "controller"
 """Name of a controller among the effects whose work is accounted for."""
@@ -78,7 +78,7 @@ def without_idle(models: Sequence[Model]) -> list[Model]:
         idle -= {effect.name for effect in model.effects if effect != _switched_off(type(effect))}
     if not idle:
         return list(models)
-    return [replace(model, effects=tuple(effect for effect in model.effects if effect.name not in idle)) for model in models]
+    return [altered(model, effects=tuple(effect for effect in model.effects if effect.name not in idle)) for model in models]
 
 
 @cache

@@ -25,6 +25,7 @@ from simulate.model.rig import (
     Release,
     Rig,
     Simulation,
+    altered,
     geometry_of,
     leg_lengths,
     longest_arm,
@@ -71,8 +72,8 @@ class Model(Rig):
         """The model with this effect in place of the one of the same name, or behind the others."""
         names = [known.name for known in self.effects]
         if effect.name not in names:
-            return replace(self, effects=(*self.effects, effect))
-        return replace(self, effects=tuple(effect if known.name == effect.name else known for known in self.effects))
+            return altered(self, effects=(*self.effects, effect))
+        return altered(self, effects=tuple(effect if known.name == effect.name else known for known in self.effects))
 
     def effect(self, kind: type[Effect]) -> Effect:
         """The model's effect of this kind, or the kind switched off."""
