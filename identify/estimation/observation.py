@@ -25,6 +25,7 @@ _MARGIN_S = 0.05
 _NEAREST = 6
 _MOST_SAMPLES_A_SECOND = 2e4  # between which poses are interpolated; more cost memory and show nothing
 _EXACT = Nuisance()
+_LONGEST_FLIGHT_S = 1e-3  # where nothing is stiff: exact to half a micrometre
 _SHORTEST_STEP_S = 1.25e-4  # however stiff an effect is; steps are divided at the stops, for a film sees micrometres
 
 
@@ -180,7 +181,12 @@ def observe_beside(first: View, views: Sequence[View]) -> list[dict[str, Array]]
 @lru_cache(maxsize=64)
 def _ahead(rig: Model) -> tuple[Array, float, StepDivision]:
     """The samples of a run that chooses its own steps, their length, and how they are divided."""
-    run, division = deploy_with_division(_with_step(rig, rig.simulation.step_s or max(step_of(rig), _SHORTEST_STEP_S)))
+    if rig.simulation.step_s:
+        run, division = deploy_with_division(rig)
+    else:
+        free = altered(rig.end_stop, stiffness_N_per_m=0.0, damping_N_s_per_m=0.0)
+        in_flight = max(step_of(altered(rig, end_stop=free), _LONGEST_FLIGHT_S), _SHORTEST_STEP_S)
+        run, division = deploy_with_division(_with_step(rig, in_flight), max(step_of(rig), _SHORTEST_STEP_S))
     return run.samples, run.step_s, division
 
 

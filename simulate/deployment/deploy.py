@@ -46,11 +46,16 @@ def deploy(model: Model) -> Deployment:
     InputError
         The model has no geometry, or would take too many steps.
     """
-    return _deploy_one(model, UNDIVIDED, divides=False)
+    return _deploy_one(model, UNDIVIDED)
 
 
-def deploy_with_division(model: Model) -> tuple[Deployment, StepDivision]:
+def deploy_with_division(model: Model, at_stops: float = np.inf) -> tuple[Deployment, StepDivision]:
     """Simulate one deployment whose steps are divided where a leg runs into a stop, and how they are, for others to follow.
+
+    Parameters
+    ----------
+    model : the rig.
+    at_stops : the longest part of a step while a leg is at a stop, s; by default the step itself.
 
     Raises
     ------
@@ -59,16 +64,16 @@ def deploy_with_division(model: Model) -> tuple[Deployment, StepDivision]:
     """
     _, stride, count = grid(model)
     division = np.ones(stride * count, dtype=np.int64)
-    return _deploy_one(model, division, divides=True), division
+    return _deploy_one(model, division, at_stops), division
 
 
-def _deploy_one(model: Model, division: StepDivision, *, divides: bool) -> Deployment:
+def _deploy_one(model: Model, division: StepDivision, at_stops: float = 0.0) -> Deployment:
     step, stride, count = grid(model)
     acting = without_idle([model])[0]
     table = formula_table_of(acting)
     samples, finite = np.empty((1, count, _columns(table))), np.empty(1, dtype=np.int64)
     stage = compiled_stage(ALONE, True, len(table.control) > 0).address
-    integrator.deploy_block(row_of(acting)[None], 0, table, stage, ALONE, step, stride, division, divides, samples, finite)
+    integrator.deploy_block(row_of(acting)[None], 0, table, stage, ALONE, step, stride, division, at_stops, samples, finite)
     return _deployment(model, acting, samples[0], step, int(finite[0]))
 
 

@@ -64,7 +64,7 @@ def deploy_on_all_cores(
     finite : (runs,) number of samples before the run diverged.
     """
     for block in prange((values.shape[0] + n - 1) // n):
-        deploy_block(values, block * n, table, stage, n, step, stride, division, False, samples, finite)
+        deploy_block(values, block * n, table, stage, n, step, stride, division, 0.0, samples, finite)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -81,7 +81,7 @@ def deploy_on_one_core(
 ) -> None:
     """The same, block after block, for callers whose threads keep the other cores busy."""
     for block in range((values.shape[0] + n - 1) // n):
-        deploy_block(values, block * n, table, stage, n, step, stride, division, False, samples, finite)
+        deploy_block(values, block * n, table, stage, n, step, stride, division, 0.0, samples, finite)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -94,24 +94,27 @@ def deploy_block(
     step: float,
     stride: int,
     division: StepDivision,
-    divides: bool,
+    at_stops: float,
     samples: Array,
     finite: NDArray[np.int64],
 ) -> None:
-    """One block of deployments, from run `first` on. divides : the first run of the block chooses the division and writes it down."""
+    """One block of deployments, from run `first` on.
+
+    at_stops : zero, or the first run of the block chooses the division and writes it down, with parts at a stop of at most so long.
+    """
     runs = min(n, values.shape[0] - first)
     with_power, pointers = count_with_power(table), pointers_of(table)
     w, by_lane, by_run = block_memory(values.shape[1], n, with_power, len(table.control))
     block = Block(uncounted(w), uncounted(by_lane), uncounted(by_run), uncounted(pointers), stage, n, with_power)
     for i in range(n):
         release(block, i, values[first + min(i, runs - 1)])
-    deploy_runs(block, step, stride, division, divides, samples[first : first + runs], finite[first : first + runs])
+    deploy_runs(block, step, stride, division, at_stops, samples[first : first + runs], finite[first : first + runs])
     w[0], by_lane[0], by_run[0], pointers[0] = 0.0, 0.0, 0.0, 0  # kept alive until here
 
 
 @njit(cache=True, error_model="numpy")
 def deploy_runs(
-    block: Block, step: float, stride: int, division: StepDivision, divides: bool, samples: Array, finite: NDArray[np.int64]
+    block: Block, step: float, stride: int, division: StepDivision, at_stops: float, samples: Array, finite: NDArray[np.int64]
 ) -> None:
     """The deployments of one block, from the release on."""
     count, runs = samples.shape[1], samples.shape[0]
@@ -130,8 +133,8 @@ def deploy_runs(
                         finite[i] = sample
                 if sample + 1 == count:
                     return
-            if divides:
-                division[place] = parts_of_step(block.w, block.by_lane, 0, block.n, step)
+            if at_stops > 0.0:
+                division[place] = parts_of_step(block.w, block.by_lane, 0, block.n, step, at_stops)
             parts = division[place] if place < len(division) else 1
             part = step / parts
             fill(block, STEP, part)

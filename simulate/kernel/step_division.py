@@ -1,9 +1,9 @@
 """Where the steps of a deployment have to be shorter: as a leg runs into a stop.
 
 A stop sets in within its smoothing length, which a fast leg crosses in less than a step. Where a run is compared with a
-measurement, a step there is divided until a part of it covers no more than 3 % of that length as the stop begins, which is a
-kink, and 20 % while it sets in, which is smooth. Runs that are compared to the last digit, as for derivatives, have to be
-divided alike, so the division is chosen in one run and followed by the others.
+measurement, a step there is divided until a part of it covers no more than 6 % of that length as the stop begins, which is a
+kink, and 40 % while it sets in, which is smooth, and is no longer than the stiffness of the stop asks. Runs that are compared
+to the last digit, as for derivatives, have to be divided alike, so the division is chosen in one run and followed by the others.
 
 In a sweep each run goes in steps of its own: long ones in flight, one that ends where a stop begins, short ones until it has
 set in. They depend on the run alone, so its neighbours change no digit.
@@ -20,7 +20,7 @@ from simulate.dispatch.lanes import Lanes, Rows, chosen, larger, smaller
 from simulate.kernel.layout import FULL, LEG, LEG_SIZE, LEGS, LOWEST, OUT, OUT_V, STOP
 
 MOST_PARTS = 64
-_A_PART, _INSIDE = 0.03, 0.2  # of the smoothing length, in one part: as a stop begins, and while it sets in
+_A_PART, _INSIDE = 0.06, 0.4  # of the smoothing length, in one part: as a stop begins, and while it sets in
 _AROUND = 0.25  # of a step: so near to its ends the beginning of a stop counts as in it
 _SET_IN = 3.0  # smoothing lengths behind which a stop is a plain spring and damper
 _BEHIND = 0.02  # smoothing lengths: a step that is to end at a stop ends so far behind its beginning
@@ -34,17 +34,23 @@ UNDIVIDED: StepDivision = np.empty(0, dtype=np.int64)
 
 
 @njit(cache=True, error_model="numpy")
-def parts_of_step(w: Array, by_lane: Array, i: int, n: int, step: float) -> int:
-    """Into how many parts the step at hand of run i is divided, by where its legs stand and how fast they are."""
-    parts, smoothing = 1, by_lane[(STOP + 2) * n + i]
+def parts_of_step(w: Array, by_lane: Array, i: int, n: int, step: float, at_stops: float) -> int:
+    """Into how many parts the step at hand of run i is divided, by where its legs stand and how fast they are.
+
+    at_stops : the longest part while a leg is at a stop, s.
+    """
+    parts, smoothing, stiff = 1, by_lane[(STOP + 2) * n + i], min(MOST_PARTS, int(np.ceil(step / at_stops - 1e-9)))
     for leg in range(LEGS):
         at = LEG + leg * LEG_SIZE
         u, v = w[(OUT + leg) * n + i], w[(OUT_V + leg) * n + i]
         over, under = u - by_lane[(at + FULL) * n + i], by_lane[(at + LOWEST) * n + i] - u
         travel = abs(v) * step
+        inside = max(over, under)
+        if inside > 0.0 or is_near(-over, v, travel) or is_near(under, v, travel):
+            parts = max(parts, stiff)
         if is_near(-over, v, travel) or is_near(under, v, travel):
             parts = max(parts, min(MOST_PARTS, int(travel / (_A_PART * smoothing)) + 1))
-        elif 0.0 < max(over, under) < _SET_IN * smoothing:
+        elif 0.0 < inside < _SET_IN * smoothing:
             parts = max(parts, min(MOST_PARTS, int(travel / (_INSIDE * smoothing)) + 1))
     return parts
 

@@ -1,0 +1,40 @@
+"""What a film would show: exact to less than any film sees, in long steps in flight and short ones at the stops."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from identify.estimation.observation import RunRelease, View, observe, observe_beside
+from simulate.effects import ViscousFriction
+from simulate.model.model import EndStop
+
+FRAMES_S = np.arange(160) / 250.0
+RELEASE = RunRelease((1e-3, -2e-3, 5e-4), (3e-3, -2e-3, 4e-3), 0.01)
+
+
+@pytest.mark.parametrize("stop", [EndStop(1500.0, 3.0), EndStop(5000.0, 15.0), EndStop(4400.0, 45.0), EndStop(20000.0, 20.0)])
+@pytest.mark.parametrize("effects", [(), (ViscousFriction(0.8),)])
+def test_a_film_is_as_exact_as_steps_of_ten_microseconds(prototype, stop, effects):
+    model = replace(prototype, end_stop=stop, effects=effects)
+    seen = observe(View(model, FRAMES_S, RELEASE))
+    fine = observe(View(replace(model, simulation=replace(model.simulation, step_s=1e-5)), FRAMES_S, RELEASE))
+    assert np.max(seen["z_m"]) > 0.98 * model.geometry.deployed_height_m
+    for channel in ("x_m", "y_m", "z_m"):
+        assert np.max(np.abs(seen[channel] - fine[channel])) < 1e-6
+    for channel in ("theta_x_rad", "theta_y_rad", "theta_z_rad"):
+        assert np.max(np.abs(seen[channel] - fine[channel])) < 2e-5
+
+
+def test_models_that_hardly_differ_take_the_steps_of_the_first_one(prototype):
+    """So that their differences are those of the models, smooth in how far they are apart."""
+    first = View(prototype, FRAMES_S, RELEASE)
+    heavier = [
+        replace(prototype, platform=replace(prototype.platform, mass_kg=prototype.platform.mass_kg * (1.0 + part)))
+        for part in (0.0, 1e-6, 2e-6)
+    ]
+    same, one, two = (seen["z_m"] for seen in observe_beside(first, [replace(first, model=model) for model in heavier]))
+    assert np.array_equal(same, observe(first)["z_m"])
+    assert np.max(np.abs((two - same) - 2.0 * (one - same))) < 0.02 * np.max(np.abs(one - same))
