@@ -142,3 +142,8 @@ def test_what_is_not_clear_of_its_sigma_is_not_named():
     vague = replace(stroke, sigma=stroke.sigma * [1.0, 1.0, 1e6])
     assert instants(vague).fastest_s is not None
     assert instants(vague).end_of_stroke_s is None
+
+
+def test_a_speed_that_falls_at_first_has_no_release():
+    speed = np.interp(TIME, [0.08, 0.1, 0.2, 0.21, 0.4], [0.0, 0.28, 0.1, 0.35, 1.0])
+    assert instants(_exact(np.cumsum(speed) / 250.0, speed, np.gradient(speed, TIME))).release_s is None

@@ -51,7 +51,9 @@ def test_a_shift_moves_the_thing_and_leaves_the_background(scene):
 
 def test_a_quarter_of_a_pixel_is_one_of_the_finer_ones(scene):
     moved = film(replace(scene, shift_px=np.array([[0.25, -0.5]])))[0]
-    by_hand = replace(scene, shift_px=np.zeros((1, 2)), thing=np.roll(scene.thing, (-2, 1), (0, 1)), belongs=np.roll(scene.belongs, (-2, 1), (0, 1)))
+    by_hand = replace(
+        scene, shift_px=np.zeros((1, 2)), thing=np.roll(scene.thing, (-2, 1), (0, 1)), belongs=np.roll(scene.belongs, (-2, 1), (0, 1))
+    )
     inner = slice(5, -5), slice(5, -5)
     assert np.abs(moved - film(by_hand)[0])[inner].max() <= 1.0
 

@@ -103,7 +103,9 @@ def test_marks_are_where_the_truth_says_and_face_the_camera_or_not():
     assert truth.trajectory.channels["theta_z_rad"] == pytest.approx(theta)
     for k, mark in enumerate(MARKS):
         psi = mark.azimuth_rad + 0.3 + theta
-        world = np.stack([RADIUS * np.sin(psi) + [0.0, 0.01, -0.01], -RADIUS * np.cos(psi), mark.height_m + np.array([0.0, 0.01, 0.03])], axis=-1)
+        world = np.stack(
+            [RADIUS * np.sin(psi) + [0.0, 0.01, -0.01], -RADIUS * np.cos(psi), mark.height_m + np.array([0.0, 0.01, 0.03])], axis=-1
+        )
         assert np.column_stack([truth.x_px[:, k], truth.y_px[:, k]]) == pytest.approx(CAMERA.project(world), abs=1e-6)
         assert truth.facing[:, k] == pytest.approx(np.cos(psi))
 
