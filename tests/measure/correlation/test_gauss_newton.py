@@ -55,7 +55,7 @@ def test_between_the_pixels_stands_scipys_quintic_spline(speckled):
     whole = convolve(picture.astype(float), np.outer(FILTER, FILTER).astype(float), mode="nearest")
     c, half = coefficients(picture, 4, 6, 60, 58, FILTER), 7
     y, x = (axis.ravel() for axis in np.mgrid[-half : half + 1, -half : half + 1])
-    for warp in (WARP + [0, 0, 4.4, 0, 0, 42.2], np.array([1.0, 0.0, 33.25, 0.0, 1.0, 35.5])):
+    for warp in (WARP + np.array([0, 0, 4.4, 0, 0, 42.2]), np.array([1.0, 0.0, 33.25, 0.0, 1.0, 35.5])):
         out = np.empty(x.size, np.float32)
         assert sample(c, 4.0, 6.0, half, warp, out)
         there = moved(warp, np.column_stack([x, y]))
@@ -75,8 +75,9 @@ def test_through_the_spline_a_wave_keeps_what_a_gaussian_blur_leaves_of_it(perio
 
 
 def subset_of(picture, at, half=SUBSET // 2):
+    (rows, columns), (x, y) = picture.shape, at
     out = np.empty((2 * half + 1) ** 2, np.float32)
-    assert sample_shifted(coefficients(picture, 0, 0, *picture.shape[::-1], FILTER), 0.0, 0.0, half, *at, out)
+    assert sample_shifted(coefficients(picture, 0, 0, columns, rows, FILTER), 0.0, 0.0, half, x, y, out)
     return out.astype(float)
 
 

@@ -54,3 +54,61 @@ def test_a_motion_too_fast_for_its_frames_says_nothing_of_noise():
     time = np.arange(60) / 50.0
     wild = Trajectory(time, {"z_m": 0.4 * np.sign(np.sin(7.0 * np.arange(60)))})
     assert all(np.isnan(one.lag1) or one.sigma > 0.01 for one in channel_noises(wild))
+
+
+def _coloured(lag1, sigma, channels=6, frames=600, seed=9):
+    """Noise alone on a parabola, (frames, channels)."""
+    fresh = np.random.default_rng(seed).normal(size=(frames, channels))
+    noise = fresh.copy()
+    for k in range(1, frames):
+        noise[k] = lag1 * noise[k - 1] + np.sqrt(1 - lag1**2) * fresh[k]
+    return sigma * noise
+
+
+def _measured(values, **changed):
+    names = ("x_m", "y_m", "z_m", "theta_x_rad", "theta_y_rad", "theta_z_rad")
+    found = channel_noises(Trajectory(np.arange(len(values)) / 500.0, dict(zip(names, values.T, strict=False)), **changed))
+    return np.array([[one.sigma, one.lag1, one.lag1_sigma] for one in found]), found
+
+
+@pytest.mark.parametrize("lag1", [0.0, 0.45])
+def test_on_the_average_of_channels_noise_is_found_to_a_few_hundredths(lag1):
+    values, found = _measured(_coloured(lag1, 2e-5))
+    assert values[:, 0].mean() == pytest.approx(2e-5, rel=0.06)
+    assert values[:, 1].mean() == pytest.approx(lag1, abs=0.05)
+    assert 0.03 < values[:, 2].mean() < 0.09
+    assert {one.frames for one in found} == {600}
+    assert np.isnan([one.stated_sigma for one in found]).all()
+
+
+def test_noise_has_the_unit_of_its_channel_and_does_not_depend_on_an_even_acceleration():
+    noise = _coloured(0.3, 1.0, 3)
+    bare, _ = _measured(noise)
+    larger, _ = _measured(1e-4 * noise)
+    assert larger == pytest.approx(bare * [1e-4, 1.0, 1.0], rel=1e-5)
+    time = np.arange(600.0)[:, None]
+    moved, _ = _measured(noise + 30.0 + 2.0 * time - 0.01 * time**2)
+    assert moved == pytest.approx(bare, rel=1e-3)
+
+
+def test_of_a_long_film_the_stretch_around_the_fastest_motion_counts():
+    """Beyond 300 frames from it the noise is ten times as large."""
+    values = _coloured(0.0, 1.0, 2, 1500)
+    values[:400] *= 10.0
+    values[1000:] *= 10.0
+    values[700:] += 400.0
+    found, table = _measured(values)
+    assert found[:, 0] == pytest.approx(np.ones(2), rel=0.15)
+    assert table[0].frames == 600
+    begin = _coloured(0.0, 1.0, 2, 1500)
+    begin[600:] *= 10.0
+    begin[2:] += 3000.0
+    assert _measured(begin)[0][:, 0] == pytest.approx(np.ones(2), rel=0.15)
+
+
+def test_a_film_with_too_few_poses_tells_nothing():
+    values = _coloured(0.0, 1.0, 1, 100)
+    values[::3] = np.nan
+    assert _measured(values)[1] == []
+    assert len(_measured(_coloured(0.0, 1.0, 1, 40))[1]) == 1
+    assert _measured(_coloured(0.0, 1.0, 1, 39))[1] == []

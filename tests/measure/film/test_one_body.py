@@ -16,7 +16,7 @@ ALONG = np.linspace(0.0, 1.0, FRAMES)
 FOUR = [(0.0, 0.0), (60.0, 0.0), (0.0, 60.0), (60.0, 60.0)]
 
 
-def marks_of(places, ways, sigma=0.01):
+def marks_of(places, ways, sigma: float | list[float] = 0.01):
     """Marks that go from their places along straight ways, evenly; sigma px, one or one for each."""
     start, way = np.array(places, float), np.array(ways, float)
     count = len(start)

@@ -80,7 +80,7 @@ def _prior(q):
         parts.append(move @ both[:3, 3:])
         answer[3 * i : 3 * i + 3] += move @ answer[3 * i - 3 : 3 * i]
     mean = answer[:, :3] @ [HEIGHTS[1], 0.0, 0.0]
-    return mean, answer @ block_diag(*parts) @ answer.T
+    return mean, answer @ np.asarray(block_diag(*parts)) @ answer.T
 
 
 def _observed(q):
@@ -104,7 +104,7 @@ def test_the_smoothed_motion_is_what_all_observations_together_say_of_it():
 def test_the_jerk_is_that_of_largest_likelihood():
     def likelihood(q):
         mean, _, at, of_seen = _observed(q)
-        return multivariate_normal(mean[at], of_seen).logpdf(HEIGHTS[at // 3])
+        return multivariate_normal.logpdf(HEIGHTS[at // 3], mean=mean[at], cov=of_seen)
 
     found = smooth(UNEVEN, HEIGHTS, SIGMAS).jerk_density
     assert likelihood(found) > max(likelihood(found * factor) for factor in (0.1, 0.7, 1.4, 10.0))

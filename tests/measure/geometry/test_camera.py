@@ -43,7 +43,7 @@ def test_points_are_projected_as_opencv_does(up_rad, distortion):
     roll = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
     seen = np.stack([POINTS[:, 0] + origin[0], -(POINTS[:, 2] + origin[1]), POINTS[:, 1] + distance], axis=-1) @ roll.T
     matrix = np.array([[focal, 0.0, principal[0]], [0.0, focal, principal[1]], [0.0, 0.0, 1.0]])
-    expected = cv2.projectPoints(seen, np.zeros(3), np.zeros(3), matrix, np.array(distortion))[0][:, 0]
+    expected = cv2.projectPoints(seen, np.zeros(3), np.zeros(3), matrix, np.array(distortion))[0][:, 0].astype(float)
     at_origin = roll @ [origin[0], -origin[1], distance]
     origin_px = cv2.projectPoints(at_origin[None], np.zeros(3), np.zeros(3), matrix, np.array(distortion))[0][0, 0]
     camera = Camera(size, tuple(origin_px), up_rad, distance, principal, focal, distortion)

@@ -138,7 +138,8 @@ def test_a_mark_counts_by_its_own_standard_deviation():
 
 
 def test_the_residual_of_a_mark_is_over_the_frames_in_which_it_took_part():
-    fit = fit_platform(*(_square()[k] for k in (2, 0, 1)), PLANE)
+    camera, points, marks = _square()
+    fit = fit_platform(marks, camera, points, PLANE)
     residual = np.zeros((3, 4, 2))
     residual[:, 0] = [[3.0, 0.0], [0.0, 4.0], [0.0, 0.0]]
     residual[2, 1] = [0.6, 0.8]

@@ -20,6 +20,10 @@ def film(scene, seed=1):
     return np.array(list(cluttered_pictures(scene, seed)), float)
 
 
+def wider(where):
+    return np.asarray(binary_dilation(where, iterations=3), bool)
+
+
 def coarse(fine):
     """Means over the pixels, of which each has four times four finer ones."""
     return fine.reshape(fine.shape[0] // 4, 4, -1, 4).mean(axis=(1, 3))
@@ -31,7 +35,7 @@ def smooth_there(picture, apart=6.0):
 
 
 def test_the_thing_hides_the_background_and_nothing_else(scene):
-    first, around = film(scene)[0], binary_dilation(scene.silhouette, iterations=3)
+    first, around = film(scene)[0], wider(scene.silhouette)
     beside, inside = coarse(scene.background), coarse(scene.thing)
     outer, inner = ~around & smooth_there(beside), binary_erosion(scene.silhouette, iterations=3) & smooth_there(inside)
     assert outer.sum() > 3000
@@ -45,7 +49,7 @@ def test_a_shift_moves_the_thing_and_leaves_the_background(scene):
     there = np.roll(scene.silhouette, (-5, 7), (0, 1))
     inner = binary_erosion(there, iterations=3)
     assert np.array_equal(moved[inner], np.roll(still, (-5, 7), (0, 1))[inner])
-    outer = ~binary_dilation(scene.silhouette | there, iterations=3)
+    outer = ~wider(scene.silhouette | there)
     assert np.array_equal(moved[outer], still[outer])
 
 

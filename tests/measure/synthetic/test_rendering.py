@@ -83,8 +83,9 @@ def test_every_point_of_the_drum_is_seen_where_the_camera_puts_it(pose):
 
 @pytest.mark.parametrize("shift", [(0.0, 0.0), (-0.04, 0.04), (0.05, -0.05)])
 def test_the_outline_of_the_drum_is_that_of_its_wall_also_over_the_border(shift):
-    pose = POSE + [shift[0], 0.0, shift[1], 0.0, 0.0, 0.0]
-    pixels, _, facing = seen_at(*wall(500, 200), pose)
+    pose = POSE + np.array([shift[0], 0.0, shift[1], 0.0, 0.0, 0.0])
+    psi, z = wall(500, 200)
+    pixels, _, facing = seen_at(psi, z, pose)
     covered = np.zeros((180, 160), bool)
     x, y = pixels[(facing > 0.0) & (pixels >= 0).all(axis=1) & (pixels < [160, 180]).all(axis=1)].T
     covered[y, x] = True
