@@ -104,7 +104,7 @@ def test_the_smoothed_motion_is_what_all_observations_together_say_of_it():
 def test_the_jerk_is_that_of_largest_likelihood():
     def likelihood(q):
         mean, _, at, of_seen = _observed(q)
-        return multivariate_normal.logpdf(HEIGHTS[at // 3], mean=mean[at], cov=of_seen)
+        return multivariate_normal.logpdf(HEIGHTS[at // 3], mean=mean[at], cov=of_seen)  # type: ignore[arg-type]
 
     found = smooth(UNEVEN, HEIGHTS, SIGMAS).jerk_density
     assert likelihood(found) > max(likelihood(found * factor) for factor in (0.1, 0.7, 1.4, 10.0))

@@ -20,7 +20,7 @@ MARKS = (
     MadeMark(0.0, -0.014, 0.016, "speckle", 0.002),
     MadeMark(np.pi, 0.0, 0.02, "dot"),
 )
-CAMERA = Camera(0.5e-3, (75.0, 90.0), 0.12, 0.8, (110.0, 60.0))
+CAMERA = Camera(0.5e-3, (75.0, 90.0), 0.12, 0.8, (110.0, 120.0))
 SCENE = Scene(160, 180, CAMERA, MARKS, RADIUS, HALF_HEIGHT, noise=0.0, bits=16, background=0.2, body=0.6)
 POSE = np.array([0.004, -0.012, 0.003, 0.08, -0.11, 0.5])
 EYE = np.array([0.0, -CAMERA.distance_m, 0.0])
