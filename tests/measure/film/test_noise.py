@@ -104,6 +104,9 @@ def test_of_a_long_film_the_stretch_around_the_fastest_motion_counts():
     begin[600:] *= 10.0
     begin[2:] += 3000.0
     assert _measured(begin)[0][:, 0] == pytest.approx(np.ones(2), rel=0.15)
+    found, table = _measured(begin[::-1])
+    assert found[:, 0] == pytest.approx(np.ones(2), rel=0.15)
+    assert table[0].frames == 600
 
 
 def test_a_film_with_too_few_poses_tells_nothing():

@@ -142,3 +142,10 @@ def test_after_a_hundred_frames_that_move_the_order_of_fields_is_settled():
     assert seen.moving == 100
     assert seen.remark.startswith("the film is interlaced, top field first: ")
     assert f"{seen.combed} of 100 frames" in seen.remark
+
+
+def test_a_film_that_comes_to_rest_for_an_instant_on_either_side_has_no_copies():
+    """Ever faster from rest, or ever slower to it: the change there is what the frames on that side foresee."""
+    assert copies(moving([0.0, 1.5, 3.0, 3.0, 4.5, 7.5, 10.5, 13.5]), noise=1) == []
+    assert copies(moving([13.5, 10.5, 7.5, 4.5, 3.0, 3.0, 1.5, 0.0]), noise=1) == []
+    assert copies(moving([0.0, 1.5, 3.0, 3.0, 4.5, 6.0, 7.5, 9.0]), noise=1) == [3]
