@@ -55,6 +55,17 @@ def test_a_patch_in_a_corner_is_found_there_from_just_within_the_radius(rough, p
         assert (peak.x, peak.y, round(peak.zncc, 4)) == (*place, 1.0)
 
 
+@pytest.mark.parametrize("way", [(1, 0), (-1, 0), (0, 1), (0, -1)])
+def test_another_place_counts_from_just_beyond_half_a_patch(way):
+    """A pattern that repeats every five pixels has its like there, one that repeats every four pixels only nearer."""
+    for period, counts in ((5, True), (4, False)):
+        picture = np.tile(np.random.default_rng(2).integers(0, 255, (period, period)).astype(np.uint8), (12, 12))
+        peak = search(picture, picture[around(20, 20)], 20 + 3 * way[0], 20 + 3 * way[1], 3)
+        assert peak is not None
+        assert peak.zncc == pytest.approx(1.0, abs=1e-5)
+        assert (peak.second > 0.999) == counts
+
+
 def test_a_window_that_just_holds_the_patch_has_one_place_and_a_smaller_one_none(rough):
     patch = rough[around(4, 4)]
     peak = search(rough[:SIZE, :SIZE], patch, 4, 4, None)

@@ -143,7 +143,7 @@ def test_a_rule_of_known_pitch_gives_the_scale_and_a_plumb_line_up():
 
 
 def test_points_that_coincide_and_a_rule_behind_the_camera_are_refused():
-    with pytest.raises(InputError, match="the points are 1.41 px apart"):
+    with pytest.raises(InputError, match=r"the points are 1\.41 px apart"):
         _sized(scale={"from_px_mm": (10, 10, 11, 11, 50.0)})
     assert _sized(scale={"from_px_mm": (10, 10, 12, 10, 1.0)}).mm_per_px == 0.5
     with pytest.raises(InputError, match="behind the camera, which is 1 m away"):
