@@ -89,8 +89,8 @@ def test_likely_columns_are_proposed_by_name_and_units_that_are_not_there_are_to
     assert said(table("clock", "Weg", "Kraft (N)")) == (
         "a.csv, line 3: no column for the time, none for the elongation and none for the force; "
         'found "clock", "Weg", "Kraft (N)".\n'
-        'Add --sample-period SECONDS --column elongation=Weg --unit elongation=mm --column force="Kraft (N)" --unit force=N, or rename them '
-        "to time_s, elongation_m, force_N. Not all of this stands in the file: check the units."
+        'Add --sample-period SECONDS --column elongation=Weg --unit elongation=mm --column force="Kraft (N)" --unit force=N, or rename '
+        "them to time_s, elongation_m, force_N. Not all of this stands in the file: check the units."
     )
 
 
