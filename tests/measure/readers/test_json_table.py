@@ -97,10 +97,11 @@ def test_rows_of_different_lengths_are_no_table(tmp_path):
         read(tmp_path, [[1.0, 2.0], [3.0]])
 
 
-@pytest.mark.parametrize(
-    ("head", "is_json"),
-    [(b'{"a": [1]}', True), (b"[1, 2]", True), (b"\xef\xbb\xbf \n[[1]]", True), (b"[-1]", True), (b"{a: 1}", False), (b"[Header]", False), (b"1, 2", False), (b"", False)],
-)  # fmt: skip
+HEADS = [(b'{"a": [1]}', True), (b"[1, 2]", True), (b"\xef\xbb\xbf \n[[1]]", True), (b"[-1]", True)]
+NO_HEADS = [(b"{a: 1}", False), (b"[Header]", False), (b"1, 2", False), (b"", False)]
+
+
+@pytest.mark.parametrize(("head", "is_json"), HEADS + NO_HEADS)
 def test_a_text_may_be_json_by_its_bracket_and_what_stands_behind_it(head, is_json):
     assert looks_like_json(head) == is_json
 
