@@ -5,6 +5,7 @@ from __future__ import annotations
 import pytest
 
 from simulate.control.eddy_damper import EddyDamper
+from simulate.control.one_way import OneWay
 from simulate.control.synchronise import Synchronise
 from simulate.kernel import layout as at
 from simulate.model.control import MOST_PENDING, SampledController, laws_among, require_law
@@ -49,6 +50,13 @@ def test_brakes_have_dry_friction_up_to_their_limit_and_motors_have_none(prototy
     assert EddyDamper(damping_N_s_per_m=3.0).dry_friction()[0] == 0.0
     assert held().stiffness(prototype) == (100.0, 5.0)
     assert held(sample_rate_Hz=1000.0).stiffness(prototype) == (0.0, 0.0)
+
+
+def test_what_only_holds_back_makes_no_spring_and_no_damper_and_couples_no_mass(prototype):
+    clutch = OneWay(clutch_force_N=3.0)
+    assert clutch.stiffness(prototype) == (0.0, 0.0)
+    assert clutch.dry_friction() == (3.0, 0.01)
+    assert (clutch.coupled_mass_kg(), clutch.constants_of(prototype)) == (0.0, ())
 
 
 def test_a_delay_holds_so_many_commands_and_an_observer_half_of_the_rate():
