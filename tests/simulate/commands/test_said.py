@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-from simulate.commands import simulate_deployment, sweep_deployments
+from simulate.commands import design_control, design_deployment, simulate_deployment, sweep_deployments
 
 RUN: dict[str, Any] = {
     "duration_s": 1.0,
@@ -184,3 +184,94 @@ def test_words_that_change_no_byte_are_no_part_of_the_provenance():
         "1",
     ]
     assert sweep_deployments._without_how(words) == ["rig.toml", "--runs=5", "--seed", "1"]
+
+
+DESIGN: dict[str, Any] = {
+    "verdict": "found",
+    "evaluations": 400,
+    "draws": 256,
+    "fresh_draws": 1024,
+    "free": [
+        {"key": "end_stop.damping_N_s_per_m", "value": 12.3456789, "before": 22.6, "at_bound": None},
+        {"key": "actuator.beta_per_m", "value": 100.0, "before": 400.0, "at_bound": "low"},
+    ],
+    "objective": {"measure": "mean:stop_force_N", "fresh": 12.3456, "before": 20.0},
+    "limits": [
+        {"measure": "p95:theta_z_deg", "fresh": 4.5678, "below": 5.0, "before": 9.0, "kept": True},
+        {"measure": "highest_m", "fresh": 0.6, "above": 0.65, "before": 0.66, "kept": False},
+    ],
+}
+
+
+def of_a_design(**changed):
+    return design_deployment._sentences({**DESIGN, **changed}, Namespace(output="rig.toml"))
+
+
+def test_a_design_is_told_with_what_was_before():
+    assert of_a_design() == [
+        "design    found; 400 candidates on 256 draws each",
+        "          end_stop.damping_N_s_per_m 12.3457 (before 22.6)",
+        "          actuator.beta_per_m 100 (before 400), at its low bound",
+        "          mean:stop_force_N 12.35 on 1024 fresh draws (before 20)",
+        "          p95:theta_z_deg 4.568 < 5: kept (before 9)",
+        "          highest_m 0.6 > 0.65: NOT kept (before 0.66)",
+        "          written to rig.toml",
+    ]
+
+
+def test_a_design_without_draws_and_one_that_keeps_no_limit_say_so():
+    lines = of_a_design(draws=0, fresh_draws=0, limits=[], verdict="none-feasible")
+    assert lines[0] == "design    no candidate keeps all limits; widen --free or the limits; 400 candidates on 1 draws each"
+    assert lines[3] == "          mean:stop_force_N 12.35 on the model as it stands (before 20)"
+    assert lines[-1] == "          nothing is written"
+    assert "does not hold on fresh draws" in of_a_design(verdict="not-kept")[0]
+
+
+KEPT = {"failures": 3, "angle_deg": 30.0, "upper_bound_percent": 0.0987, "certified": True, "probability": 0.999}
+RIVAL = {
+    "kept": [{"failed_percent": 55.55, "failed_before_stop_percent": 12.34}],
+    "control_energy_J": [0.0, 1.234],
+    "control_force_N": 2.345,
+}
+CERTIFICATE = {
+    "kept": [KEPT, {**KEPT, "certified": False, "angle_deg": 5.0}],
+    "control_force_N": 1.234,
+    "control_energy_J": [-0.0123, 0.456],
+}
+CONTROL: dict[str, Any] = {
+    "law": "synchronise",
+    "controller": {"law": "synchronise", "stiffness_N_per_m": 123.456, "lag_s": 0.0, "delay_s": 0.002, "failure_s": 1.0},
+    "confidence": 0.99,
+    "verdict": "certified",
+    "certificate": [{"stops": "halved", "draws": 4096, **CERTIFICATE}],
+    "margins": [
+        {"change": "delay_s times 2", "failed": [{"failed_percent": 0.0}]},
+        {"change": "gains times 4", "failed": [{"failed_percent": 12.34}]},
+    ],
+    "without_control": [{**RIVAL, "stops": "halved"}, {**RIVAL, "stops": "as given"}, {**RIVAL, "stops": "doubled"}],
+    "other_laws": [{**RIVAL, "law": "one-way"}],
+}
+
+
+def of_a_controller(**changed):
+    options = Namespace(output="rig.toml", sample_rate=1000.0, delay=0.002, noise=0.0, lag=0.0, actuator="brake")
+    return design_control._sentences({**CONTROL, **changed}, options)
+
+
+def test_a_controller_is_told_with_its_certificate_its_margins_and_its_rivals():
+    assert of_a_controller() == [
+        "control   synchronise: stiffness_N_per_m 123.456",
+        "          stops halved: 3 of 4096 beyond 30 deg, below 0.099 % by 99 %; certified for 0.999",
+        "          stops halved: 3 of 4096 beyond 5 deg, below 0.099 % by 99 %; NOT certified for 0.999",
+        "          1.23 N at most, -0.012 to 0.46 J",
+        "          gains times 4: 12.3 % beyond",
+        "          without control: 55.5 % beyond, 12.3 % before the first stop",
+        "          one-way: 55.5 % beyond, 12.3 % before the first stop; 2.35 N, 1.2 J",
+        "          written to rig.toml",
+    ]
+
+
+def test_a_controller_that_nothing_takes_beyond_the_angle_or_that_was_not_found_says_so():
+    lines = of_a_controller(margins=CONTROL["margins"][:1], verdict="none-found")
+    assert "no change of delay, noise, lag or gains that was tried, and no failed part, takes it beyond the angle" in lines[4]
+    assert lines[-1] == "          no gains are good enough; nothing is written"

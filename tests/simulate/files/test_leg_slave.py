@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
 
+from simulate.files.leg_fmu import law_of
 from simulate.files.leg_slave import UNITS, Leg, turning_point
 from simulate.law import restoring_force
+from simulate.model.rig import per_leg
 
 
 @pytest.mark.parametrize("start_slope", [0.3, 2.0, -0.5, -3.0])
@@ -90,4 +94,17 @@ def test_units_are_made_of_the_base_units():
     assert UNITS == {
         "s": {"s": 1}, "m": {"m": 1}, "m/s": {"m": 1, "s": -1}, "1/m": {"m": -1},
         "N": {"kg": 1, "m": 1, "s": -2}, "N/m": {"kg": 1, "s": -2},
+    }  # fmt: skip
+
+
+def test_what_an_fmu_holds_is_the_law_of_a_leg_by_its_name_and_says_what_it_leaves_out(prototype, lopsided):
+    alike, one = law_of(prototype, None), law_of(lopsided, 3)
+    assert alike["description"] == "force law of a leg of prototype; without hub-inertia (0.487), viscous-friction (0.513)"
+    assert str(one["description"]).startswith("force law of leg 3 of lopsided; without hub-inertia (0.2)")
+    assert law_of(replace(prototype, effects=()), 1)["description"] == "force law of leg 1 of prototype"
+    parameters: Any = one["parameters"]
+    expected = {name: per_leg(getattr(lopsided.actuator, name))[2] for name in parameters}
+    assert {name: value for name, (value, _, _) in parameters.items()} == pytest.approx(expected)
+    assert {name: unit for name, (_, unit, _) in parameters.items()} == {
+        "a_l_N_per_m": "N/m", "b_l_N": "N", "a_u_N_per_m": "N/m", "b_u_N": "N", "beta_per_m": "1/m", "initial_force_N": "N",
     }  # fmt: skip
