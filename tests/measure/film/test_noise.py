@@ -4,8 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from scipy.linalg import block_diag
+from scipy.optimize import minimize_scalar
+from scipy.stats import t as student_t
 
-from measure.film.noise import channel_noises, noise_table
+from measure.film.noise import _JERK, _KEPT, _likelihoods, _student, channel_noises, noise_table
 from measure.tables.trajectory import Trajectory
 
 
@@ -115,3 +118,53 @@ def test_a_film_with_too_few_poses_tells_nothing():
     assert _measured(values)[1] == []
     assert len(_measured(_coloured(0.0, 1.0, 1, 40))[1]) == 1
     assert _measured(_coloured(0.0, 1.0, 1, 39))[1] == []
+
+
+def _all_at_once(values, kept, jerk):
+    """Largest log likelihood of Student's distribution with four degrees of freedom, up to a constant, and its scale.
+
+    The innovations come from the covariance of all frames together (Cholesky), the scale from scipy's search.
+    """
+    count = len(values)
+    move = np.array([[1.0, 1.0, 0.5, 0.0], [0.0, 1.0, 1.0, 0.0], [0.0, 0.0, 1.0, 0.0], [0.0, 0.0, 0.0, kept]])
+    shaken = jerk * np.array([[1 / 20, 1 / 8, 1 / 6], [1 / 8, 1 / 3, 1 / 2], [1 / 6, 1 / 2, 1.0]])
+    added = block_diag(shaken, [[1.0 - kept**2]])
+    spread, seen = [np.diag([100.0, 100.0, 100.0, 1.0])], np.array([1.0, 0.0, 0.0, 1.0])
+    for _ in range(count - 1):
+        spread.append(move @ spread[-1] @ move.T + added)
+    covariance = np.empty((count, count))
+    for t in range(count):
+        ahead = seen
+        for later in range(t, count):
+            covariance[t, later] = covariance[later, t] = ahead @ spread[t] @ seen
+            ahead = ahead @ move
+    square, slope, level = np.polyfit(np.arange(8), values[:8], 2)
+    frames = np.arange(count)
+    lower = np.linalg.cholesky(covariance)
+    innovation = np.linalg.solve(lower, values - (level + slope * frames + square * frames**2))[8:]
+
+    def missed(log_scale):
+        return -np.sum(student_t.logpdf(innovation * np.exp(-log_scale), 4) - log_scale)
+
+    best = minimize_scalar(missed, bounds=(-25.0, 6.0), method="bounded", options={"xatol": 1e-10})
+    return -float(best.fun) - float(np.log(np.diag(lower)[8:]).sum()), float(np.exp(best.x))  # type: ignore[attr-defined]
+
+
+def test_the_likelihood_is_that_of_all_frames_together():
+    """On a few points of the grid, of two blocks and two channels."""
+    blocks = np.random.default_rng(8).normal(size=(2, 60, 2)) + 0.01 * np.arange(60.0)[None, :, None] ** 2
+    likelihood, scale = _likelihoods(blocks)
+    at = [(1, 3), (4, 9), (8, 14), (6, 20)]
+    for block in range(2):
+        for channel in range(2):
+            one = blocks[block, :, channel]
+            expected = np.array([_all_at_once(one, _KEPT[k], _JERK[j]) for k, j in at])
+            found = np.array([likelihood[block, channel, k, j] for k, j in at])
+            assert found - found[0] == pytest.approx(expected[:, 0] - expected[0, 0], abs=1e-4)
+            ratio = np.array([scale[block, channel, k, j] for k, j in at]) / expected[:, 1]
+            assert ratio == pytest.approx(np.full(4, ratio[0]), rel=1e-5)
+
+
+def test_the_scale_of_normal_noise_is_its_standard_deviation():
+    normal = np.random.default_rng(2).normal(0.0, 3.0, (20_000, 1, 1))
+    assert _student(normal, np.ones((20_000, 1, 1)))[1].item() == pytest.approx(3.0, rel=0.02)
