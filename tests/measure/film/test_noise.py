@@ -74,7 +74,7 @@ def _measured(values, **changed):
     return np.array([[one.sigma, one.lag1, one.lag1_sigma] for one in found]), found
 
 
-@pytest.mark.parametrize("lag1", [-0.3, 0.0, 0.45, 0.7])
+@pytest.mark.parametrize("lag1", [-0.3, 0.45])
 def test_on_the_average_of_channels_noise_is_found_to_a_few_hundredths(lag1):
     values, found = _measured(_coloured(lag1, 2e-5))
     assert values[:, 0].mean() == pytest.approx(2e-5, rel=0.06)

@@ -135,16 +135,16 @@ def at_instant(t):
 
 
 def test_an_exposure_is_the_mean_of_the_instants_within_it():
-    exposed = film(replace(EDGED, exposure_s=0.01), MOVING, frames=6)[5]
-    assert exposed == pytest.approx(np.mean([at_instant(0.05 + part) for part in (-4e-3, -2e-3, 0.0, 2e-3, 4e-3)], axis=0), abs=0.02)
+    exposed = film(replace(EDGED, exposure_s=0.01), MOVING, frames=2)[1]
+    assert exposed == pytest.approx(np.mean([at_instant(0.01 + part) for part in (-4e-3, -2e-3, 0.0, 2e-3, 4e-3)], axis=0), abs=0.02)
 
 
 def test_each_band_of_rows_is_read_at_its_own_instant():
     """The first row half of the readout early, the last one late, the middle one in time."""
-    rolled = film(replace(EDGED, readout_s=0.04), MOVING, frames=6)[5]
+    rolled = film(replace(EDGED, readout_s=0.04), MOVING, frames=3)[2]
     for top in (0, 64, 88, 104, 176):
         band = slice(top, top + 4)
-        assert rolled[band] == pytest.approx(at_instant(0.05 + 0.04 * ((top + 1.5) / 179.0 - 0.5))[band], abs=0.02)
+        assert rolled[band] == pytest.approx(at_instant(0.02 + 0.04 * ((top + 1.5) / 179.0 - 0.5))[band], abs=0.02)
 
 
 def test_light_changes_along_the_film_and_across_the_picture():
