@@ -181,15 +181,13 @@ def _variance_under(window: NDArray, mask: Mask) -> NDArray[np.float64]:
     return np.asarray(square - mean**2, dtype=np.float64)
 
 
-def is_unique(picture: NDArray, patch: NDArray, x: float, y: float, distinct: float, mask: Mask | None = None) -> bool:
-    """Whether nothing else in the picture looks like the patch at (x, y), judged at half the resolution.
+def is_unique(picture: NDArray, patch: NDArray, distinct: float, mask: Mask | None = None) -> bool:
+    """Whether the picture shows a patch that was taken from it at one place only, judged at half the resolution.
 
     Parameters
     ----------
     picture : (rows, columns) array
     patch : (size, size) array
-    x, y : float
-        Where it was taken from, px.
     distinct : float
         Correlation from which another place looks like it.
     mask : (size, size) array of bool, optional
@@ -200,5 +198,5 @@ def is_unique(picture: NDArray, patch: NDArray, x: float, y: float, distinct: fl
     """
     half = [cv2.resize(image, None, fx=0.5, fy=0.5, interpolation=cv2.INTER_AREA) for image in (picture, patch)]
     coarse = None if mask is None else cv2.resize(mask.astype(np.float32), half[1].shape[::-1], interpolation=cv2.INTER_AREA) >= 0.5
-    peak = search(half[0], np.ascontiguousarray(half[1]), x / 2, y / 2, None, coarse)
+    peak = search(half[0], np.ascontiguousarray(half[1]), 0, 0, None, coarse)
     return peak is not None and peak.second < distinct

@@ -208,7 +208,7 @@ def mark_tracker(
     mark = reference(picture if mean is None else mean, x, y, subset, warp, mask)
     patch = cut(picture, mark.start, mark.half)
     assert patch is not None
-    return MarkTracker(mark, patch, mark.start, alone or is_unique(picture, patch, x, y, DISTINCT, mark.shape), open_share)
+    return MarkTracker(mark, patch, mark.start, alone or is_unique(picture, patch, DISTINCT, mark.shape), open_share)
 
 
 class _RestTest:

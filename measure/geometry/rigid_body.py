@@ -189,7 +189,7 @@ def _fit_frame(body: Body, at: list[int], picture: Array, weights: Array, kept: 
         return _solve(body, at, picture, weights, kept, start, freedom)
 
     found = solve(kept)
-    while found is not None and _disagree(found, len(at)):
+    while found is not None and _disagree(found):
         without = [solve(found.used & (np.arange(len(kept)) != i)) for i in np.flatnonzero(found.used)]
         best = min((other for other in without if other is not None), key=lambda other: other.misfit, default=None)
         if best is None or not best.misfit < _CULPRIT * found.misfit:
@@ -198,10 +198,9 @@ def _fit_frame(body: Body, at: list[int], picture: Array, weights: Array, kept: 
     return found
 
 
-def _disagree(found: _FramePose, channels: int) -> bool:
-    """Whether the marks of a frame contradict each other, and one of them can be spared."""
-    spare = 2 * found.used.sum() - channels >= 3
-    return bool(found.misfit > _DISAGREE and np.abs(found.residual[found.used]).max() > _OUTLIER_PX and spare)
+def _disagree(found: _FramePose) -> bool:
+    """Whether the marks of a frame contradict each other."""
+    return bool(found.misfit > _DISAGREE and np.abs(found.residual[found.used]).max() > _OUTLIER_PX)
 
 
 def _solve(

@@ -142,7 +142,7 @@ def plumb_line(picture: Picture, line: Line) -> tuple[float, float]:
     """
     values, along, across = _profile(picture, line, 2 * _REACH_PX + 1)
     off = np.abs(values - np.median(values, axis=1, keepdims=True))
-    clear = off.max(axis=1) > _CLEAR / 2 * np.maximum(np.median(off, axis=1), 0.5)
+    clear = off.max(axis=1) > _CLEAR * np.maximum(np.median(off, axis=1), 0.5)
     if clear.mean() < 0.5:
         raise InputError(
             f"--plumb: no thin line within {_REACH_PX} px of {line[0]:g},{line[1]:g} to {line[2]:g},{line[3]:g}. "

@@ -127,7 +127,7 @@ def _wrong_joints(geometry: Geometry) -> Iterator[str]:
                 yield f"geometry: legs {other + 1} and {leg + 1} have the same two joints; they are one leg. Check the order of the joints."
     for name, joints in (("base", base), ("platform", platform)):
         length, width = np.linalg.svd(joints - joints.mean(axis=0), compute_uv=False)[:2]
-        if width <= _IN_LINE * length or length == 0.0:
+        if width <= _IN_LINE * length:
             what = "on one spot" if length <= _TOUCHING * size else "in one line"
             yield f"geometry.{name}_joints_m: all six stand {what}; nothing holds the platform about it. Check the coordinates."
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from measure.common.errors import InputError, nearest
+from measure.common.errors import InputError, clipped, found, nearest, visible
 
 
 @pytest.mark.parametrize(("word", "meant"), [("elongaton_m", "elongation_m"), ("force_n", "force_N"), ("time", "time_s")])
@@ -35,3 +35,22 @@ def test_a_sentence_shows_what_is_endless_by_its_beginning(key):
     assert str(InputError("\n" * 100_000)).count("\n") == 500
     name = "/".join(["folder-of-a-laboratory"] * 40)
     assert name in str(InputError(f"{name}: no such file; a table (CSV) was expected."))
+
+
+@pytest.mark.parametrize("byte", [0x80, 0x81, 0xBF, 0xC3, 0xFF])
+def test_a_byte_of_a_name_that_is_not_utf_8_is_shown_as_python_shows_it(byte):
+    name = b"rig" + bytes([byte])
+    assert visible(name.decode("utf-8", "surrogateescape")) == name.decode("utf-8", "backslashreplace")
+
+
+def test_what_commands_a_terminal_is_escaped_and_all_else_is_left():
+    assert visible("\x1b[2J\x07") == "\\x1b[2J\\x07"
+    assert visible("Prüfkraft 力 µ") == "Prüfkraft 力 µ"
+
+
+def test_a_value_is_shown_as_it_was_found_and_an_endless_one_by_its_kind():
+    assert [found(value) for value in (True, 3, "a", None)] == ["True", "3", "'a'", "None"]
+    assert [found(value) for value in ([1, 2], (1,), {"a": 1})] == ["a list of 2", "a list of 1", "a table of 1"]
+    assert found(10**99) == "a whole number of some 99 digits"
+    assert clipped("x" * 300, 10) == "xxxxxxxxxx... (300 characters)"
+    assert clipped("x" * 10, 10) == "x" * 10

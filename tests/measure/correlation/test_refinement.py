@@ -8,6 +8,7 @@ import pytest
 from measure.common.errors import InputError
 from measure.correlation.reference_image import reference
 from measure.correlation.refinement import Expected, Match, recognise, refine, surface_near
+from measure.correlation.spline import FILTER, coefficients
 from measure.correlation.steepest_descent import AFFINE, EUCLIDEAN, TRANSLATION
 from measure.correlation.template_matching import correlation_map, search
 
@@ -176,3 +177,66 @@ def test_a_mark_on_bare_metal_is_refused(speckled):
 def test_a_subset_over_the_border_is_refused(speckled):
     with pytest.raises(InputError, match="reaches over the border"):
         reference(speckled(), 5, CENTRE, SUBSET)
+
+
+def _match(noise, zncc, hidden=0.0, uneven_light=False):
+    return Match(np.zeros(6), np.eye(2), zncc, 1.0, noise, hidden, True, 0.0, uneven_light)
+
+
+def test_what_to_expect_is_a_running_mean_over_frames_that_nothing_covers():
+    """Three tenths of the first one that counts, then a tenth of each; the first frame of all is the reference itself."""
+    expected = Expected().updated(_match(9.0, 0.5), first=True)
+    assert (expected.noise, expected.unexplained) == (0.0, 0.0)
+    expected = expected.updated(_match(2.0, 0.8), first=False)
+    assert (expected.noise, expected.unexplained) == (pytest.approx(0.6), pytest.approx(0.3 * 0.36))
+    again = expected.updated(_match(1.6, 0.8, uneven_light=True), first=False)
+    assert (again.noise, again.unexplained) == (pytest.approx(0.7), pytest.approx(0.108 + 0.1 * (0.36 - 0.108)))
+    covered = again.updated(_match(50.0, 0.1, hidden=0.2), first=False)
+    assert (covered.noise, covered.unexplained, covered.hidden, covered.uneven_light) == (again.noise, again.unexplained, 0.2, True)
+    assert covered.updated(_match(0.7, 0.8), first=False).hidden == 0.0
+    assert covered.updated(_match(0.7, 0.8), first=False).uneven_light
+    assert (covered.after(True).lost, covered.after(True).hidden) == (True, 0.2)
+
+
+@pytest.mark.parametrize(("place", "inside"), [((15.0, 30.0), True), ((14.2, 30.0), True), ((13.9, 30.0), False), ((30.0, 13.9), False)])
+def test_a_subset_may_reach_less_than_a_pixel_over_the_border(place, inside):
+    """On the left, and mirrored on the right; above, and below."""
+    picture = np.zeros((72, 80), np.uint8)
+    for x, y in (place, (79.0 - place[0], 71.0 - place[1])):
+        warp = np.array([1.0, 0.0, x, 0.0, 1.0, y])
+        assert (surface_near(picture, 15, warp) is not None) == inside
+
+
+@pytest.mark.parametrize("matrix", [(1.0, 0.0, 0.0, 1.0), (1.2, 0.0, 0.0, 0.7), (0.8, -0.5, 0.5, 0.8)])
+def test_the_part_that_is_prepared_holds_the_subset_as_it_is_stretched_and_turned_with_some_to_spare(speckled, matrix):
+    picture = speckled(size=140)
+    warp = np.array([matrix[0], matrix[1], 70.4, matrix[2], matrix[3], 66.7])
+    near = surface_near(picture, 15, warp)
+    assert near is not None
+    rows, columns = near.surface.shape
+    corners = np.array([[sx, sy] for sx in (-15.0, 15.0) for sy in (-15.0, 15.0)]) @ warp.reshape(2, 3)[:, :2].T + [70.4, 66.7]
+    for axis, (first, count) in enumerate(((near.left, columns), (near.top, rows))):
+        assert 6.0 <= corners[:, axis].min() - first < 8.0
+        assert 6.0 <= first + count - 1 - corners[:, axis].max() < 8.0
+    whole = coefficients(picture, 0, 0, 140, 140, FILTER)
+    assert near.surface == pytest.approx(whole[near.top : near.top + rows, near.left : near.left + columns], abs=1e-3)
+
+
+def test_a_mark_that_is_far_off_or_another_picture_is_not_recognised(speckled):
+    mark = reference(speckled(), CENTRE, CENTRE, 31)
+    assert recognise(speckled((0.5, 0.2), noise_seed=1), mark, mark.start, Expected(0.7, 0.002)) is not None
+    assert recognise(speckled(seed=5), mark, mark.start, Expected(0.7, 0.002)) is None
+    outside = mark.start
+    outside[2] = 3.0
+    assert recognise(speckled(), mark, outside, Expected()) is None
+
+
+@pytest.mark.parametrize(("gain", "found"), [(0.55, True), (0.45, False), (1.4, True)])
+def test_a_mark_that_was_lost_must_be_lit_about_as_it_was(speckled, gain, found):
+    """A part of it is covered, so that it is looked at under robust weights."""
+    mark = reference(speckled(), CENTRE, CENTRE, 41)
+    current = np.rint(gain * (speckled((0.3, 0.1), noise_seed=1).astype(float) - 100.0) + 100.0).clip(0, 255)
+    current[:, 40:44] = 10.0
+    seen = recognise(current.astype(np.uint8), mark, mark.start, Expected(0.7, 0.002).after(True))
+    assert (seen is not None) == found
+    assert recognise(current.astype(np.uint8), mark, mark.start, Expected(0.7, 0.002)) is not None

@@ -8,7 +8,7 @@ import pytest
 from measure.common.errors import InputError
 from measure.correlation.marks import LOST, OK
 from measure.correlation.steepest_descent import AFFINE, TRANSLATION
-from measure.correlation.tracking import track_marks
+from measure.correlation.tracking import check_subset, track_marks, why_unusable
 from measure.footage.footage import from_array
 from measure.footage.formats import open_footage
 
@@ -129,6 +129,38 @@ def test_a_different_picture_is_not_the_mark(speckled):
 def test_an_even_subset_has_no_centre(speckled):
     with pytest.raises(InputError, match="odd number"):
         track_marks(from_array(_film(speckled, [(0, 0)] * 2)), [(70.0, 70.0)], 250.0, subset=30)
+
+
+def test_a_subset_has_from_9_to_301_pixels():
+    check_subset(9)
+    check_subset(301)
+    for subset in (7, 10, 300, 303):
+        with pytest.raises(InputError, match="from 9 to 301"):
+            check_subset(subset)
+
+
+def test_a_place_is_unusable_over_the_border_where_it_is_flat_and_under_a_mask(speckled):
+    picture = speckled()
+    picture[40:, 40:] = 90
+    assert why_unusable(picture, (20.0, 20.0), 31) == ""
+    assert why_unusable(picture, (15.4, 15.4), 31) == ""
+    assert "border" in why_unusable(picture, (14.4, 20.0), 31)
+    assert "texture" in why_unusable(picture, (56.0, 56.0), 31)
+    assert "mask leaves 0 pixels" in why_unusable(picture, (20.0, 20.0), 31, np.zeros((72, 72), bool))
+
+
+def test_a_frame_that_the_film_lacks_is_a_row_without_a_position(speckled):
+    film = from_array(_film(speckled, [(0.2 * n, 0.0) for n in range(6)]))
+
+    class Lacking(type(film)):
+        def pictures(self):
+            return (one for one in film.pictures() if one[0] not in (2, 3))
+
+    marks = track_marks(Lacking(**film.__dict__), [(70.0, 70.0)], 100.0, names=["left"])
+    assert marks.status[:, 0].tolist() == [OK, OK, "missing", "missing", OK, OK]
+    assert marks.x_px[:, 0] == pytest.approx([70.0, 70.2, np.nan, np.nan, 70.8, 71.0], abs=0.03, nan_ok=True)
+    assert marks.time_s == pytest.approx(np.arange(6) / 100.0)
+    assert list(marks.names) == ["left"]
 
 
 def test_one_frame_is_no_motion(speckled):

@@ -157,6 +157,36 @@ def test_a_note_that_is_no_plain_number_is_refused_by_its_name(tmp_path, key, va
         open_footage(with_notes(tmp_path, **{key: value}))
 
 
+@pytest.mark.parametrize(
+    ("shutter", "exposure_s"), [("1/2000", 5e-4), ("2000", 5e-4), ("0.0005", 5e-4), ("2/4", 0.5), ("1", 1.0), ("0", None)]
+)
+def test_a_shutter_is_a_fraction_its_denominator_or_seconds(tmp_path, shutter, exposure_s):
+    assert open_footage(with_notes(tmp_path, **{"Shutter Speed(s)": shutter})).exposure_s == (exposure_s and pytest.approx(exposure_s))
+
+
+def test_notes_in_xml_count_before_plain_ones_and_nanoseconds_before_a_fraction(tmp_path):
+    path = with_notes(tmp_path)
+    size = "<resolution><width>16</width><height>30</height></resolution><colorInfo><bit>16</bit></colorInfo>"
+    effective = "<effectiveBit><depth>10</depth><side>Higher</side></effectiveBit>"
+    record = (
+        "<recordInfo><recordRate>750</recordRate><shutterSpeed>50</shutterSpeed><shutterSpeedNsec>20000</shutterSpeedNsec></recordInfo>"
+    )
+    frames = "<frameInfo><totalFrame>2</totalFrame></frameInfo>"
+    path.with_suffix(".cihx").write_text(f"junk<cih>{frames}{record}<imageDataInfo>{size}{effective}</imageDataInfo></cih>rest")
+    film = open_footage(tmp_path / "film.mraw")
+    assert (film.width, film.height, film.frames, film.bits, film.fps, film.exposure_s) == (16, 30, 2, 10, 750.0, pytest.approx(2e-5))
+    assert film.remarks == ()
+    values = np.arange(2 * 16 * 30).reshape(2, 30, 16)
+    (tmp_path / "film.mraw").write_bytes((values << 6).astype("<u2").tobytes())
+    assert np.array_equal([picture for _, picture in open_footage(tmp_path / "film.mraw").pictures()], values)
+
+
+@pytest.mark.parametrize(("key", "value"), [("Color Bit", "10"), ("Total Frame", "0"), ("Record Rate(fps)", "0")])
+def test_notes_of_no_film_are_refused(tmp_path, key, value):
+    with pytest.raises(InputError, match="grey films of 8, 12 or 16 bit are read"):
+        open_footage(with_notes(tmp_path, **{key: value}))
+
+
 def test_notes_that_declare_entities_are_refused(tmp_path):
     path = with_notes(tmp_path).with_suffix(".cihx")
     path.write_text('junk<cih><!ENTITY b "c">&b;</cih>')

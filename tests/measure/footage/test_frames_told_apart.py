@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
-from measure.footage.derived import field, part
+from measure.footage.derived import field, fields, part
 from measure.footage.footage import from_array
 from measure.footage.integrity import Combing, IntegrityCheck
 
@@ -98,3 +100,52 @@ def test_a_part_of_a_film_has_both_its_ends_and_the_clock_of_the_whole():
     assert np.array_equal(pictures[0], moving(np.arange(10.0))[2])
     assert part(film, 100.0, 0.07, None).frames == 3
     assert part(film, 100.0, None, 0.01).frames == 2
+
+
+def test_up_to_three_frames_in_a_row_are_copies_and_where_four_stay_nothing_moves():
+    for held, expected in ((1, [4]), (2, [4, 5]), (3, [4, 5, 6]), (4, [])):
+        places = [0, 2, 4, 6, *[6] * held, 8, 10, 12, 14]
+        assert copies(moving(places), noise=1) == expected
+
+
+def test_nothing_is_known_of_the_first_frame_and_the_last():
+    assert copies(moving([0, 0, 2, 4, 6, 8]), noise=1) == []
+    assert copies(moving([0, 2, 4, 6, 8, 8]), noise=1) == []
+
+
+def test_what_moves_by_less_than_a_tenth_of_the_grey_values_is_compression():
+    """The pattern has a range of 200 grey levels; a step of a tenth of a pixel changes it by one or two."""
+    assert copies(moving([0.0, 0.1, 0.2, 0.2, 0.3, 0.4, 0.5])) == []
+
+
+def test_fields_have_the_instants_of_their_frames_and_half_a_step_later():
+    film = from_array(combed(2.0 * np.arange(8), True), fps=50.0)
+    halves = fields(film)
+    assert (halves.frames, halves.per_frame, halves.width, halves.height) == (16, 2, 96, 64)
+    assert halves.instants == pytest.approx(np.arange(16) / 2.0)
+    assert halves.remarks[-1].startswith("split into fields, top field first")
+    dropped = replace(film, instants=np.array([0.0, 1.0, 2.0, 4.0, 5.0, 6.0, 7.0, 8.0]))
+    assert fields(dropped).instants[4:10] == pytest.approx([2.0, 3.0, 4.0, 4.5, 5.0, 5.5])  # type: ignore[index]
+    numbers, pictures = zip(*halves.pictures(), strict=True)
+    assert numbers == tuple(range(16))
+    frame = combed(2.0 * np.arange(8), True)[3]
+    assert np.array_equal(pictures[6][0::2], frame[0::2])
+    assert np.array_equal(pictures[7][1::2], frame[1::2])
+    assert "bottom field first" in fields(from_array(combed(2.0 * np.arange(8), False))).remarks[-1]
+
+
+def test_after_a_hundred_frames_that_move_the_order_of_fields_is_settled():
+    seen = Combing()
+    frames = combed(2.0 * np.arange(8), True)
+    for n in range(140):
+        seen.watch(frames[n % 8])
+    assert seen.moving == 100
+    assert seen.remark.startswith("the film is interlaced, top field first: ")
+    assert f"{seen.combed} of 100 frames" in seen.remark
+
+
+def test_a_film_that_comes_to_rest_for_an_instant_on_either_side_has_no_copies():
+    """Ever faster from rest, or ever slower to it: the change there is what the frames on that side foresee."""
+    assert copies(moving([0.0, 1.5, 3.0, 3.0, 4.5, 7.5, 10.5, 13.5]), noise=1) == []
+    assert copies(moving([13.5, 10.5, 7.5, 4.5, 3.0, 3.0, 1.5, 0.0]), noise=1) == []
+    assert copies(moving([0.0, 1.5, 3.0, 3.0, 4.5, 6.0, 7.5, 9.0]), noise=1) == [3]

@@ -6,8 +6,9 @@ from math import erf
 
 import numpy as np
 import pytest
+from scipy.special import polygamma
 
-from measure.geometry.misfit import independent_frames, widening
+from measure.geometry.misfit import _trigamma_inverse, independent_frames, moderated, widening
 from measure.tables.trajectory import CHANNELS
 
 FRAMES, FREEDOM, DRAWS = 60, 6, 200
@@ -94,3 +95,60 @@ def _drum_inside(drum, error_px):
     at = [CHANNELS.index(channel) for channel in fit.free]
     ratio = (fit.pose - drum.pose)[:, at] / np.sqrt(np.diagonal(fit.covariance, axis1=1, axis2=2))
     return np.abs(ratio[1:]) < 1.96
+
+
+def _white(frames=60, count=8, size=6.0, seed=4):
+    return size * np.random.default_rng(seed).normal(size=(frames, count))
+
+
+def test_a_misfit_of_twice_the_size_widens_twice_as_much():
+    """Where all frames are worse than chance allows; bars by the same factor."""
+    freedom = np.full(60, 5)
+    (deviation, bar), (twice, wider) = widening(_white(), freedom), widening(2.0 * _white(), freedom)
+    assert twice / deviation == pytest.approx(np.full(60, 2.0), rel=1e-9)
+    assert wider / bar == pytest.approx(np.full(60, 2.0), rel=1e-9)
+    assert np.all(bar >= deviation)
+    assert deviation.min() > 1.0
+
+
+def test_on_the_average_a_misfit_is_found_to_its_size():
+    found = [widening(_white(200, 5, seed=k), np.full(200, 5))[0] for k in range(5)]
+    assert np.sqrt(np.mean(np.square(found))) == pytest.approx(6.0, rel=0.03)
+
+
+def test_variances_of_many_degrees_of_freedom_stay_as_they_are_and_of_one_size_agree():
+    square = np.array([4.0, 9.0, 25.0, 100.0])
+    assert moderated(square, np.full(4, 1e5), np.inf)[0] == pytest.approx(square, rel=1e-3)
+    alike, worth = moderated(np.full(30, 7.0), np.full(30, 1e4), np.inf)
+    assert alike == pytest.approx(np.full(30, 7.0), rel=1e-3)
+    assert worth > 1e5
+
+
+def test_variances_of_few_degrees_of_freedom_are_drawn_to_what_they_share():
+    """By the stated mean of both, each with its degrees of freedom."""
+    chance = np.random.default_rng(6)
+    true = 30.0 * 20.0 / chance.chisquare(20, 4000)
+    square, nu = true * chance.chisquare(4, 4000) / 4.0, np.full(4000, 4.0)
+    found, worth = moderated(square, nu, np.inf)
+    assert worth == pytest.approx(20.0, rel=0.25)
+    shared = ((worth + nu) * found - nu * np.maximum(square, square.min())) / worth
+    assert shared.mean() == pytest.approx(30.0, rel=0.1)
+    assert np.mean((found - true) ** 2) < 0.5 * np.mean((square - true) ** 2)
+
+
+@pytest.mark.parametrize("value", [1e-3, 0.1, 1.0, 7.0, 300.0])
+def test_the_inverse_of_trigamma_is_its_inverse(value):
+    assert polygamma(1, _trigamma_inverse(value)) == pytest.approx(value, rel=1e-7)
+
+
+def test_frames_that_err_alike_count_as_one_and_those_that_keep_a_part_as_their_correlation_says():
+    """Of noise that keeps 0.7 from frame to frame: T / sum over the lags of 0.49^lag."""
+    frames = np.ones(40, bool)
+    alike = np.tile(_white(1), (40, 1))
+    assert independent_frames(alike, frames, 8.0) == pytest.approx(1.0, abs=0.3)
+    white = _white(400, 30)
+    assert independent_frames(white, np.ones(400, bool), 30.0) > 300.0
+    kept = white.copy()
+    for t in range(1, 400):
+        kept[t] = 0.7 * kept[t - 1] + np.sqrt(0.51) * white[t]
+    assert independent_frames(kept, np.ones(400, bool), 30.0) == pytest.approx(400 * 0.51 / 1.49, rel=0.2)

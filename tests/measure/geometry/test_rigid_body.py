@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -103,6 +105,72 @@ def test_one_mark_that_slipped_is_left_out():
     assert list(fit.used[1]) == [True, True, False, True, True]
     assert np.abs(fit.pose - pose).max() < 1e-7
     assert trajectory(marks, fit, 0.252).status[1] == "partial"
+
+
+SQUARE = np.array([[40, 350], [160, 350], [40, 450], [160, 450.0]])
+
+
+def _square(frames=3, sigma=0.02, pose=(0.01, 0.0, 0.02, 0.0, 0.1, 0.0)):
+    """Exact sightings of the corners of a square in the plane about its middle; the first frame is the reference."""
+    camera, still = Camera(0.5e-3, (100.0, 400.0)), _still(SQUARE)
+    points = body_points(still, camera, None)
+    return camera, points, _seen(camera, points, np.outer(np.arange(frames) > 0, pose), still.response, sigma)
+
+
+def test_a_pose_is_as_well_known_as_the_squares_arms_say():
+    """Shift: one standard deviation over the root of four; angle: over the root of the arms' squares."""
+    camera, points, marks = _square()
+    sigma = np.sqrt(np.diagonal(fit_platform(marks, camera, points, PLANE).covariance[1]))
+    one = 0.02
+    across = np.hypot(*(SQUARE - [100.0, 400.0]).T)
+    assert sigma[:2] == pytest.approx(np.full(2, 0.5e-3 * one / 2.0), rel=0.02)
+    assert sigma[2] == pytest.approx(one / np.sqrt(np.sum(across**2)), rel=0.02)
+
+
+def test_a_mark_counts_by_its_own_standard_deviation():
+    """One of four is off by a little and known three times worse than the others: a weighted mean."""
+    camera, points, marks = _square(pose=(0.0,) * 6)
+    marks.covariance_px2[:] *= np.array([9.0, 1.0, 1.0, 1.0])[:, None, None] * 1e4
+    marks.x_px[1] += 0.3
+    marks.x_px[1, 0] += 0.7
+    found = fit_platform(marks, camera, points, ("x_m",)).pose[1, 0]
+    assert found == pytest.approx(0.5e-3 * (0.3 + 0.7 / 9.0 / (3.0 + 1.0 / 9.0)), rel=1e-3)
+
+
+def test_the_residual_of_a_mark_is_over_the_frames_in_which_it_took_part():
+    camera, points, marks = _square()
+    fit = fit_platform(marks, camera, points, PLANE)
+    residual = np.zeros((3, 4, 2))
+    residual[:, 0] = [[3.0, 0.0], [0.0, 4.0], [0.0, 0.0]]
+    residual[2, 1] = [0.6, 0.8]
+    used = np.ones((3, 4), bool)
+    used[:2, 1] = used[:, 2] = False
+    found = replace(fit, residual_px=residual, used=used).mark_residual_px
+    assert found == pytest.approx([np.sqrt(25.0 / 3.0), 1.0, np.nan, 0.0], nan_ok=True)
+
+
+def test_two_marks_that_contradict_each_other_are_both_kept_and_three_marks_lose_the_wrong_one():
+    camera, points, marks = _square()
+    gone = np.zeros((3, 4), bool)
+    gone[1, 2:] = True
+    gone[2, 3] = True
+    marks.x_px[1, 0] += 5.0
+    marks.x_px[2, 0] += 5.0
+    fit = fit_platform(marks.without(gone, "lost"), camera, points, ("x_m", "z_m"))
+    assert fit.used.tolist() == [[True] * 4, [True, True, False, False], [True, True, True, False]]
+
+
+def test_every_frame_says_how_it_was_seen():
+    camera, points, marks = _square(frames=5)
+    for frame, which, why in ((1, [0], "lost"), (2, [0, 1, 2], "occluded"), (3, [0, 1, 2, 3], "missing")):
+        gone = np.zeros((5, 4), bool)
+        gone[frame, which] = True
+        marks = marks.without(gone, why)
+    table = trajectory(marks, fit_platform(marks, camera, points, PLANE), 0.252)
+    assert table.status == ["ok", "partial", "lost", "missing", "ok"]
+    assert table.channels["z_m"] == pytest.approx([0.252, 0.272, np.nan, np.nan, 0.272], nan_ok=True)
+    assert table.channels["x_m"] == pytest.approx([0.0, 0.01, np.nan, np.nan, 0.01], nan_ok=True, abs=1e-9)
+    assert table.sigma["theta_y_rad"][1] > table.sigma["theta_y_rad"][4] > 0.0
 
 
 def _tracked(rig, seed=1, **changed):

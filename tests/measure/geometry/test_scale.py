@@ -108,3 +108,60 @@ def test_where_nothing_hangs_there_is_no_plumb_line():
     noise = np.random.default_rng(0).integers(90, 110, (300, 80)).astype(np.uint8)
     with pytest.raises(InputError, match="no thin line"):
         plumb_line(noise, (40.0, 20.0, 40.0, 280.0))
+
+
+def test_what_is_unsure_adds_up_in_squares():
+    points = {"from_px_mm": (10, 10, 40, 50, 25.0), "point_sigma_px": 0.3, "length_sigma_mm": 0.1, "relative_sigma": 0.002}
+    found = _sized(scale=points)
+    assert found.mm_per_px == pytest.approx(0.5)
+    assert found.relative_sigma == pytest.approx(np.sqrt(2 * (0.3 / 50) ** 2 + (0.1 / 25) ** 2 + 0.002**2))
+    assert found.summary()["said"] == "from two points 50.0 px apart"
+
+
+@pytest.mark.parametrize("depth_mm", [20.0, -30.0])
+def test_a_depth_that_is_known_by_a_distance_that_is_not_leaves_its_part_of_that(depth_mm):
+    camera = {"distance_m": 1.0, "distance_sigma_m": 0.05}
+    found = _sized(scale={"mm_per_px": 0.5, "depth_mm": depth_mm, "depth_sigma_mm": 4.0}, camera=camera)
+    assert found.mm_per_px == pytest.approx(0.5 * 1000.0 / (1000.0 + depth_mm))
+    assert found.relative_sigma == pytest.approx(np.hypot(4.0, abs(depth_mm) * 0.05) / (1000.0 + depth_mm))
+
+
+def test_a_rule_of_known_pitch_gives_the_scale_and_a_plumb_line_up():
+    picture = _rule(9.1, 0.0, 3)
+    project = make_project({"scale": {"rule_px_mm": (20.0, 60.0, 390.0, 60.0, 2.0), "relative_sigma": 0.001}})
+    found = picture_scale(project, picture)
+    assert found is not None
+    assert found.mm_per_px == pytest.approx(2.0 / 9.1, rel=5e-4)
+    assert found.relative_sigma == pytest.approx(0.001, rel=0.2)
+    assert found.source.startswith("from a rule, 9.1")
+    hung = make_project({"scale": {"mm_per_px": 0.5, "plumb_px": (41.0, 20.0, 39.0, 280.0)}})
+    up = picture_scale(hung, np.rint(_hanging(1.7, 0)).clip(0, 255).astype(np.uint8))
+    assert up is not None
+    assert (up.up_deg, up.up_sigma_deg > 0.0) == (pytest.approx(1.7, abs=0.05), True)
+    assert _sized(scale={"mm_per_px": 0.5, "up_deg": 3.0}).up_deg == 3.0
+    assert picture_scale(make_project({}), BLANK) is None
+
+
+def test_points_that_coincide_and_a_rule_behind_the_camera_are_refused():
+    with pytest.raises(InputError, match=r"the points are 1\.41 px apart"):
+        _sized(scale={"from_px_mm": (10, 10, 11, 11, 50.0)})
+    assert _sized(scale={"from_px_mm": (10, 10, 12, 10, 1.0)}).mm_per_px == 0.5
+    with pytest.raises(InputError, match="behind the camera, which is 1 m away"):
+        _sized(scale={"mm_per_px": 0.5, "depth_mm": -1000.0}, camera={"distance_m": 1.0})
+
+
+def _camera(**camera):
+    return camera_of(make_project({"camera": camera}), _sized(scale={"mm_per_px": 0.5, "up_deg": 2.0}), (40.0, 30.0), (81, 61))
+
+
+def test_a_camera_looks_at_the_middle_of_the_picture_unless_told_otherwise():
+    plain = _camera()
+    assert (plain.m_per_px, plain.origin_px, plain.up_rad) == (5e-4, (40.0, 30.0), pytest.approx(np.radians(2.0)))
+    assert (plain.distance_m, plain.principal_px, plain.distortion) == (np.inf, None, ())
+    near = _camera(distance_m=1.5)
+    assert (near.distance_m, near.principal_px, near.focal_px) == (1.5, (40.0, 30.0), pytest.approx(3000.0))
+    lens = _camera(focal_px=1000.0, principal_px=(33.0, 22.0), distortion=(0.1, 0.0, 0.0, 0.0))
+    assert (lens.distance_m, lens.principal_px, lens.focal_px) == (pytest.approx(0.5), (33.0, 22.0), 1000.0)
+    assert _camera(focal_px=1000.0, distance_m=2.0).distance_m == 2.0
+    with pytest.raises(InputError, match="distortion needs the focal length"):
+        _camera(distortion=(0.1, 0.0, 0.0, 0.0))

@@ -83,3 +83,81 @@ def test_ticks_are_few_round_numbers_within_the_axis(low, high):
     values = np.array([float(tick.text) for tick in ticks])
     np.testing.assert_allclose((values - low) / (high - low), [tick.share for tick in ticks], atol=1e-6)
     assert len(set(np.round(np.diff(values) / np.diff(values)[0], 6))) == 1
+
+
+def _one_panel(*lines, **panel):
+    return Figure("f", "t", "x", [Panel("y", list(lines), **panel)])
+
+
+def test_axes_reach_a_twentieth_beyond_the_values_upwards_and_not_sideways():
+    figure = _one_panel(Line("a", T, 10.0 * T), level=-1.0)
+    assert figure.domain == (0.0, 0.5)
+    assert figure.drawn[0].domain == pytest.approx((-1.3, 5.3))
+    banded = Figure("f", "t", "x", [Panel("y", [], [Band("b", T, T - 2.0, T + 3.0)])])
+    assert banded.drawn[0].domain == pytest.approx((-2.275, 3.775))
+    assert _one_panel(Line("a", T, np.full(6, 4.0))).drawn[0].domain == pytest.approx((2.0, 6.0))
+    assert _one_panel(Line("a", T, np.full(6, 0.2))).drawn[0].domain == pytest.approx((-0.3, 0.7))
+    assert _one_panel(Line("a", T, np.full(6, np.nan))).drawn[0].domain == (0.0, 1.0)
+    assert Figure("f", "t", "x", [], x_limits=(2.0, 3.0)).domain == (2.0, 3.0)
+    assert Figure("f", "t", "x", []).domain == (0.0, 1.0)
+
+
+@pytest.mark.parametrize(("level", "at"), [(0.25, 7500), (0.0, SIZE), (1.0, 0), (1.01, None), (-0.01, None), (None, None)])
+def test_a_level_is_counted_from_above_and_left_out_beyond_the_axis(level, at):
+    assert _one_panel(Line("a", T, T), level=level, limits=(0.0, 1.0)).drawn[0].level == at
+
+
+def test_a_curve_far_beyond_its_axis_is_cut_a_width_beyond_the_drawing():
+    path = _one_panel(Line("a", np.array([-9.0, 0.25, 9.0]), np.array([50.0, 0.5, -50.0])), limits=(0.0, 1.0))
+    zoomed = Figure("f", "t", "x", path.panels, x_limits=(0.0, 0.5))
+    assert _points(zoomed.drawn[0].drawn[0].path) == [(-SIZE, -SIZE), (SIZE // 2, SIZE // 2), (2 * SIZE, 2 * SIZE)]
+
+
+def test_after_a_gap_a_curve_begins_anew_where_it_is_seen_again():
+    y = np.array([np.nan, 0.0, 1.0, np.nan, np.nan, 0.5])
+    path = _one_panel(Line("a", T, y), limits=(0.0, 1.0)).drawn[0].drawn[0].path
+    assert path == "M2000 10000l2000 -10000m6000 5000"
+    assert _one_panel(Line("a", T, np.full(6, np.nan))).drawn[0].drawn[0].path == ""
+    assert _one_panel(Line("a", T[:2], T[:2], dots=True), limits=(0.0, 1.0)).drawn[0].drawn[0].path == "M0 10000h0m10000 -1000h0"
+
+
+def test_a_band_goes_along_its_upper_end_and_back_along_the_lower_one():
+    band = Band("b", np.array([0.0, 1.0]), np.array([0.0, 0.2]), np.array([0.5, 1.0]))
+    (drawn,) = Figure("f", "t", "x", [Panel("y", [], [band], limits=(0.0, 1.0))]).drawn[0].drawn
+    assert drawn.path == "M0 5000l10000 -5000l0 8000l-10000 2000Z"
+    assert (drawn.filled, drawn.dots, drawn.look, drawn.columns) == (True, False, "noise", (0, 1))
+
+
+def test_the_legend_has_each_name_once_in_the_order_of_the_panels_and_the_words_for_the_blind_all():
+    panels = [Panel("y", [Line("a", T, T), Line("b", T, T)]), Panel("z", [Line("b", T, T, "two"), Line("c", T, T)])]
+    figure = Figure("f", "Title", "x", panels)
+    assert [one.name for one in figure.legend] == ["a", "b", "c"]
+    assert figure.legend[1].look == "one"
+    assert figure.spoken == "Title. Over x, 0 to 0.5. y: a, b; z: b, c."
+
+
+def test_curves_of_one_name_and_other_values_have_a_number_in_the_csv():
+    lines = [
+        Line("a", T, T),
+        Line("a", T, 2 * T),
+        Line("a", T, 3 * T),
+        Line("b", T, np.where(T > 0.1, T, np.nan)),
+        Line("b", T, np.where(T > 0.1, T, np.nan)),
+    ]
+    head, *rows = _rows(_one_panel(*lines).csv)
+    assert head == ["x", "a: y", "a: y (2)", "a: y (3)", "b: y"]
+    assert [float(cell) for cell in rows[-1]] == pytest.approx([0.5, 0.5, 1.0, 1.5, 0.5])
+
+
+@pytest.mark.parametrize(
+    ("low", "high", "most", "words"),
+    [
+        (0.0, 1.0, 5, ["0.0", "0.2", "0.4", "0.6", "0.8", "1.0"]),
+        (0.0, 0.5, 7, ["0.0", "0.1", "0.2", "0.3", "0.4", "0.5"]),
+        (-3.0, 41.0, 5, ["0", "10", "20", "30", "40"]),
+        (0.0, 7e-3, 7, ["0.000", "0.001", "0.002", "0.003", "0.004", "0.005", "0.006", "0.007"]),
+        (100.0, 400.0, 5, ["100", "200", "300", "400"]),
+    ],
+)
+def test_ticks_stand_at_ones_twos_and_fives(low, high, most, words):
+    assert [tick.text for tick in ticks_between(low, high, most)] == words

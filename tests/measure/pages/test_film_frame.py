@@ -30,6 +30,15 @@ def test_a_mark_stands_on_the_page_where_it_stands_in_the_film():
         assert np.corrcoef(film, page)[0, 1] > 0.95
 
 
+def test_a_page_says_what_it_shows_of_the_film_and_how_large_a_subset_is():
+    film = open_footage(DEMO / "film.avi")
+    frame = film_frame(DEMO / "film.avi", [(60.0, 70.0), (80.0, 70.0)], 21)
+    assert frame.half == 10.5
+    assert frame.words == f"First picture of film.avi around its 2 marks; the whole is {film.width} x {film.height} px."
+    assert frame.marks == [(60.0, 70.0), (80.0, 70.0)]
+    assert (frame.width, frame.height) == (164, 154)
+
+
 def test_around_marks_at_a_corner_the_picture_ends_where_the_film_does():
     assert _around([(3.0, 4.0), (20.0, 9.0)], 11, 100, 80) == (0, 0, 64, 53)
     assert _around([(90.0, 70.0)], 11, 100, 80) == (46, 26, 100, 80)

@@ -311,6 +311,12 @@ def test_numbers_that_stand_as_text_with_decimal_commas_in_a_workbook(tmp_path):
     check(read_loop_file(xlsx(tmp_path, Data=table))[0])
 
 
+def test_a_column_of_a_workbook_without_a_name_has_its_number_and_one_of_a_doubled_name_a_second_one(tmp_path):
+    table = [["Zeit (s)", "", "Kraft (N)", "Kraft (N)"], *([t, u, f, f + 1.0] for t, u, f in TABLE[4:])]
+    with pytest.raises(InputError, match=r'found "Zeit \(s\)", "column 2", "Kraft \(N\)", "Kraft \(N\) \(2\)"'):
+        read_loop_file(xlsx(tmp_path, Data=table))
+
+
 def test_which_of_two_sheets_must_be_said(tmp_path):
     path = xlsx(tmp_path, first=TABLE, second=[TABLE[2], TABLE[3], *([t, u + 1.0, f] for t, u, f in TABLE[4:])])
     with pytest.raises(InputError, match=r'2 sheets \(first, second\). Add --sheet "first"'):

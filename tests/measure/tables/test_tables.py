@@ -277,3 +277,12 @@ def test_a_table_of_thousands_of_columns_is_refused(file):
 def test_a_quoted_cell_without_an_end_is_refused_in_a_sentence(file):
     with pytest.raises(InputError, match="a cell has more than 131072 characters"):
         read_table(file(f'time_s,x_m\n0,"{"1" * 200_000}"\n'))
+
+
+def test_a_table_says_what_it_holds_in_a_line():
+    time = np.array([0.0, 0.1, 0.25])
+    loop = Loop(time, time, time, other={"pressure_bar": time}, name="a.csv")
+    assert repr(loop) == "Loop(a.csv: 3 rows, time_s, elongation_m, force_N, pressure_bar)"
+    assert (
+        repr(Trajectory(time, {"x_m": time, "theta_z_rad": time}, name="b.csv")) == "Trajectory(b.csv: 3 rows to 0.25 s, x_m, theta_z_rad)"
+    )

@@ -110,6 +110,24 @@ def test_a_search_says_so_where_no_gains_are_good_enough_and_a_try_that_is_not_k
     assert reserved.least(4.0, 0) is None
 
 
+class Outside(Bowl):
+    """Best where both gains are beyond their ranges, one above and one below."""
+
+    def answers(self, controller):
+        return answers_of(np.full(4, 1e4 * controller.damping_N_s_per_m / controller.stiffness_N_per_m), energy=1.0)
+
+
+def test_a_search_stays_within_its_ranges_and_reaches_their_ends():
+    ranges = {"stiffness_N_per_m": (50.0, 5000.0), "damping_N_s_per_m": (1.0, 100.0)}
+    outside: Any = Outside()
+    search = Search(Synchronise, {}, ranges, outside, [Requirement(20.0, 0.9)])
+    best = search.best(2.0, 0, fine=60)
+    for name, (low, high) in ranges.items():
+        tried = [getattr(one.controller, name) for one in search.tried]
+        assert low <= min(tried) <= max(tried) <= high
+    assert (best.controller.stiffness_N_per_m, best.controller.damping_N_s_per_m) == (5000.0, 1.0)  # type: ignore[attr-defined]
+
+
 def test_margins_are_looked_at_for_what_a_controller_has():
     sampled = Synchronise(
         stiffness_N_per_m=800.0, damping_N_s_per_m=8.0, force_limit_N=1.0, sample_rate_Hz=1000.0, delay_s=0.002, sensor_noise_m=1e-4

@@ -142,3 +142,26 @@ def test_costs_are_numbers_above_zero():
     assert factor_costs(["actuator.stored_force_N[0]=2"]) == {"actuator.stored_force_N[0]": 2.0}
     with pytest.raises(InputError, match="above zero"):
         factor_costs(["a=-1"])
+
+
+def test_candidates_are_tried_in_the_middle_on_draws_and_at_all_corners_of_what_has_two_ends(prototype):
+    factors = factors_of(prototype, [f"{LEGS[0]}=+-0.02", f"{LEGS[1]}=sigma:0.01", f"{LEGS[2]}=2.6..3.0"])
+    problem = replace(budget(prototype), factors=tuple(factors), free=(Free(f"tolerance.{LEGS[1]}", 1e-4, 0.1),), draws=8)
+    levels = problem.scenarios.levels
+    assert problem.scenarios.draws == 8
+    assert levels.shape == (1 + 8 + 4, 3)
+    assert levels[0].tolist() == [0.0, 0.0, 0.0]
+    assert np.abs(levels[1:9, [0, 2]]).max() <= 1.0
+    assert sorted(levels[9:].tolist()) == [[-1.0, 0.0, -1.0], [-1.0, 0.0, 1.0], [1.0, 0.0, -1.0], [1.0, 0.0, 1.0]]
+    assert np.array_equal(problem.drawn(8, 3).levels[9:], levels[9:])
+    assert not np.array_equal(problem.drawn(8, 3).levels[1:9], levels[1:9])
+    without = replace(problem, factors=())
+    assert without.scenarios.levels.shape == (1, 0)
+
+
+def test_a_tolerance_costs_in_inverse_proportion_to_its_size(prototype):
+    costly = budget(prototype, costs={LEGS[0]: 5.0})
+    as_given = costly.cost(np.full(6, 0.01))
+    assert as_given == pytest.approx(5.0 + 5 * 1.0)
+    assert costly.cost(np.array([0.005, 0.01, 0.01, 0.01, 0.01, 0.02])) == pytest.approx(10.0 + 4 * 1.0 + 0.5)
+    assert costly.given == pytest.approx(np.full(6, 0.01))

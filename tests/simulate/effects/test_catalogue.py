@@ -102,3 +102,42 @@ def test_a_value_beyond_its_bounds_or_not_finite_is_refused_by_name(kind):
         vector[0] = bad
         with pytest.raises(InputError, match=kind.name):
             kind().with_flat(vector)
+
+
+def numbers_in(value):
+    return value if isinstance(value, tuple) else (value,)
+
+
+@every_effect
+def test_defaults_and_starts_lie_within_the_bounds(kind):
+    for item in fields(kind):
+        low, high = item.metadata["low"], item.metadata["high"]
+        for value in (item.default, *item.metadata["starts"]):
+            assert all(low <= entry <= high for entry in numbers_in(value)), item.name
+            assert len(numbers_in(value)) == len(numbers_in(item.default))
+
+
+@every_effect
+def test_a_size_has_no_sign_or_goes_as_far_either_way(kind):
+    """A shape, a period or an exponent, lies above zero; what takes a share away keeps some of it."""
+    for item in fields(kind):
+        low, high = item.metadata["low"], item.metadata["high"]
+        share = item.name == "fraction" and -1.0 < low < 0.0
+        assert low == 0.0 or low == -high or 0.0 < low < high or share, item.name
+
+
+@every_effect
+def test_bounds_and_typical_sizes_are_rough_numbers_of_one_digit(kind):
+    """Nobody has measured how large an effect can be on a rig that he has not seen; a share of 95 % is all but all."""
+    for item in fields(kind):
+        for name in ("low", "high", "typical"):
+            value = item.metadata[name]
+            assert value == float(f"{value:.0e}") or value == -0.95, (item.name, name)
+
+
+@every_effect
+def test_an_effect_is_off_where_its_size_is_zero_and_has_a_size_where_it_is_tried(kind):
+    for item in fields(kind):
+        assert item.metadata["typical"] != 0.0
+        if not item.metadata["starts"] and item.metadata["linear"]:
+            assert set(numbers_in(item.default)) <= {0.0, 1.0}, item.name

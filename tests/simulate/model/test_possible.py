@@ -12,8 +12,10 @@ from simulate.deployment.deploy import deploy, deploy_checked
 from simulate.effects import EndStopDissipation, PlatformMass
 from simulate.files.model_file import document_of, model_from
 from simulate.kernel.step_size import grid
+from simulate.law import restoring_force
 from simulate.model.model import Geometry, Simulation, with_value
 from simulate.model.possible import condition_at, impossible, warnings_of
+from simulate.model.rig import stroke_of
 
 
 def read_back(model):
@@ -201,3 +203,78 @@ def test_an_effect_cannot_take_away_more_than_there_is(prototype, kind):
     with pytest.raises(InputError, match=r"with the model's effects, .*is not between"):
         read_back(prototype.with_effect(kind(-100.0)))
     assert read_back(prototype.with_effect(kind(-0.1))).effects
+
+
+INERTIA = [(1.0, False, False), (1.0 + 1e-5, False, True), (1.099, False, True), (1.101, True, False)]
+
+
+@pytest.mark.parametrize(("share", "refused", "warned"), INERTIA)
+def test_the_largest_inertia_may_miss_the_sum_of_the_others_by_a_tenth(prototype, share, refused, warned):
+    body = replace(prototype, platform=replace(prototype.platform, inertia_kg_m2=(0.004, share * 0.011, 0.007)))
+    assert bool(impossible(body)) == refused
+    assert any("though measured ones" in said for said in warnings_of(body)) == (warned or refused)
+
+
+@pytest.mark.parametrize(
+    ("key", "least", "most"),
+    [
+        ("platform.mass_kg", 1e-6, 1e6),  # from a milligram to a thousand tonnes
+        ("release.position_m[1]", -1e3, 1e3),  # a kilometre
+        ("release.theta_rad[0]", -6.3, 6.3),  # a turn
+        ("nuisance.release_theta_rad", 0.0, 3.2),  # half a turn
+        ("gravity.mass_factor", 1e-3, 1e3),
+        ("end_stop.smoothing_m", 1e-9, 1.0),
+    ],
+)
+def test_a_number_that_no_rig_has_is_refused_with_the_range_it_missed(prototype, key, least, most):
+    for value, beyond in ((least, least - 0.01 * abs(least)), (most, most + 0.01 * most)):
+        assert not impossible(with_value(prototype, key, value))
+        if beyond != value and (beyond >= 0.0 or least < 0.0):
+            (said,) = impossible(with_value(prototype, key, beyond))
+            assert f"is not between {least:g} and {most:g}" in said
+            assert said.startswith(key.partition("[")[0] + ": ")
+
+
+def test_everything_that_is_out_of_range_is_said_at_once(prototype):
+    wrong = with_value(with_value(prototype, "platform.mass_kg", 1e7), "actuator.b_l_N[3]", -1e7)
+    assert [said.partition(":")[0] for said in impossible(wrong)] == ["platform.mass_kg", "actuator.b_l_N"]
+    assert impossible(None) == []
+
+
+def test_a_loop_makes_the_energy_that_its_two_branches_enclose(prototype):
+    """By the force along both branches, many fadings of beta long: what uncoiling gives beyond what coiling takes."""
+    law = replace(prototype.actuator, a_l_N_per_m=-0.5, b_l_N=2.9, a_u_N_per_m=0.3, b_u_N=2.7, beta_per_m=900.0)
+    rig = replace(prototype, actuator=law)
+    (stroke,) = set(np.round(stroke_of(rig), 12))
+    u = np.linspace(0.0, stroke, 200_001)
+    out = restoring_force(u, 0.0, 2.9, -0.5, 2.9, 900.0)
+    back = restoring_force(u, stroke, out[-1], 0.3, 2.7, 900.0)
+    out = restoring_force(u, 0.0, back[0], -0.5, 2.9, 900.0)
+    made = np.trapezoid(out - back, u)
+    said = [line for line in warnings_of(rig) if "makes" in line]
+    assert len(said) == 6
+    assert float(said[0].split("makes ")[1].split(" J")[0]) == pytest.approx(made, rel=0.02)
+
+
+def test_the_height_of_the_platform_is_that_of_its_joints_above_those_of_the_base(prototype):
+    lifted = tuple((x, y, z + 0.3) for x, y, z in prototype.geometry.base_joints_m)
+    (said, *_) = impossible(moved(prototype, base_joints_m=lifted))
+    assert f"puts the platform's joints {0.3 - prototype.geometry.stowed_height_m:.3g} m below" in said
+    assert not impossible(moved(prototype, base_joints_m=tuple((x, y, z + 0.05) for x, y, z in prototype.geometry.base_joints_m)))
+
+
+@pytest.mark.parametrize(("off_rad", "words"), [(1e-3, ""), (1e-4, "hold one direction badly"), (1e-5, "lose a direction")])
+def test_a_direction_that_is_held_badly_is_a_milder_warning(prototype, off_rad, words):
+    """Legs that stand beside the planes through the axis by a little, to and fro; the warning has the worst height."""
+    angles = np.arctan2(*np.asarray(prototype.geometry.base_joints_m)[:, 1::-1].T) + off_rad * np.array([1, -1] * 3)
+    joints = np.column_stack([0.3 * np.cos(angles), 0.3 * np.sin(angles), np.zeros(6)])
+    rig = moved(prototype, platform_joints_m=tuple(map(tuple, joints.tolist())))
+    heights = np.linspace(prototype.geometry.stowed_height_m, prototype.geometry.deployed_height_m, 21)
+    conditions = [condition_at(rig, height) for height in heights]
+    numbers = f"at a height of 0.652 m: condition number {max(conditions):.2g}, {min(conditions):.2g} at best along the path"
+    assert warnings_of(rig) == ([f"the legs {words} {numbers}"] if words else [])
+
+
+def test_a_longest_name_is_two_hundred_letters(prototype):
+    assert not impossible(replace(prototype, name="x" * 200))
+    assert impossible(replace(prototype, name="x" * 201)) == ["name: has 201 characters; give it at most 200."]
