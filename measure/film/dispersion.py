@@ -147,12 +147,20 @@ def compare_trajectories(first: Trajectory, second: Trajectory, name: str) -> Di
 
 
 def _shift(first: Trajectory, second: Trajectory, channel: str, name: str) -> float:
-    """The shift under which a channel differs least, by trying a grid and refining at its best."""
+    """The shift under which a channel differs least, by trying a grid and refining at its best.
+
+    Between two frames the noise of the second film is averaged, so a difference there is less for that alone: squares count in
+    units of the variance that white noise would have.
+    """
     widest = _LATEST * min(np.ptp(first.time_s), np.ptp(second.time_s))
+    frames_s = _seen(second, channel)[0]
 
     def misfit(shift: float) -> float:
-        values = _difference(first, second, channel, shift).values
-        return float(np.mean(values**2)) if len(values) >= _LEAST_COMMON else np.inf
+        left = _difference(first, second, channel, shift)
+        if len(left.values) < _LEAST_COMMON:
+            return np.inf
+        part = np.mod(np.interp(left.time_s + shift, frames_s, np.arange(len(frames_s))), 1.0)
+        return float(np.mean(left.values**2 / (1.0 + part**2 + (1.0 - part) ** 2)))
 
     grid = np.linspace(-widest, widest, 201)
     found = np.array([misfit(shift) for shift in grid])
@@ -168,11 +176,18 @@ def _refined(misfit: Callable[[float], float], best: float, step: float) -> floa
 
 
 def _shift_sigma(left: Difference, first: Trajectory, channel: str) -> float | None:
-    """Standard deviation of the shift with correlated differences: their rms over the root of the summed squared velocity."""
-    speed = np.gradient(np.interp(left.time_s, *_seen(first, channel)[:2]), left.time_s)
-    strength = float(np.sqrt(np.sum(speed**2)))
-    if strength == 0.0:
+    """Standard deviation of the shift with correlated differences: their rms over the root of the summed squared velocity v.
+
+    That sum is of the one film's velocity times the other's, whose noise is independent. The misfit is least where the sum of the
+    differences times v is nought, and there v has its noise: the rms counts times the root of the sum with noise over that without.
+    """
+    here = np.interp(left.time_s, *_seen(first, channel)[:2])
+    there = here - left.values
+    squared = float(np.sum(np.gradient(here, left.time_s) * np.gradient(there, left.time_s)))
+    if squared <= 0.0:
         return None
+    noisy = max(squared, float(np.sum((np.diff(there) / np.diff(left.time_s)) ** 2)))
+    strength = squared / float(np.sqrt(noisy))
     steps = np.diff(left.values)
     alike = max(1.0, 2.0 * float(np.var(left.values)) / max(float(np.mean(steps**2)), 1e-30))
     return float(np.sqrt(np.mean(left.values**2)) / strength * np.sqrt(min(alike, len(left.values))))
