@@ -25,6 +25,7 @@ _STABLE = 0.125  # of the slope of a controller's dry friction at rest: with it 
 _SET_IN = 3.0  # times the speed at which dry friction sets in: its slope is a hundredth there
 _MOST_STEPS = 5_000_000  # some 20 s on one core; the run is repeated with half the step
 _MOST_SAMPLES = 2_000_000  # some 600 MB
+_FINER, _ON_A_STEP = 20, 1e-6  # times shorter for a controller's samples; of a step, by which these may miss it
 _SLOW = 1e-5  # m/s and m: small against what eases friction in
 
 
@@ -172,6 +173,21 @@ def finest(paces: Iterable[Pace]) -> Pace:
     return Pace(min(frames), min(at_stops), min(parts), between[0], samples[0], min(near_rest), max(slow), min(per_braking), max(stages))
 
 
+def _with_controller(stride: int, between: float, controller: Controller | None) -> int:
+    """So many steps between two samples that a controller's own samples, and the commands that arrive, fall on steps.
+
+    Where they would ask for steps many times shorter they fall within one, and act from the next step on.
+    """
+    rate = getattr(controller, "sample_rate_Hz", None)
+    if rate is None:
+        return stride
+    times = np.array([1.0 / rate, getattr(controller, "delay_s", 0.0)]) / between
+    tried = np.arange(stride, _FINER * stride + 1)
+    off = np.abs(np.outer(tried, times) - np.round(np.outer(tried, times)))
+    fit = np.flatnonzero(np.all(off < _ON_A_STEP, axis=1))
+    return int(tried[fit[0]]) if len(fit) else stride
+
+
 def grid(model: Model, longest: float = LONGEST_STEP_S) -> tuple[float, int, int]:
     """Step in s, steps between two samples, number of samples.
 
@@ -190,7 +206,8 @@ def grid(model: Model, longest: float = LONGEST_STEP_S) -> tuple[float, int, int
             f'model "{model.name}": {max(steps, wanted):.3g} steps of {step:.3g} s; at most {_MOST_STEPS:.0e} are run. '
             f"Change {_asks_for_so_many(model, step, longest)}."
         )
-    stride, count = max(1, math.ceil(between / step - 1e-9)), math.floor(wanted + 1e-9) + 1
+    stride = _with_controller(max(1, math.ceil(between / step - 1e-9)), between, model.controller)
+    count = math.floor(wanted + 1e-9) + 1
     if count > _MOST_SAMPLES:
         raise InputError(
             f'model "{model.name}": {count:.3g} samples; at most {_MOST_SAMPLES:.0e} are kept. Shorten duration_s, or lower sample_rate_Hz.'

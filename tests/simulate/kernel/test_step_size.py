@@ -10,6 +10,7 @@ import pytest
 from measure.common.errors import InputError
 from simulate import effects as known
 from simulate.control.synchronise import Synchronise
+from simulate.deployment.deploy import deploy
 from simulate.kernel.response_kernel import Pace
 from simulate.kernel.step_size import finest, grid, longest_flight, pace_of, step_of, unhurried_step
 from simulate.model.model import EndStop, Gravity, Platform, Simulation
@@ -125,3 +126,15 @@ def test_dry_friction_of_brakes_shortens_steps_near_rest_alone(rig):
 def test_the_finest_of_paces_serves_all():
     one, other = Pace(1.0, 2.0, 0.3, 1e-3, 11, 0.5, 0.1, 7.0, 3), Pace(2.0, 1.0, 0.2, 1e-3, 11, 0.6, 0.2, 6.0, 4)
     assert finest([one, other]) == Pace(1.0, 1.0, 0.2, 1e-3, 11, 0.5, 0.2, 6.0, 4)
+
+
+@pytest.mark.parametrize(
+    ("rate_Hz", "delay_s", "steps"), [(1000.0, 0.002, 2), (400.0, 0.0, 2), (300.0, 0.0, 3), (700.0, 0.0, 7), (250.0, 0.0013, 10)]
+)
+def test_a_controllers_samples_and_commands_fall_on_steps(prototype, rate_Hz, delay_s, steps):
+    law = Synchronise(stiffness_N_per_m=1000.0, damping_N_s_per_m=20.0, force_limit_N=1.0, sample_rate_Hz=rate_Hz, delay_s=delay_s)
+    model = replace(prototype, controller=law, simulation=Simulation(0.5, 1000.0))
+    assert grid(model)[:2] == (pytest.approx(1e-3 / steps), steps)
+    assert grid(replace(model, controller=replace(law, sample_rate_Hz=1000.0 / np.pi)))[1] == 2
+    coarse, fine = (deploy(replace(model, simulation=Simulation(0.5, 1000.0, step))) for step in (None, 1e-5))
+    assert np.max(np.abs(coarse.channels["z_m"] - fine.channels["z_m"])) < 1e-6
