@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from identify.criteria import FORCES_DIFFER, LOSES, ROUGHLY, TWO_SIDED_95
+from identify.criteria import FORCES_DIFFER, LOSES, ROUGHLY
 from identify.estimation.horizons import horizons
 from identify.estimation.least_squares import solve
 from identify.estimation.parameters import STORED_FORCE
@@ -25,7 +25,6 @@ _SHOWN = 1e-6  # of the noise, by a typical size
 _CHORDS = 3.0  # of a size at which an effect is tried: one standard deviation of its prior
 _HALF = 0.5  # of what a name brings at a first look; one that brings less is not looked at in its place
 _DUE = 8  # names that are fitted whole where a law has bent, at most
-_OF_RELEASES = 8  # steps of their fit to the law as given
 _STEPS, _NEARLY = 12, 5.0  # of a fit in a few steps; log evidence below the best of them, from where a whole fit may still lead higher
 _FEW = 3  # shapes of an effect that are weighed to the end
 
@@ -59,22 +58,6 @@ def posed(before: Weighed, promise: Promise) -> tuple[Problem, Array]:
     elif promise.name == FORCES:
         problem = replace(problem, forces_differ=True)
     return problem, np.concatenate([promise.base, own, promise.sizes])
-
-
-def is_bent(fit: Fit) -> bool:
-    """Whether some number of the law is farther off than its prior lets one expect."""
-    first = fit.problem.first_nuisance
-    off = [q / one.spread for q, one in zip(fit.q[:first], fit.problem.parameters[:first], strict=True) if np.isfinite(one.spread)]
-    return bool(off) and float(np.max(np.abs(off))) > TWO_SIDED_95
-
-
-def with_law_as_given(fit: Fit) -> Fit:
-    """The law as the model file has it, releases fitted to that."""
-    problem = fit.problem
-    q = fit.q.copy()
-    q[: problem.first_nuisance] = 0.0
-    own = solve(problem, q, free=range(problem.first_nuisance, problem.first_effect), most_steps=_OF_RELEASES, enough=ROUGHLY).q
-    return Fit(problem, own, *problem.jacobian(own), True)
 
 
 def nearly_as_good(at: Weighed, whole: Problem, found: Sequence[Promise]) -> list[Promise]:

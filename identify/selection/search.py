@@ -14,7 +14,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from identify.criteria import CLOSE, CREDIBLE, LOSES, ROUGHLY, UNUSUAL_P
-from identify.estimation.horizons import before_the_stops, solve_from_afar
+from identify.estimation.horizons import solve_from_afar
 from identify.estimation.least_squares import solve, to_the_end
 from identify.estimation.multistart import Minima, released_again
 from identify.estimation.problem import Fit
@@ -23,16 +23,16 @@ from identify.gap.unnamed import Unnamed
 from identify.selection.first_look import Promise
 from identify.selection.hypotheses import Ahead, Budget, Hypothesis, Prior, Say, halves
 from identify.selection.model_errors import FORCES
-from identify.selection.promises import is_bent, nearly_as_good, posed, promises, with_law_as_given
+from identify.selection.promises import nearly_as_good, posed, promises
 from identify.selection.stand import Weighed
 from identify.selection.unknown_force import unnamed_forces
 from identify.selection.verdict import Names, credible_set, foremost_of, is_unnamed, of_the_unnamed
 from identify.selection.weighing import (
-    along_lines,
     errors_without,
     from_rest,
     led_anew,
     on_the_likelier_side,
+    stands_of,
     weighed,
     weighed_again,
     weighed_within,
@@ -270,7 +270,7 @@ class Search:
         further = len(one.names) < self.budget.deepest
         self.say("weighing " + (f"what else stands beside {', '.join(one.names)}" if one.names else "every effect"))
         self.seen_from.add(one.names)
-        for at, reached in self._stands(one) if further else [(one.weighed, one.weighed.log_z)]:
+        for at, reached in stands_of(one.weighed) if further else [(one.weighed, one.weighed.log_z)]:
             found = list(promises(at, self.catalogue))
             self._weigh(one, found if further else (), reached)
             if further and at is not one.weighed and one.fit.rms < CLOSE and self._misses_something(one):
@@ -322,27 +322,6 @@ class Search:
         known = self.ahead.get(one.names)
         if known is None or one.log_weight > known.log_weight:
             self.ahead[one.names] = one
-
-    def _stands(self, one: Hypothesis) -> list[tuple[Weighed, float]]:
-        """Where straight lines are taken, and what the hypothesis itself reaches with the same measurements.
-
-        Close to the measurements they lead where they say. Farther off they are taken with the films up to their first stop as well. And as
-        the law may have bent to what is missing, where no loops hold it, they are taken from the law of the model file, too. Beside names
-        that leave noise a further one is small.
-        """
-        exact, far = one.weighed.exact.fit, one.fit.rms >= CLOSE and bool(one.fit.problem.films)
-        bends = not one.fit.problem.loops
-        stands, problem = [(one.weighed, one.weighed.log_z)], before_the_stops(exact.problem)
-        is_small = bool(one.names) and one.weighed.leaves_noise
-        if is_small or not (far or (bends and is_bent(one.fit))):
-            return stands
-        near = weighed(solve(problem, exact.q)) if problem is not exact.problem else one.weighed
-        if far and near is not one.weighed:
-            stands.append((near, near.log_z))
-        if not bends:
-            return stands
-        given = along_lines(with_law_as_given(near.exact.fit))
-        return [*stands, (given, max(near.log_z, given.log_z))]
 
     def _fit(self, ahead: Ahead) -> None:
         """Fit a hypothesis that was only weighed, whole."""

@@ -9,8 +9,8 @@ from itertools import islice, zip_longest
 import numpy as np
 from scipy.stats import chi2
 
-from identify.criteria import CLOSE, CREDIBLE, GAP_P, NEAR, ROUGHLY, UNUSUAL_P
-from identify.estimation.horizons import horizons
+from identify.criteria import CLOSE, CREDIBLE, GAP_P, NEAR, ROUGHLY, TWO_SIDED_95, UNUSUAL_P
+from identify.estimation.horizons import before_the_stops, horizons
 from identify.estimation.least_squares import laid_out, solve, to_the_end
 from identify.estimation.noise_model import ChannelNoise
 from identify.estimation.problem import Fit, Problem
@@ -21,6 +21,7 @@ from identify.selection.stand import Both, Stand, Weighed
 from measure.common.arrays import Array
 
 _FEW_STEPS = 8
+_OF_RELEASES = 8  # steps of their fit to the law as given
 _MOST_STEPS, _NEAR = 10, 0.1  # a step within so many standard deviations changes nothing
 _HARDLY, _OF_A_LEG = 0.5, 3.0  # of a log probability, that a step brings; where longer films follow
 _SHARES = (1.0, 0.5, 0.2)  # of a step that are tried
@@ -131,6 +132,44 @@ def along_lines(fit: Fit) -> Weighed:
     """Weigh a fit where it is, without any step from there."""
     exact, loose = Stand.exact(fit), Stand.loose(fit)
     return Weighed(exact, loose, _both(exact.weighed(), loose))
+
+
+def stands_of(one: Weighed) -> list[tuple[Weighed, float]]:
+    """Where straight lines are taken, and what the hypothesis itself reaches with the same measurements.
+
+    Close to the measurements they lead where they say. Farther off they are taken with the films up to their first stop as well. And as
+    the law may have bent to what is missing, where no loops hold it, they are taken from the law of the model file, too. Beside names
+    that leave noise a further one is small.
+    """
+    exact, far = one.exact.fit, one.fit.rms >= CLOSE and bool(one.fit.problem.films)
+    bends = not one.fit.problem.loops
+    stands, problem = [(one, one.log_z)], before_the_stops(exact.problem)
+    is_small = bool(one.names) and one.leaves_noise
+    if is_small or not (far or (bends and is_bent(one.fit))):
+        return stands
+    near = weighed(solve(problem, exact.q)) if problem is not exact.problem else one
+    if far and near is not one:
+        stands.append((near, near.log_z))
+    if not bends:
+        return stands
+    given = along_lines(with_law_as_given(near.exact.fit))
+    return [*stands, (given, max(near.log_z, given.log_z))]
+
+
+def is_bent(fit: Fit) -> bool:
+    """Whether some number of the law is farther off than its prior lets one expect."""
+    first = fit.problem.first_nuisance
+    off = [q / one.spread for q, one in zip(fit.q[:first], fit.problem.parameters[:first], strict=True) if np.isfinite(one.spread)]
+    return bool(off) and float(np.max(np.abs(off))) > TWO_SIDED_95
+
+
+def with_law_as_given(fit: Fit) -> Fit:
+    """The law as the model file has it, releases fitted to that."""
+    problem = fit.problem
+    q = fit.q.copy()
+    q[: problem.first_nuisance] = 0.0
+    own = solve(problem, q, free=range(problem.first_nuisance, problem.first_effect), most_steps=_OF_RELEASES, enough=ROUGHLY).q
+    return Fit(problem, own, *problem.jacobian(own), True)
 
 
 def on_the_likelier_side(one: Weighed) -> Weighed:

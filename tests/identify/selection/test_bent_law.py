@@ -6,8 +6,8 @@ import pytest
 
 from identify.estimation.horizons import before_the_stops
 from identify.estimation.least_squares import solve
-from identify.selection.promises import nearly_as_good, promises, with_law_as_given
-from identify.selection.weighing import along_lines
+from identify.selection.promises import nearly_as_good, promises
+from identify.selection.weighing import along_lines, with_law_as_given
 from simulate.effects import CATALOGUE, HubInertia
 
 FEW = ("hub-inertia", "leg-mass", "viscous-friction", "camera-roll", "counterweight-inertia")
@@ -18,7 +18,7 @@ def from_the_file(campaign, fitted, prototype):
     """Two elevations of a rig whose hub is 10 g heavier: whole, and up to the first stop with the law as the model file has it."""
     runs = {"loops": (), "deployments": ({}, {"geometry.stowed_height_m": 0.30}), "hold_out": False, "channels": ("z_m",)}
     hub = HubInertia(prototype.effect(HubInertia).mass_kg + 0.01)
-    base = fitted(campaign(hub, 91, **runs))
+    base = fitted(campaign(hub, 95, **runs))
     return base.problem, along_lines(with_law_as_given(solve(before_the_stops(base.problem), base.q)))
 
 
