@@ -226,24 +226,29 @@ def _from_afar(stand: Stand) -> Stand:
     led, course = _led_once(stand, stand.fit.q, stand.sizes)
     if led.fit.rms < CLOSE:
         return _on_other_sides(stand, led, course)
-    return _likelier(led, _led(stand, stand.origin, np.zeros(len(stand.sizes)), course))
+    return _likelier(_on_other_sides(stand, led, course), _led_once(stand, stand.origin, np.zeros(len(stand.sizes)), course)[0])
 
 
-def _led(stand: Stand, q: Array, sizes: Array, other: Sequence[float] = ()) -> Stand:
-    """A stand led from a place by ever longer films, unless it falls far behind another one on the way, and on from other sides."""
-    led, course = _led_once(stand, q, sizes, other)
+def _led(stand: Stand, q: Array, sizes: Array) -> Stand:
+    """A stand led from a place by ever longer films, and on from other sides."""
+    led, course = _led_once(stand, q, sizes)
     return _on_other_sides(stand, led, course)
 
 
 def _on_other_sides(stand: Stand, led: Stand, course: Sequence[float]) -> Stand:
     """A stand as it was led, or a likelier one.
 
-    Where the films are met, but by improbable errors of the model file, it is led from each release turned to the other side, as far as its
-    film does not show it.
+    Where films are missed, or met by improbable errors of the model file, it is led from each release turned to the other side, as far as
+    its film does not show it. Where films are missed the first one that leads on ends the search: names may close the rest.
     """
-    if led.fit.rms < CLOSE and chi2.sf(float(led.sizes @ led.sizes), len(led.sizes)) < GAP_P:
-        for turned in _mirrored(led.fit):
-            led = _likelier(led, _led_once(stand, turned, np.zeros(len(stand.sizes)), course)[0])
+    missed = led.fit.rms >= CLOSE
+    if not missed and chi2.sf(float(led.sizes @ led.sizes), len(led.sizes)) >= GAP_P:
+        return led
+    begun = led.weighed().log_z
+    for turned in _mirrored(led.fit):
+        led = _likelier(led, _led_once(stand, turned, np.zeros(len(stand.sizes)), course)[0])
+        if missed and led.weighed().log_z > begun + NEAR:
+            break
     return led
 
 

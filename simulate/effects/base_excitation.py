@@ -11,7 +11,7 @@ import numpy as np
 from simulate.model.effect import PlatformEffect, parameter
 from simulate.model.rig import Rig
 
-_FREQUENCIES_HZ = (1.0, 2.0, 3.0, *np.arange(4.5, 25.0, 1.5).tolist(), 30.0, 40.0, 60.0)  # no wider apart than a film of 0.6 s can tell
+_FREQUENCIES_HZ = (1.0, 2.0, 3.0, *np.arange(4.5, 61.0, 1.5).tolist())  # no wider apart than a film of 0.6 s can tell
 
 
 @dataclass(frozen=True)

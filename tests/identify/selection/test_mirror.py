@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
 
 from identify.campaign.posing import problem_of
 from identify.campaign.runs import read_campaign
+from identify.selection import weighing
 from identify.selection.model_errors import mirrored
 from identify.selection.weighing import on_the_likelier_side, weighed
 from simulate.effects import CentreOfMassOffset, EndStopDissipation, GeometryError, PlatformInertia, PlatformMass, StopStiffness
@@ -64,3 +67,33 @@ def test_a_mirror_turns_round_what_no_film_shows(campaign):
     across_x, across_y = ["position_x_m", "theta_y_rad", "theta_z_rad"], ["position_y_m", "theta_x_rad", "theta_z_rad"]
     assert mirrors(873, ("x_m", "z_m", "theta_y_rad")) == [(1, across_y)]
     assert mirrors(874, ("z_m",)) == [(0, across_x), (1, across_y)]
+
+
+def led_to(log_z, rms, sizes) -> Any:
+    return SimpleNamespace(fit=SimpleNamespace(rms=rms), sizes=np.asarray(sizes), weighed=lambda: SimpleNamespace(log_z=log_z))
+
+
+@pytest.mark.parametrize(
+    ("rms", "sizes", "reached", "tried"),
+    [
+        (1.1, [1.0, -1.0], -100.0, 0),  # met, by errors as probable as any
+        (1.1, [5.0, -4.0], -60.0, 3),  # met, by improbable ones
+        (1.7, [1.0, -1.0], -30.0, 2),  # missed: until one leads on
+        (1.1, [4.0, 4.0], -60.0, 3),
+    ],
+)
+def test_a_release_is_turned_to_its_other_side_where_films_are_missed_or_met_by_improbable_errors(monkeypatch, rms, sizes, reached, tried):
+    """Three films: the first one's other side is as likely, the second's brings 70 where films are missed and 40 where they are met."""
+    begun, gain, sides = led_to(-100.0, rms, sizes), 70.0 if rms > 1.5 else 40.0, []
+
+    def led_once(stand, turned, nothing, other) -> tuple[Any, list[float]]:
+        assert np.array_equal(nothing, np.zeros(2))
+        assert other == [-90.0, -100.0]
+        sides.append(turned)
+        return led_to({0: -100.2, 1: -100.0 + gain, 2: -101.0}[turned], rms, sizes), []
+
+    monkeypatch.setattr(weighing, "_mirrored", lambda fit: iter(range(3)))
+    monkeypatch.setattr(weighing, "_led_once", led_once)
+    found = weighing._on_other_sides(begun, begun, [-90.0, -100.0])
+    assert found.weighed().log_z == reached
+    assert len(sides) == tried
