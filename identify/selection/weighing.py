@@ -21,6 +21,7 @@ from identify.selection.stand import Both, Stand, Weighed
 from measure.common.arrays import Array
 
 _FEW_STEPS = 8
+_TILTS = ("theta_x", "theta_y")
 _OF_RELEASES = 8  # steps of their fit to the law as given
 _MOST_STEPS, _NEAR = 10, 0.1  # a step within so many standard deviations changes nothing
 _HARDLY, _OF_A_LEG = 0.5, 3.0  # of a log probability, that a step brings; where longer films follow
@@ -183,22 +184,23 @@ def on_the_likelier_side(one: Weighed) -> Weighed:
     if found is None or one.both.share_of_exact > CREDIBLE:
         return one
     for axis, turned in stand.given.mirrors():
-        for start in islice(_images(stand, axis, turned), None if one.leaves_noise else 1):
+        for start in islice(_images(one.within, axis, turned), None if one.leaves_noise else 1):
             other, of_other = _stepped(start, start.weighed())
             if of_other.log_z > found.log_z + _HARDLY:
                 stand, found = other, of_other
-                break
     return one if stand is one.within else Weighed(one.exact, stand, Both(one.both.exact, found))
 
 
 def _images(stand: Stand, axis: int, turned: Sequence[int]) -> Iterator[Stand]:
-    """Where a search on the other side starts: in the mirror image; led by ever longer films from there; and with the centre at nought.
+    """Where a search on the other side starts: in the mirror image; led by ever longer films from there; with the centre at nought; and
+    with the tilts as they were, for what a film shows depends on the turn about the vertical by its square.
 
     Which of them leads to the best place of that side is a matter of chance.
     """
-    q = stand.fit.q.copy()
-    q[turned] *= -1.0
-    for share in (-1.0, 0.0):
+    keys = [one.key for one in stand.fit.problem.parameters]
+    for sides, share in ((turned, -1.0), (turned, 0.0), ([k for k in turned if not keys[k].startswith(_TILTS)], 0.0)):
+        q = stand.fit.q.copy()
+        q[sides] *= -1.0
         image = Stand.off_by(stand.given, q, mirrored(stand.errors_by_key, axis, share))
         if share:
             yield image
