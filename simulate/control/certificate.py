@@ -21,7 +21,7 @@ from simulate.model.control import Controller, SampledController
 from simulate.model.rig import LEGS
 
 LEAST_DRAWS, MOST_DRAWS = 4096, 200_000
-_SPARE = 1.36  # by how many more draws than with no failure one failure is allowed
+_SPARE = 1.36  # times the draws that certify with no failure
 
 
 def upper_bound(failures: int, of: int, confidence: float) -> float:

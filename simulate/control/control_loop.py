@@ -16,11 +16,12 @@ from numpy.typing import NDArray
 
 from measure.common.arrays import Array
 from simulate.control.sensors import read_sensors
+from simulate.dispatch import lane_forms
 from simulate.dispatch import lane_functions as lane_functions
 from simulate.dispatch.compiled_code import compiled_once
 from simulate.dispatch.formulas import FormulaPointers, address, call_law, formula_at, parameter_place
 from simulate.dispatch.intrinsics import pointer
-from simulate.dispatch.lane_forms import call_law_lanes, lanes_form
+from simulate.dispatch.lane_forms import call_law_lanes
 from simulate.dispatch.lanes import Lanes, Rows, all_of, any_of, chosen, from_row, larger, smaller
 from simulate.kernel.contributions import control_place, count_working, form_for_all, power_row
 from simulate.kernel.layout import (
@@ -93,7 +94,7 @@ def control_rows(kind: type[Controller], place: int) -> NDArray[np.int64]:
     """The row of a law in the table of formulas: address, place of the controller's parameters, address of the form for lanes."""
     law = require_law(kind).command
     alone = address(law, "law")
-    lanes = lanes_form(law, "law")
+    lanes = lane_forms.form_for_all(law, "law")
     return np.array([[alone, place, 0 if lanes is None else lanes.address]], dtype=np.int64)
 
 

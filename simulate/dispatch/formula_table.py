@@ -10,7 +10,7 @@ from measure.common.arrays import Array
 from simulate.dispatch import lane_functions as lane_functions
 from simulate.dispatch.compiled_code import compiled_once
 from simulate.dispatch.formulas import SIGNATURES, FormulaTable, address
-from simulate.dispatch.lane_forms import lanes_form
+from simulate.dispatch.lane_forms import form_for_all
 from simulate.model.effect import Effect
 from simulate.model.rig import Rig
 
@@ -32,7 +32,7 @@ def _formula_table(effects: tuple[type[Effect], ...], first_parameter: int) -> F
             formula = getattr(effect, kind)
             if formula is not None:
                 alone = address(formula, kind)
-                lanes = lanes_form(formula, kind)
+                lanes = form_for_all(formula, kind)
                 found.append((alone, place, 0 if lanes is None else lanes.address))
         place += len(effect.flat_names()) + effect.constants
     tables = {kind: np.array(found, dtype=np.int64).reshape(-1, 3) for kind, found in rows.items()}

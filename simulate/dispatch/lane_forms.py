@@ -38,18 +38,11 @@ LANE_SIGNATURES = {
 
 
 @compiled_once
-def lanes_form(formula: Any, kind: str) -> Any:
-    """The form for lanes, or None where there is none: a formula with a branch is called run by run.
+def form_for_all(formula: Any, kind: str) -> Any:
+    """The form for a block of runs, which a sweep computes at once, or None where there is none: a formula with a branch.
 
     Compiled code is kept by the formula's name and by what stands in its file.
     """
-    found = form_for_all(formula, kind)
-    return _kept(_LANES[kind], formula, kind) if found is None and kind in _LANES else found
-
-
-@compiled_once
-def form_for_all(formula: Any, kind: str) -> Any:
-    """The form that computes all runs of a sweep's block at once, or None where the formula cannot be computed so."""
     register_jitable(formula)
     with suppress(NumbaError):
         return _kept(_TOGETHER[kind], formula, kind)
@@ -79,14 +72,6 @@ def _leg_mass_run_by_run(formula: Any, w: Any, p: Any, size: int, n: int) -> Non
 
 # The forms use `source` only to have it in their closure, by which numba tells kept code apart. What else is in the closure must be the
 # same in every process: a function made in another one is not, and the code would be compiled again each time.
-def _leg_force_lanes(formula: Any, source: bytes) -> Any:
-    def lanes(w: Any, p: Any, size: int, n: int) -> None:
-        if len(source) >= 0:
-            _leg_force_run_by_run(formula, w, p, size, n)
-
-    return lanes
-
-
 def _leg_force_together(formula: Any, source: bytes) -> Any:
     def lanes(memory: Any, p: Any, size: int, n: int) -> None:
         if size == 0 and len(source) >= 0:
@@ -94,14 +79,6 @@ def _leg_force_together(formula: Any, source: bytes) -> Any:
             w[EACH] = formula(w[U], w[V], w[TIME_NOW], w[R], w[U] - w[LEG_BEFORE + 2], rows_at(p, MANY, True))
         else:
             _leg_force_run_by_run(formula, memory, p, size, n)
-
-    return lanes
-
-
-def _leg_mass_lanes(formula: Any, source: bytes) -> Any:
-    def lanes(w: Any, p: Any, size: int, n: int) -> None:
-        if len(source) >= 0:
-            _leg_mass_run_by_run(formula, w, p, size, n)
 
     return lanes
 
@@ -210,7 +187,6 @@ def _law_together(formula: Any, source: bytes) -> Any:
     return lanes
 
 
-_LANES = {"leg_force": _leg_force_lanes, "leg_mass": _leg_mass_lanes}
 _TOGETHER = {
     "leg_force": _leg_force_together,
     "leg_mass": _leg_mass_together,

@@ -162,26 +162,36 @@ def add_leg_forces(w: Rows, flat: Array, by_lane: Rows, by_run: Array, formulas:
     """Forces and axial inertia that effects add to the leg at hand, and the power of each."""
     size, powers, memory = len(by_run) // n, from_row(w, power_row(0, n) // n), pointer(flat, 0)
     for row in range(formulas.leg_force[1]):
-        first, formula = parameter_place(formulas.leg_force, row), lanes_formula_at(formulas.leg_force, row)
-        if n == 1:
-            travel, p = flat[U] - flat[LEG_BEFORE + 2], pointer(by_run, first)
-            force = call_leg_force(formula_at(formulas.leg_force, row), (flat[U], flat[V], flat[TIME_NOW], flat[R], travel, p))
-            flat[EACH] = force
+        first, for_all = parameter_place(formulas.leg_force, row), lanes_formula_at(formulas.leg_force, row)
+        if n == 1 or for_all == 0:
+            push_run_by_run(flat, by_run, formula_at(formulas.leg_force, row), first, n)
         elif n == MANY and not with_work:
-            call_leg_force_lanes(formula, (memory, from_row(by_lane, first), 0, n))
+            call_leg_force_lanes(for_all, (memory, from_row(by_lane, first), 0, n))
         else:
-            call_leg_force_lanes(formula, (memory, pointer(by_run, first), size, n))
+            call_leg_force_lanes(for_all, (memory, pointer(by_run, first), size, n))
         w[ADDED] += w[EACH]
         if with_work:
             powers[row] += w[EACH] * w[V]
     for row in range(formulas.leg_mass[1]):
-        first, formula = parameter_place(formulas.leg_mass, row), lanes_formula_at(formulas.leg_mass, row)
-        if n == 1:
-            flat[AXIAL_MASS] += call_leg_mass(formula_at(formulas.leg_mass, row), (flat[U], pointer(by_run, first)))
+        first, for_all = parameter_place(formulas.leg_mass, row), lanes_formula_at(formulas.leg_mass, row)
+        if n == 1 or for_all == 0:
+            for i in range(n):
+                p = pointer(by_run, i * size + first)
+                flat[AXIAL_MASS * n + i] += call_leg_mass(formula_at(formulas.leg_mass, row), (flat[U * n + i], p))
         elif n == MANY and not with_work:
-            call_leg_mass_lanes(formula, (memory, from_row(by_lane, first), 0, n))
+            call_leg_mass_lanes(for_all, (memory, from_row(by_lane, first), 0, n))
         else:
-            call_leg_mass_lanes(formula, (memory, pointer(by_run, first), size, n))
+            call_leg_mass_lanes(for_all, (memory, pointer(by_run, first), size, n))
+
+
+@njit(cache=True, error_model="numpy", forceinline=True)
+def push_run_by_run(w: Array, by_run: Array, formula: int, first: int, n: int) -> None:
+    """The force of one formula along the leg at hand, run by run, into EACH."""
+    size = len(by_run) // n
+    for i in range(n):
+        u, p = w[U * n + i], pointer(by_run, i * size + first)
+        known = u, w[V * n + i], w[TIME_NOW * n + i], w[R * n + i], u - w[(LEG_BEFORE + 2) * n + i]
+        w[EACH * n + i] = call_leg_force(formula, (*known, p))
 
 
 @njit(cache=True, error_model="numpy", forceinline=True)

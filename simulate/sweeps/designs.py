@@ -90,7 +90,7 @@ def _two_level(kind: str, factors: int, runs: int | None) -> Design:
 
 
 def _basic_factors(factors: int, runs: int | None) -> int:
-    """Runs as a power of two; by default the least in which no two factors' interactions coincide with another pair's."""
+    """Runs as a power of two; by default the least in which a greedy choice keeps every two factors' interaction apart from the others."""
     if runs is None:
         return next(basic for basic in range(1, factors + 1) if _resolution_five(factors, basic))
     basic = runs.bit_length() - 1

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -28,6 +30,18 @@ def test_a_sweep_foretells_ten_times_as_much_for_ten_times_the_runs(one_second):
         factors = ["platform.mass_kg=+-5%"]
         run_sweep.sweep(read_model(MODEL), factors, "random", runs, foretell=said.append)
     assert said[1] == pytest.approx(10 * said[0])
+
+
+def test_a_sweep_that_goes_on_foretells_what_is_left(one_second, tmp_path):
+    brief = read_model(MODEL)
+    brief = replace(brief, simulation=replace(brief.simulation, duration_s=0.02))
+    said: list[float] = []
+    words: dict[str, Any] = {"folder": tmp_path / "part", "foretell": said.append}
+    run_sweep.sweep(brief, ["platform.mass_kg=+-5%"], "random", 600, **words)
+    (tmp_path / "part" / "000000512.npy").unlink()
+    run_sweep.sweep(brief, ["platform.mass_kg=+-5%"], "random", 600, resume=True, **words)
+    run_sweep.sweep(brief, ["platform.mass_kg=+-5%"], "random", 600, **words)
+    assert [seconds / said[0] for seconds in said] == pytest.approx([1.0, 88 / 600, 1.0])
 
 
 def test_a_sweep_that_ends_never_is_refused_before_it_begins(monkeypatch, tmp_path, capsys):

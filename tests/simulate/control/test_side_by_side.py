@@ -17,7 +17,7 @@ from simulate.deployment.deploy import deploy
 from simulate.dispatch.lane_forms import form_for_all
 from simulate.kernel.step_size import pace_of
 from simulate.model import responses
-from simulate.model.control import Controller
+from simulate.model.control import Controller, SampledController
 from simulate.model.model import Simulation
 from simulate.model.rig import CHECKED, NotNegative
 from simulate.sweeps.sweep import responses_of
@@ -148,8 +148,71 @@ class IntegratingForAll(Integrating):
 def test_a_law_with_a_branch_is_asked_run_by_run_and_finds_the_same(prototype):
     assert form_for_all(Integrating.command, "law") is None
     assert form_for_all(IntegratingForAll.command, "law") is not None
-    branched, plain = (disparate(prototype, kind(stiffness_N_per_m=300.0), duration=0.6) for kind in (Integrating, IntegratingForAll))
-    assert responses_of([branched])[0] == pytest.approx(responses_of([plain])[0], rel=1e-9, nan_ok=True)
+    gains, forces = (
+        (300.0, 200.0, 400.0),
+        ((0.2, -0.1, 0.15, -0.2, 0.1, 0.0), (0.1, 0.1, -0.2, 0.0, 0.2, -0.1), (-0.2, 0.0, 0.1, 0.2, 0.0, 0.1)),
+    )
+    branched, plain = (
+        responses_of([disparate(prototype, kind(stiffness_N_per_m=k), f, 0.6) for k, f in zip(gains, forces, strict=True)])
+        for kind in (Integrating, IntegratingForAll)
+    )
+    np.testing.assert_allclose(branched, plain, rtol=1e-9)
+
+
+@dataclass(frozen=True, config=CHECKED, kw_only=True)
+class SummingUp(SampledController):
+    """Motors against what a leg is ahead by and the sum of that over all samples: a memory for each leg."""
+
+    law: ClassVar[str] = "summing-up"
+    stiffness_N_per_m: NotNegative
+    per_sample_N_per_m: NotNegative
+
+    @staticmethod
+    def command(t: float, u: Any, v: Any, turn: Any, memory: Any, p: Any, out: Any) -> None:
+        """Forces, N; the last place of the memory is used too."""
+        mean = (u[0] + u[1] + u[2] + u[3] + u[4] + u[5]) / 6.0
+        for leg in range(6):
+            memory[10 + leg] += u[leg] - mean
+            out[leg] = -p[0] * (u[leg] - mean) - p[1] * memory[10 + leg]
+
+
+@dataclass(frozen=True, config=CHECKED, kw_only=True)
+class SummingUpBranched(SummingUp):
+    """The same with a branch."""
+
+    law: ClassVar[str] = "summing-up-branched"
+
+    @staticmethod
+    def command(t: float, u: Any, v: Any, turn: Any, memory: Any, p: Any, out: Any) -> None:
+        """Forces, N."""
+        mean = (u[0] + u[1] + u[2] + u[3] + u[4] + u[5]) / 6.0
+        for leg in range(6):
+            memory[10 + leg] += u[leg] - mean
+            if p[1] > 0.0:
+                out[leg] = -p[0] * (u[leg] - mean) - p[1] * memory[10 + leg]
+            else:
+                out[leg] = -p[0] * (u[leg] - mean)
+
+
+def test_what_a_law_keeps_changes_at_its_own_samples_whatever_the_neighbours_rates(prototype):
+    """A run that is not due keeps its sums; twice as many samples of half the share sum up to the same."""
+
+    def rigs(kind):
+        rates = ((1000.0, 20.0), (500.0, 40.0), (250.0, 80.0))
+        laws = [
+            kind(actuator="motor", force_limit_N=2.0, stiffness_N_per_m=100.0, sample_rate_Hz=r, per_sample_N_per_m=k) for r, k in rates
+        ]
+        return [disparate(prototype, law, duration=0.45) for law in laws]
+
+    together = responses_of(rigs(SummingUp))
+    np.testing.assert_allclose(responses_of(rigs(SummingUpBranched)), together, rtol=1e-9)
+    turned = np.degrees(together[:, responses.THETA_Z])
+    for model, found in zip(rigs(SummingUp), turned, strict=True):
+        theta = np.degrees(deploy(replace(model, simulation=Simulation(0.45, 1000.0, 1.25e-4))).channels["theta_z_rad"])
+        assert found == pytest.approx(theta[np.argmax(np.abs(theta))], abs=0.01, rel=2e-4)
+    assert turned == pytest.approx(np.full(3, turned[0]), rel=0.1)
+    unsummed = responses_of([replace(rig, controller=replace(rig.controller, per_sample_N_per_m=0.0)) for rig in rigs(SummingUp)])
+    assert np.all(np.abs(np.degrees(unsummed[:, responses.THETA_Z]) / turned - 1.0) > 0.1)
 
 
 def test_every_law_of_the_catalogue_is_computed_for_all_runs_at_once():

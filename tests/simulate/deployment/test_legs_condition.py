@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 from simulate.deployment.deploy import deploy
 from simulate.deployment.legs_condition import condition_along, condition_of, legs_jacobian, singular_theta_z_deg
@@ -33,6 +34,24 @@ def test_a_symmetric_platform_loses_a_direction_when_it_is_turned_by_90_degrees(
 
 def test_turned_platform_joints_move_the_singular_rotations_by_as_much():
     assert singular_theta_z_deg(octahedral(turn_deg=80.0), 0.5) == pytest.approx((-110.0, 70.0), abs=1e-6)
+
+
+@pytest.mark.parametrize("height", [0.3, 0.6])
+def test_on_a_rig_without_symmetry_the_nearest_rotations_are_where_the_lines_of_the_legs_lose_a_direction(lopsided, height):
+    """By the determinant of the six lines (n, r x n), written down anew, with the platform centred."""
+    joints, base = np.asarray(lopsided.geometry.platform_joints_m), np.asarray(lopsided.geometry.base_joints_m)
+
+    def volume(turn_deg):
+        arms = Rotation.from_euler("z", turn_deg, degrees=True).apply(joints)
+        along = arms + np.array([0.0, 0.0, height]) - base
+        n = along / np.linalg.norm(along, axis=1)[:, None]
+        return np.linalg.det(np.hstack([n, np.cross(arms, n)]))
+
+    for found, side in zip(singular_theta_z_deg(lopsided.geometry, height), (-1.0, 1.0), strict=True):
+        assert found is not None
+        assert volume(found - 1e-4) * volume(found + 1e-4) < 0.0
+        nearer = np.sign([volume(side * turn) for turn in np.linspace(0.0, abs(found) - 1e-4, 60)])
+        assert np.ptp(nearer) == 0.0
 
 
 def test_the_condition_is_infinite_in_a_singular_pose_and_grows_towards_it():

@@ -51,6 +51,10 @@ def test_a_limit_says_on_which_side_and_by_how_much_it_is_broken():
     assert (below.kept(59.0), below.kept(61.0), above.kept(3.0), above.kept(1.0)) == (True, False, True, False)
     assert below.excess(66.0) == pytest.approx(0.1)
     assert above.excess(1.0) == pytest.approx(0.5)
+    negative, zero = Limit.of("mean:theta_z_deg>-4"), Limit.of("nominal:lateral_mm<0")
+    assert negative.excess(-5.0) == pytest.approx(0.25)
+    assert (zero.excess(3.0), zero.excess(-3.0)) == (3.0, -3.0), "in the unit itself where the limit is zero"
+    assert [limit.kept(limit.limit) for limit in (below, above, zero)] == [True] * 3
 
 
 @pytest.mark.parametrize(

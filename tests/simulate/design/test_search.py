@@ -8,7 +8,7 @@ import pytest
 from measure.common.errors import InputError
 from simulate.design.measures import Limit, Measure
 from simulate.design.problem import Free, Problem, factor_costs
-from simulate.design.search import design_deployment
+from simulate.design.search import Found, _Tried, design_deployment
 from simulate.model import responses
 from simulate.model.model import value_of
 from simulate.sweeps.factors import factors_of
@@ -165,3 +165,93 @@ def test_a_tolerance_costs_in_inverse_proportion_to_its_size(prototype):
     assert as_given == pytest.approx(5.0 + 5 * 1.0)
     assert costly.cost(np.array([0.005, 0.01, 0.01, 0.01, 0.01, 0.02])) == pytest.approx(10.0 + 4 * 1.0 + 0.5)
     assert costly.given == pytest.approx(np.full(6, 0.01))
+
+
+MASS, DAMPING = Free("platform.mass_kg", 0.5, 1.5), Free("end_stop.damping_N_s_per_m", 10.0, 90.0)
+
+
+def test_values_are_even_over_their_bounds_and_tolerances_over_their_decades(prototype):
+    tried = _Tried(replace(budget(prototype), free=(MASS, Free(f"tolerance.{LEGS[0]}", 1e-4, 1e-2))), None)
+    for place, values in (((0.0, 0.0), (0.5, 1e-4)), ((0.25, 0.5), (0.75, 1e-3)), ((1.0, 1.0), (1.5, 1e-2))):
+        assert tried.values_of(np.array(place)) == pytest.approx(values)
+        assert tried.place_of(np.array(values)) == pytest.approx(place)
+    assert tried.values_of(np.array([-0.3, 1.7])) == pytest.approx([0.5, 1e-2])
+    assert tried.place_of(np.array([9.0, 1e-9])) == pytest.approx([1.0, 0.0])
+
+
+def tried_on(prototype, limit=None):
+    """What turns is a bowl about the middle of both bounds; the stops are pressed in proportion to the damping."""
+
+    def respond(sweep, coded):
+        damping, mass = value_of(sweep.model, DAMPING.key), value_of(sweep.model, MASS.key)
+        return answers_of(np.full(len(coded), 10.0 * (mass - 1.0) ** 2 + (damping - 50.0) ** 2 / 100.0), stop_force=damping)
+
+    limits = () if limit is None else (Limit.of(f"worst:stop_force_N<{limit}"),)
+    counted: list[int] = []
+    problem = Problem(prototype, (MASS, DAMPING), Measure.of("nominal:theta_z_deg"), limits, respond=respond)
+    return _Tried(problem, counted.append), counted
+
+
+def test_the_best_place_keeps_the_limits_before_it_turns_less_and_where_none_does_breaks_them_least(prototype):
+    places = [np.array(place) for place in ((0.5, 0.5), (0.5, 0.25), (0.0, 0.25), (0.5, 0.125))]
+    for limit, expected in ((None, 0), (30.0, 1), (25.0, 3), (12.0, 3), (90.0, 0)):
+        assert np.array_equal(tried_on(prototype, limit)[0].best(places), places[expected]), limit
+    tried, counted = tried_on(prototype, 30.0)
+    assert tried.excess(places[0]) == pytest.approx([20.0 / 30.0])
+    assert tried.excess(places[3]) == pytest.approx([-10.0 / 30.0])
+    for damping in (0.5, -3.0, 0.0):
+        tried.at(np.array([0.5, damping]))
+    assert counted == [1, 2, 3], "a place that was tried is not tried again"
+
+
+def found_of(prototype, values=(1.0, 50.0), searched=(1.0, 20.0), fresh=(1.5, 25.0), **changed):
+    problem = replace(tried_on(prototype, 30.0)[0].problem, **changed)
+    return Found(problem, np.array(values), np.array([9.0, 40.0]), np.array(searched), np.array(fresh), 200, 17)
+
+
+@pytest.mark.parametrize(
+    ("searched", "fresh", "verdict"),
+    [((1.0, 20.0), (1.5, 25.0), "found"), ((1.0, 20.0), (1.5, 31.0), "not-kept"), ((1.0, 31.0), (1.5, 25.0), "none-feasible")],
+)
+def test_a_verdict_asks_for_the_limits_where_it_searched_and_on_fresh_draws(prototype, searched, fresh, verdict):
+    found = found_of(prototype, searched=searched, fresh=fresh)
+    assert found.verdict == found.report["verdict"] == verdict
+    assert found.report["limits"][0] == {
+        "measure": "worst:stop_force_N", "below": 30.0, "before": 40.0, "searched": searched[1], "fresh": fresh[1],
+        "kept": fresh[1] <= 30.0,
+    }  # fmt: skip
+
+
+@pytest.mark.parametrize(("mass", "side"), [(0.5, "low"), (0.5009, "low"), (0.5011, None), (1.4989, None), (1.4991, "high"), (1.5, "high")])
+def test_a_value_within_a_thousandth_of_its_range_is_at_its_bound(prototype, mass, side):
+    assert [free["at_bound"] for free in found_of(prototype, values=(mass, 50.0)).report["free"]] == [side, None]
+
+
+def test_a_share_of_failures_has_the_interval_of_its_fresh_draws(prototype):
+    report = found_of(prototype, objective=Measure.of("failed_percent"), fresh=(10.0, 25.0)).report
+    goal = report["objective"]
+    # Wilson 1927 by hand: 20 of 200
+    z, n, p = 1.959964, 200, 0.1
+    middle, half = p + z * z / (2 * n), z * np.sqrt(p * (1 - p) / n + z * z / (4 * n * n))
+    assert goal["interval_percent"] == pytest.approx([100 * (middle - half) / (1 + z * z / n), 100 * (middle + half) / (1 + z * z / n)])
+    assert (goal["before"], goal["searched"], goal["fresh"]) == (9.0, 1.0, 10.0)
+    assert "interval_percent" not in found_of(prototype).report["objective"]
+    assert (report["draws"], report["fresh_draws"], report["evaluations"]) == (0, 200, 17)
+
+
+def test_a_tolerance_spreads_about_the_middle_of_its_factor_and_what_cannot_be_is_very_bad(prototype):
+    problem = replace(budget(prototype), free=(Free(f"tolerance.{LEGS[2]}", 1e-4, 0.1),))
+    sweep = problem.candidate(np.array([0.03]))
+    assert sweep is not None
+    assert [(f.low, f.high) for f in sweep.factors[1:3]] == [pytest.approx((2.78, 2.80)), pytest.approx((2.76, 2.82))]
+    heights = Problem(prototype, (Free("geometry.deployed_height_m", 0.1, 0.9),), Measure.of("nominal:theta_z_deg"))
+    assert heights.candidate(np.array([0.2])) is None
+    assert heights.measured(np.array([0.2])).tolist() == [1e12]
+    never = replace(heights, respond=lambda sweep, coded: answers_of(np.full(len(coded), np.nan)))
+    assert never.measured(np.array([0.6])).tolist() == [1e12]
+
+
+def test_bounds_in_which_only_one_end_can_be_are_searched(prototype):
+    problem = Problem(prototype, (Free("geometry.deployed_height_m", 0.05, 0.3),), Measure.of("nominal:theta_z_deg"))
+    problem.require_usable()
+    replace(problem, free=(Free("platform.mass_kg", 0.5, 9e6),)).require_usable()

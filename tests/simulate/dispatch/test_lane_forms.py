@@ -6,11 +6,11 @@ import subprocess
 import sys
 
 SHOWN = """
-from simulate.dispatch.lane_forms import lanes_form
+from simulate.dispatch.lane_forms import form_for_all
 from simulate.effects import CATALOGUE
 asked = [("viscous-friction", "leg_force"), ("hub-inertia", "leg_mass"), ("curved-asymptotes", "leg_asymptotes")]
 formulas = {(name, kind): getattr(CATALOGUE[name], kind) for name, kind in asked}
-forms = {key: lanes_form(formula, key[1]) for key, formula in formulas.items()}
+forms = {key: form_for_all(formula, key[1]) for key, formula in formulas.items()}
 print(len(forms), *sorted(":".join(key) for key, form in forms.items() if not form.cache_hits))
 """
 

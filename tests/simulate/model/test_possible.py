@@ -14,7 +14,7 @@ from simulate.files.model_file import document_of, model_from
 from simulate.kernel.step_size import grid
 from simulate.law import restoring_force
 from simulate.model.model import Geometry, Simulation, with_value
-from simulate.model.possible import condition_at, impossible, warnings_of
+from simulate.model.possible import _RANGES, condition_at, impossible, warnings_of
 from simulate.model.rig import stroke_of
 
 
@@ -278,3 +278,28 @@ def test_a_direction_that_is_held_badly_is_a_milder_warning(prototype, off_rad, 
 def test_a_longest_name_is_two_hundred_letters(prototype):
     assert not impossible(replace(prototype, name="x" * 200))
     assert impossible(replace(prototype, name="x" * 201)) == ["name: has 201 characters; give it at most 200."]
+
+
+TURNS = {"release.theta_rad": 2.0 * np.pi, "nuisance.release_theta_rad": np.pi}
+
+
+@pytest.mark.parametrize("key", _RANGES)
+def test_ranges_are_powers_of_ten_that_go_as_far_either_way_or_begin_at_zero_where_a_model_may(prototype, key):
+    """They keep out what no workshop builds, so none of them is finer than that; an angle goes to a whole turn or to half of one."""
+    low, high = _RANGES[key]
+    ends = {abs(end) for end in (low, high) if end != 0.0}
+    if key in TURNS:
+        assert all(turn < end < 1.02 * turn for end, turn in zip(ends, [TURNS[key]], strict=True))
+    else:
+        assert all(np.log10(end) == round(np.log10(end)) for end in ends)
+    assert low == -high or low == 0.0 or 0.0 < low < 1e-5 * high
+    if low >= 0.0:
+        zero = taken(lambda: with_value(prototype, key, 0.0))
+        assert (zero is not None) == (low == 0.0), "above zero where the model itself refuses zero: a mass, a step"
+
+
+def taken(made):
+    try:
+        return made()
+    except (KeyError, ValueError):
+        return None

@@ -133,3 +133,55 @@ def test_a_factor_that_cannot_be_read_is_refused(prototype, word, named):
 def test_a_number_of_runs_that_a_design_cannot_have_is_refused(kind, factors, runs):
     with pytest.raises(InputError, match="runs"):
         design_of(kind, factors, runs, 0)
+
+
+def test_a_regression_has_at_most_three_factors_in_a_product_and_a_quarter_more_runs_than_terms():
+    def longest(runs, kind="random", factors=6):
+        design = design_of(kind, factors, runs, 0)
+        coded = design.piece(0, design.runs)
+        found = coefficients_of(design, "ABCDEFGH"[:factors], lambda: iter([np.prod(coded, axis=1)]))
+        return max((len(name.replace("1", "")) for name in found), default=None), len(found)
+
+    # 1, 6, 15 and 20 terms of nought to three factors
+    assert longest(1000) == (3, 42)
+    assert [longest(runs) for runs in (53, 52, 28, 27, 9, 8, 2, 1)] == [
+        (3, 42), (2, 22), (2, 22), (1, 7), (1, 7), (0, 1), (0, 1), (None, 0),
+    ]  # fmt: skip
+    assert longest(None, "fractional", 8)[0] == 3
+
+
+@pytest.mark.parametrize(("factors", "runs"), [(3, 8), (4, 16), (5, 16), (6, 32), (7, 64), (10, 128)])
+def test_a_fractional_design_has_as_few_runs_as_keep_pairs_apart(factors, runs):
+    """Box, Hunter and Hunter's table of resolution V; of eight factors it has 64 runs, where a greedy choice of columns needs 128."""
+    assert design_of("fractional", factors, None, 0).runs == runs
+
+
+@pytest.mark.parametrize(
+    ("factors", "runs", "resolution"), [(8, 16, 4), (7, 16, 4), (7, 8, 3), (15, 16, 3), (6, 16, 4), (5, 16, 5), (12, 256, 5)]
+)
+def test_a_fractional_design_of_given_runs_is_as_clear_as_it_can_be(factors, runs, resolution):
+    """The shortest product of factors that is the same in all runs has so many letters, or more."""
+    coded = design_of("fractional", factors, runs, 0).piece(0, runs)
+    assert coded.shape == (runs, factors)
+    same = {
+        order
+        for order in range(1, resolution + 1)
+        for term in combinations(range(factors), order)
+        if abs(np.prod(coded[:, list(term)], axis=1).sum()) == runs
+    }
+    assert not {order for order in same if order < resolution}
+    if resolution < 5:
+        assert resolution in same
+
+
+@pytest.mark.parametrize(("factors", "runs"), [(7, 7), (7, 12), (3, 16), (8, 8)])
+def test_a_fractional_design_has_a_power_of_two_of_runs_above_its_factors_and_no_more_than_all(factors, runs):
+    with pytest.raises(InputError, match=f"a power of two of runs above {factors}"):
+        design_of("fractional", factors, runs, 0)
+
+
+def test_run_zero_of_a_two_level_design_has_every_factor_low_and_the_last_every_factor_high():
+    coded = design_of("full", 3, None, 0).piece(0, 8)
+    assert coded[0].tolist() == [-1.0, -1.0, -1.0]
+    assert coded[1].tolist() == [1.0, -1.0, -1.0]
+    assert coded[-1].tolist() == [1.0, 1.0, 1.0]
