@@ -36,7 +36,7 @@ def test_the_release_of_the_other_model_is_tried(one, monkeypatch):
     monkeypatch.setattr(explain, "released_again", lambda fit, _: fit)
     assert gap_left(explain._carried_over(base, run)) > 3.0
     assert gap_left(explain._carried_over(base, run, (right,))) == pytest.approx(gap_left(right), abs=0.01)
-    assert explain._with_release_of(lost(right), right).cost == pytest.approx(right.cost, abs=0.1)
+    assert explain._with_release_of(lost(right), right).cost < right.cost + 0.1
 
 
 def test_a_worse_release_changes_nothing(one):
