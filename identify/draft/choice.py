@@ -87,11 +87,13 @@ def _best_on(table: Unnamed, seen: _Seen, samples: float) -> Chosen | None:
     ends, price = (float(x[0]), float(x[-1])), float(np.log(samples))
     tried = [one for form in known if (one := _fitted(form, seen, table, samples, form.starts(*ends))) is not None]
     tried.sort(key=lambda one: -one.score)
-    best = tried[0] if tried else None
-    for first in tried[:_ADDED_TO] if best is not None and best.score < seen.most - _WORTH_MORE * len(x) else ():
+    if not tried or tried[0].score >= seen.most - _WORTH_MORE * len(x):
+        return tried[0] if tried else None
+    best = tried[0]
+    for first in tried[:_ADDED_TO]:
         for form in known:
             both = sum_of(first.form, form)
-            if both.parameters < len(x) and best is not None and seen.most - both.parameters * price > best.score:
+            if both.parameters < len(x) and seen.most - both.parameters * price > best.score:
                 starts = [(*first.shapes.tolist(), *shapes) for shapes in form.starts(*ends)]
                 one = _fitted(both, seen, table, samples, starts)
                 best = one if one is not None and one.score > best.score else best

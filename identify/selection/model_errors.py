@@ -164,7 +164,7 @@ def _columns(fit: Fitted[Posed], kinds: Sequence[type[Effect]], places: Sequence
     effects, tolerances = [model.effect(kind) for kind in kinds], [tolerance_of(kind, model) for kind in kinds]
     problem = reduce(lambda made, effect: made.with_another(effect), effects, fit.problem)
     begins = first + np.cumsum([0, *(len(tolerance) for tolerance in tolerances)])
-    new = [int(begin) + place for begin, own in zip(begins, places, strict=False) for place in own]
+    new = [int(begin) + place for begin, own in zip(begins[:-1], places, strict=True) for place in own]
     start = np.concatenate([fit.q, np.zeros(int(begins[-1]) - first)])
     columns = problem.jacobian(start, new, fit.gaps)[1][: fit.problem.measured]
     whole = np.concatenate([np.empty(0), *tolerances])

@@ -53,9 +53,9 @@ _SHORT = 1.0  # of a promise, in log evidence: then the fit may have gone astray
 class Search:
     """What was fitted and what was only weighed. prior : log prior of a set of names. due : names that are fitted whatever they promise,
     because the law had bent to what is missing. led : by what promise each was fitted. tried_anew : what was led from the model file, too.
-    brought_back : what was looked for in other local minima since it was fitted.
-    reached : log weight to which the fit of each led by itself. releases : local minima of each run's release that were found. is_turned :
-    whether nothing was looked for on the other side of what no film shows."""
+    brought_back : what was looked for in other local minima since it was fitted. reached : log weight to which the fit of each led by
+    itself. releases : local minima of each run's release that were found. is_turned : whether the base was looked for on the other side of
+    what no film shows."""
 
     catalogue: Mapping[str, type[Effect]]
     prior: Prior
@@ -114,9 +114,9 @@ class Search:
                 return
 
     def _turn(self) -> None:
-        """Look for nothing on the other side of what no film shows, once, before any name is fitted; what was weighed falls if it is there.
+        """Look for the base on the other side of what no film shows, once; where it is likelier there, all is weighed anew.
 
-        Where nothing else is worth a fit there is no need to: a likelier place of nothing would change no verdict.
+        Where the base leaves noise and no name is worth a fit there is no need to: a likelier base would change no verdict.
         """
         self.is_turned, before = True, self.fitted[()].weighed
         after = on_the_likelier_side(before)

@@ -21,7 +21,7 @@ from identify.selection.stand import Both, Stand, Weighed
 from measure.common.arrays import Array
 
 _FEW_STEPS = 8
-_TILTS = ("theta_x", "theta_y")
+_TILTS = ("theta_x", "theta_y")  # how their keys begin
 _OF_RELEASES = 8  # steps of their fit to the law as given
 _MOST_STEPS, _NEAR = 10, 0.1  # a step within so many standard deviations changes nothing
 _HARDLY, _OF_A_LEG = 0.5, 3.0  # of a log probability, that a step brings; where longer films follow
@@ -104,7 +104,7 @@ def led_anew(one: Weighed) -> Weighed | None:
         if gap_test(early.fit).p_value < GAP_P:
             return None
         q, sizes = early.fit.q, early.sizes
-    there = _led(stand, q, sizes)
+    there = _on_other_sides(stand, *_led_once(stand, q, sizes))
     if there.weighed().log_z < stand.weighed().log_z + _HARDLY:
         return None
     return weighed_within(one.exact.given, there.fit.q, there.errors_by_key)
@@ -192,10 +192,9 @@ def on_the_likelier_side(one: Weighed) -> Weighed:
 
 
 def _images(stand: Stand, axis: int, turned: Sequence[int]) -> Iterator[Stand]:
-    """Where a search on the other side starts: in the mirror image; led by ever longer films from there; with the centre at nought; and
-    with the tilts as they were, for what a film shows depends on the turn about the vertical by its square.
+    """Where a search on the other side starts, four places of which any may lead to the best one of that side.
 
-    Which of them leads to the best place of that side is a matter of chance.
+    In the mirror image, and led by ever longer films from there; the same with the centre of mass in the middle; and with the tilts kept.
     """
     keys = [one.key for one in stand.fit.problem.parameters]
     for sides, share in ((turned, -1.0), (turned, 0.0), ([k for k in turned if not keys[k].startswith(_TILTS)], 0.0)):
@@ -229,12 +228,6 @@ def _from_afar(stand: Stand) -> Stand:
     if led.fit.rms < CLOSE:
         return _on_other_sides(stand, led, course)
     return _likelier(_on_other_sides(stand, led, course), _led_once(stand, stand.origin, np.zeros(len(stand.sizes)), course)[0])
-
-
-def _led(stand: Stand, q: Array, sizes: Array) -> Stand:
-    """A stand led from a place by ever longer films, and on from other sides."""
-    led, course = _led_once(stand, q, sizes)
-    return _on_other_sides(stand, led, course)
 
 
 def _on_other_sides(stand: Stand, led: Stand, course: Sequence[float]) -> Stand:

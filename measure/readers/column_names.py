@@ -41,7 +41,7 @@ _DEMANDED = re.compile(r"command|demand|setpoint|set point|target|soll|consigne|
 _SHORT = 4  # letters from which on a word counts inside a longer one, as in "Standardkraft"
 
 
-def likeness_of(name: str, quantity: str) -> int:
+def name_fits(name: str, quantity: str) -> int:
     """How well a column's name fits a quantity: 3 it is a word for it, 2 holds such a word, 1 such a word is part of one, 0 does not."""
     shown = re.sub(r"[_\-.:#/]+", " ", name.strip().lower())
     if _DEMANDED.search(shown):
@@ -60,7 +60,7 @@ def candidates(table: RawTable, quantity: str) -> list[int]:
     found = []
     for place in range(len(table.header)):
         name, unit = split_unit(table.header[place])[0], written_unit(table, place)
-        fits = likeness_of(name, quantity)
+        fits = name_fits(name, quantity)
         if fits and quantity_of(unit) in ("", quantity):
             found.append((-2 * (quantity_of(unit) == quantity) - fits, place))
     return [place for _, place in sorted(found)]

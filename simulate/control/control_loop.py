@@ -16,14 +16,13 @@ from numpy.typing import NDArray
 
 from measure.common.arrays import Array
 from simulate.control.sensors import read_sensors
-from simulate.dispatch import lane_forms
 from simulate.dispatch import lane_functions as lane_functions
 from simulate.dispatch.compiled_code import compiled_once
 from simulate.dispatch.formulas import FormulaPointers, address, call_law, formula_at, parameter_place
 from simulate.dispatch.intrinsics import pointer
-from simulate.dispatch.lane_forms import call_law_lanes
+from simulate.dispatch.lane_forms import call_law_lanes, form_for_all
 from simulate.dispatch.lanes import Lanes, Rows, all_of, any_of, chosen, from_row, larger, smaller
-from simulate.kernel.contributions import control_place, count_working, form_for_all, power_row
+from simulate.kernel.contributions import address_for_all, control_place, count_working, power_row
 from simulate.kernel.layout import (
     ARRIVAL,
     CLOCK,
@@ -94,7 +93,7 @@ def control_rows(kind: type[Controller], place: int) -> NDArray[np.int64]:
     """The row of a law in the table of formulas: address, place of the controller's parameters, address of the form for lanes."""
     law = require_law(kind).command
     alone = address(law, "law")
-    lanes = lane_forms.form_for_all(law, "law")
+    lanes = form_for_all(law, "law")
     return np.array([[alone, place, 0 if lanes is None else lanes.address]], dtype=np.int64)
 
 
@@ -203,7 +202,7 @@ def ask_law(
     with_work: bool,
 ) -> None:
     """Ask the law of the runs that are DUE; u and v are where elongations and speeds stand, `out` is the row of its forces."""
-    for_all = form_for_all(formulas.control, 0, n, with_work)
+    for_all = address_for_all(formulas.control, 0, n, with_work)
     if for_all == 0:
         ask_law_run_by_run(flat, by_run, formulas, u, v, at, out, n)
         return

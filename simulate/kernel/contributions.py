@@ -106,7 +106,7 @@ def keep_leg_for_control(w: Rows, formulas: FormulaPointers, leg: int, n: int, w
 
 
 @njit(cache=True, error_model="numpy", forceinline=True)
-def form_for_all(rows: tuple[int, int], row: int, n: int, with_work: bool) -> int:
+def address_for_all(rows: tuple[int, int], row: int, n: int, with_work: bool) -> int:
     """Address of the form of a formula that a sweep computes with the numbers of all its runs at once; 0 where there is none."""
     return lanes_formula_at(rows, row) if n == MANY and not with_work else 0
 
@@ -116,7 +116,7 @@ def uncoil_strip(flat: Array, by_lane: Rows, by_run: Array, formulas: FormulaPoi
     """What of the elongation of the leg at hand reaches its strip."""
     size, strip, before = len(by_run) // n, pointer(flat, STRIP_NOW * n), pointer(flat, (LEG_BEFORE + 3) * n)
     for row in range(formulas.strip_elongation[1]):
-        first, for_all = parameter_place(formulas.strip_elongation, row), form_for_all(formulas.strip_elongation, row, n, with_work)
+        first, for_all = parameter_place(formulas.strip_elongation, row), address_for_all(formulas.strip_elongation, row, n, with_work)
         if for_all != 0:
             call_strip_elongation_lanes(for_all, (strip, before, from_row(by_lane, first), strip))
             continue
@@ -131,7 +131,7 @@ def uncoil_strip(flat: Array, by_lane: Rows, by_run: Array, formulas: FormulaPoi
 def move_asymptotes(flat: Array, by_lane: Rows, by_run: Array, formulas: FormulaPointers, n: int, with_work: bool) -> None:
     """Asymptotes of the leg at hand as effects move them, before and now."""
     for row in range(formulas.leg_asymptotes[1]):
-        for_all = form_for_all(formulas.leg_asymptotes, row, n, with_work)
+        for_all = address_for_all(formulas.leg_asymptotes, row, n, with_work)
         if for_all != 0:
             p, v = from_row(by_lane, parameter_place(formulas.leg_asymptotes, row)), pointer(flat, V * n)
             before, now = pointer(flat, (LEG_BEFORE + 3) * n), pointer(flat, STRIP_NOW * n)
@@ -200,7 +200,7 @@ def transverse_inertia(w: Rows, flat: Array, by_lane: Rows, by_run: Array, formu
     scratch, size = ROWS * n + SCRATCH_PAIR, len(by_run) // n
     w[G], w[SLOPE], w[EACH] = 0.0, 0.0, w[LEG_VALUE + STOWED] + w[LEG_VALUE + FULL]
     for row in range(formulas.leg_transverse[1]):
-        first, for_all = parameter_place(formulas.leg_transverse, row), form_for_all(formulas.leg_transverse, row, n, with_work)
+        first, for_all = parameter_place(formulas.leg_transverse, row), address_for_all(formulas.leg_transverse, row, n, with_work)
         if for_all != 0:
             length, full = pointer(flat, LENGTH * n), pointer(flat, EACH * n)
             call_leg_transverse_lanes(for_all, (length, full, from_row(by_lane, first), pointer(flat, G * n)))
@@ -218,7 +218,7 @@ def resist_in_joints(w: Rows, flat: Array, by_lane: Rows, by_run: Array, formula
     """Sum of what effects put into the joints of the leg at hand against their JOINT_RATE, N m s, and the power of each."""
     w[RESISTANCE] = w[RESISTANCE + 1] = 0.0
     for row in range(formulas.joint_resistance[1]):
-        first, for_all = parameter_place(formulas.joint_resistance, row), form_for_all(formulas.joint_resistance, row, n, with_work)
+        first, for_all = parameter_place(formulas.joint_resistance, row), address_for_all(formulas.joint_resistance, row, n, with_work)
         if for_all != 0:
             call_joint_resistance_lanes(for_all, (pointer(flat, JOINT_RATE * n), from_row(by_lane, first), pointer(flat, RESISTANCE * n)))
         else:
@@ -243,7 +243,7 @@ def resist_run_by_run(w: Array, by_run: Array, formula: int, first: int, power: 
 def change_platform_mass(w: Rows, flat: Array, by_lane: Rows, by_run: Array, formulas: FormulaPointers, n: int, with_work: bool) -> None:
     """The bare platform's mass matrix as effects change it."""
     for row in range(formulas.platform_mass[1]):
-        first, for_all = parameter_place(formulas.platform_mass, row), form_for_all(formulas.platform_mass, row, n, with_work)
+        first, for_all = parameter_place(formulas.platform_mass, row), address_for_all(formulas.platform_mass, row, n, with_work)
         for j in range(6):
             for k in range(j + 1):
                 w[MATRIX + 6 * j + k] = w[MATRIX + 6 * k + j] = w[SYSTEM + j * (j + 1) // 2 + k]
@@ -276,7 +276,7 @@ def add_platform_wrenches(w: Array, by_lane: Rows, by_run: Array, formulas: Form
     """Wrenches of effects into the right side, the power of each into the energy balance."""
     scratch, size = ROWS * n, len(by_run) // n
     for row in range(formulas.platform_wrench[1]):
-        for_all = form_for_all(formulas.platform_wrench, row, n, with_work)
+        for_all = address_for_all(formulas.platform_wrench, row, n, with_work)
         if for_all != 0:
             p, now = from_row(by_lane, parameter_place(formulas.platform_wrench, row)), pointer(w, TIME_NOW * n)
             pose, twist, right = pointer(w, TRIAL * n), pointer(w, (TRIAL + 7) * n), pointer(w, RIGHT * n)
@@ -308,7 +308,7 @@ def weigh_base(w: Rows, flat: Array, by_lane: Rows, by_run: Array, formulas: For
     size = len(by_run) // n
     w[BASE_SYSTEM] = 0.0
     for row in range(formulas.base_mass[1]):
-        first, for_all = parameter_place(formulas.base_mass, row), form_for_all(formulas.base_mass, row, n, with_work)
+        first, for_all = parameter_place(formulas.base_mass, row), address_for_all(formulas.base_mass, row, n, with_work)
         if for_all != 0:
             call_base_mass_lanes(for_all, (from_row(by_lane, first), pointer(flat, BASE_SYSTEM * n)))
             continue
@@ -323,7 +323,7 @@ def hold_base(w: Rows, flat: Array, by_lane: Rows, by_run: Array, formulas: Form
     place, speed = (TRIAL + BASE) * n, (TRIAL + BASE + 1) * n
     w[EACH] = 0.0
     for row in range(formulas.base_force[1]):
-        first, for_all = parameter_place(formulas.base_force, row), form_for_all(formulas.base_force, row, n, with_work)
+        first, for_all = parameter_place(formulas.base_force, row), address_for_all(formulas.base_force, row, n, with_work)
         if for_all != 0:
             rows = from_row(by_lane, first)
             call_base_force_lanes(for_all, (pointer(flat, place), pointer(flat, speed), rows, pointer(flat, EACH * n)))

@@ -45,10 +45,10 @@ def parts_of_step(w: Array, by_lane: Array, i: int, n: int, step: float, at_stop
         u, v = w[(OUT + leg) * n + i], w[(OUT_V + leg) * n + i]
         over, under = u - by_lane[(at + FULL) * n + i], by_lane[(at + LOWEST) * n + i] - u
         travel = abs(v) * step
-        inside = max(over, under)
-        if inside > 0.0 or is_near(-over, v, travel) or is_near(under, v, travel):
+        inside, begins = max(over, under), is_near(-over, v, travel) or is_near(under, v, travel)
+        if begins or inside > 0.0:
             parts = max(parts, stiff)
-        if is_near(-over, v, travel) or is_near(under, v, travel):
+        if begins:
             parts = max(parts, min(MOST_PARTS, int(travel / (_A_PART * smoothing)) + 1))
         elif 0.0 < inside < _SET_IN * smoothing:
             parts = max(parts, min(MOST_PARTS, int(travel / (_INSIDE * smoothing)) + 1))

@@ -11,7 +11,7 @@ import numpy as np
 
 from measure.common.errors import InputError
 from simulate.kernel.response_kernel import Pace
-from simulate.model.control import Controller
+from simulate.model.control import Controller, SampledController
 from simulate.model.effect import Effect
 from simulate.model.model import Model
 from simulate.model.rig import LEGS, longest_arm
@@ -173,15 +173,14 @@ def finest(paces: Iterable[Pace]) -> Pace:
     return Pace(min(frames), min(at_stops), min(parts), between[0], samples[0], min(near_rest), max(slow), min(per_braking), max(stages))
 
 
-def _with_controller(stride: int, between: float, controller: Controller | None) -> int:
-    """So many steps between two samples that a controller's own samples, and the commands that arrive, fall on steps.
+def _steps_between_samples(stride: int, between: float, controller: Controller | None) -> int:
+    """At least so many steps between two samples that a controller's own samples, and the commands that arrive, fall on steps.
 
-    Where they would ask for steps many times shorter they fall within one, and act from the next step on.
+    Where that would ask for steps many times shorter they fall within a step, and act from the next one on.
     """
-    rate = getattr(controller, "sample_rate_Hz", None)
-    if rate is None:
+    if not isinstance(controller, SampledController) or controller.sample_rate_Hz is None:
         return stride
-    times = np.array([1.0 / rate, getattr(controller, "delay_s", 0.0)]) / between
+    times = np.array([1.0 / controller.sample_rate_Hz, controller.delay_s]) / between
     tried = np.arange(stride, _FINER * stride + 1)
     off = np.abs(np.outer(tried, times) - np.round(np.outer(tried, times)))
     fit = np.flatnonzero(np.all(off < _ON_A_STEP, axis=1))
@@ -206,7 +205,7 @@ def grid(model: Model, longest: float = LONGEST_STEP_S) -> tuple[float, int, int
             f'model "{model.name}": {max(steps, wanted):.3g} steps of {step:.3g} s; at most {_MOST_STEPS:.0e} are run. '
             f"Change {_asks_for_so_many(model, step, longest)}."
         )
-    stride = _with_controller(max(1, math.ceil(between / step - 1e-9)), between, model.controller)
+    stride = _steps_between_samples(max(1, math.ceil(between / step - 1e-9)), between, model.controller)
     count = math.floor(wanted + 1e-9) + 1
     if count > _MOST_SAMPLES:
         raise InputError(

@@ -12,7 +12,7 @@ import numpy as np
 from measure.common.arrays import Array
 from measure.common.errors import InputError, OptionsMissing
 from measure.readers.column_mapping import ColumnMapping
-from measure.readers.column_names import likeness_of
+from measure.readers.column_names import name_fits
 from measure.readers.text.encoding import decoded
 from measure.readers.trajectories.rows import numbers_below, require_every_time
 from measure.tables.number_columns import Dialect
@@ -52,7 +52,7 @@ def tracker_head(text: str) -> TrackerHead | None:
 
 def _is_force(cell: str) -> bool:
     name, unit = split_unit(cell)
-    return quantity_of(unit) == "force" or likeness_of(name, "force") > 1
+    return quantity_of(unit) == "force" or name_fits(name, "force") > 1
 
 
 def read_tracker_table(path: Path, wanted: ColumnMapping) -> Trajectory:

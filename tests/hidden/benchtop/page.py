@@ -112,12 +112,8 @@ def markdown(rows: Sequence[Scored], about: str) -> str:
     lines += ["", "## Stated weights", "", *table(["weight", "mean", "right", "interval"], stated)]
     spent = [[word, n, f"{median:.0f}", f"{largest:.0f}"] for word, n, median, largest in times(rows)]
     lines += ["", "## Processor time", "", *table(["verdict", "cases", "median, s", "largest, s"], spent)]
-    lines += [
-        "",
-        "## Cases",
-        "",
-        *table(["kind", "acts", "times detectable", "runs", "verdict", "said", "right", "time, s"], [_cells(row) for row in rows]),
-    ]
+    head = ["kind", "acts", "times detectable", "runs", "verdict", "said", "right", "time, s"]
+    lines += ["", "## Cases", "", *table(head, [_cells(row) for row in rows])]
     return "\n".join(lines) + "\n"
 
 
@@ -133,17 +129,8 @@ def _share(one: Rate) -> list[str]:
 
 def _cells(row: Scored) -> list[str]:
     spec = row.spec
-    shown = f"{row.multiple:.1f}" if row.multiple else ""
-    return [
-        spec.kind,
-        spec.hidden or "nothing",
-        shown,
-        spec.runs,
-        row.verdict,
-        _said(row),
-        "yes" if row.right else "no",
-        f"{row.processor_s:.0f}",
-    ]
+    shown, right = f"{row.multiple:.1f}" if row.multiple else "", "yes" if row.right else "no"
+    return [spec.kind, spec.hidden or "nothing", shown, spec.runs, row.verdict, _said(row), right, f"{row.processor_s:.0f}"]
 
 
 def _said(row: Scored) -> str:

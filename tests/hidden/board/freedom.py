@@ -25,10 +25,10 @@ _START_N = 1e3  # a loop's first force is not known at all
 _STARTED_S = 0.05  # a camera that counts from its first frame was started by hand
 _NUDGE = 1e-3
 
-Knob = Callable[[Bench, float], Bench]  # the bench with one thing that is free moved by so many spreads
+FreeParameter = Callable[[Bench, float], Bench]  # the bench with one thing that is free moved by so many spreads
 
 
-def knobs(bench: Bench) -> list[Knob]:
+def free_parameters(bench: Bench) -> list[FreeParameter]:
     """The force law, and of each run that takes part how it was let go and how well its path is known."""
     own = [_of_run(i, moved) for i, run in enumerate(bench.runs) for moved in _ways(run, bench.rig.known.nuisance)]
     return [*(_of_law(key, size) for key, size in _law_sizes(bench.rig.true).items()), *own]
@@ -42,7 +42,7 @@ def _law_sizes(model: Model) -> dict[str, float]:
     return sizes | {"beta_per_m": WEAK_BETA * float(np.mean(law.beta_per_m))}
 
 
-def _of_law(key: str, size: float) -> Knob:
+def _of_law(key: str, size: float) -> FreeParameter:
     def moved(bench: Bench, amount: float) -> Bench:
         model = bench.rig.true
         at = getattr(model.actuator, key)
@@ -52,7 +52,7 @@ def _of_law(key: str, size: float) -> Knob:
     return moved
 
 
-def _of_run(number: int, moved: Callable[[Run, float], Run]) -> Knob:
+def _of_run(number: int, moved: Callable[[Run, float], Run]) -> FreeParameter:
     def moved_bench(bench: Bench, amount: float) -> Bench:
         runs = [moved(run, amount) if i == number else run for i, run in enumerate(bench.runs)]
         films = tuple(run for run in runs if isinstance(run, Deployment))
@@ -82,16 +82,16 @@ def _along(key: str, size: float | Array) -> Callable[[Run, float], Run]:
     return lambda run, amount: replace(run, **{key: getattr(run, key) + amount * size})
 
 
-def moved(bench: Bench, ways: Sequence[Knob], x: Array) -> Bench:
-    """The bench with every knob moved, x in spreads."""
-    for knob, amount in zip(ways, x, strict=True):
-        bench = knob(bench, float(amount))
+def moved(bench: Bench, ways: Sequence[FreeParameter], x: Array) -> Bench:
+    """The bench with every free parameter moved, x in spreads."""
+    for parameter, amount in zip(ways, x, strict=True):
+        bench = parameter(bench, float(amount))
     return bench
 
 
-def columns(bench: Bench, ways: Sequence[Knob]) -> Array:
-    """What each knob changes in all measured values, by spread, (m, n); only the runs that it touches are simulated."""
-    nudged = [knob(bench, _NUDGE) for knob in ways]
+def columns(bench: Bench, ways: Sequence[FreeParameter]) -> Array:
+    """What each free parameter changes in all measured values, by spread, (m, n); only the runs that it touches are simulated."""
+    nudged = [parameter(bench, _NUDGE) for parameter in ways]
     touched = [(k, i) for k, other in enumerate(nudged) for i, run in enumerate(other.runs) if _differs(other, bench, i, run)]
     made = np.zeros((len(bench.here), len(ways)))
     values = seen([(nudged[k].rig.true, nudged[k].runs[i]) for k, i in touched])

@@ -16,7 +16,7 @@ import numpy as np
 
 from .bench import Bench
 from .detectable import Free, Variant, free_of
-from .freedom import Knob, columns, knobs, moved, shown_besides
+from .freedom import FreeParameter, columns, free_parameters, moved, shown_besides
 from .shapes import Hidden
 
 Array = np.ndarray
@@ -32,9 +32,9 @@ class Yardstick:
     bench: Bench
 
     @cached_property
-    def knobs(self) -> list[Knob]:
+    def parameters(self) -> list[FreeParameter]:
         """What moves the simulated runs, in spreads."""
-        return knobs(self.bench)
+        return free_parameters(self.bench)
 
     @cached_property
     def besides(self) -> Array:
@@ -44,7 +44,7 @@ class Yardstick:
     @cached_property
     def free(self) -> Free:
         """All that is free, along straight lines, with its priors as further rows."""
-        return free_of(self._with_priors(np.hstack([columns(self.bench, self.knobs), self.besides])))
+        return free_of(self._with_priors(np.hstack([columns(self.bench, self.parameters), self.besides])))
 
     def left(self, hidden: Hidden, amount: float) -> Array:
         """What an effect of this amount shows however all that is free bends, with the priors' rows behind, (m + n + k,)."""
@@ -55,11 +55,11 @@ class Yardstick:
 
         By Gauss and Newton, each step from new straight lines, for as long as they lead down.
         """
-        x = np.zeros(len(self.knobs) + self.besides.shape[1])
+        x = np.zeros(len(self.parameters) + self.besides.shape[1])
         best = self._left(bench, x)
         for _ in range(_MOST_STEPS):
-            at = moved(bench, self.knobs, x[: len(self.knobs)])
-            lines = self._with_priors(np.hstack([columns(at, self.knobs), self.besides]))
+            at = moved(bench, self.parameters, x[: len(self.parameters)])
+            lines = self._with_priors(np.hstack([columns(at, self.parameters), self.besides]))
             step = np.linalg.lstsq(lines, -best, rcond=1e-12)[0]
             tried = ((x + step / 2**i, self._left(bench, x + step / 2**i)) for i in range(_HALVINGS))
             further, found = next(((y, left) for y, left in tried if left @ left < best @ best), (x, best))
@@ -70,8 +70,8 @@ class Yardstick:
         return best
 
     def _left(self, bench: Bench, x: Array) -> Array:
-        own = len(self.knobs)
-        return np.concatenate([moved(bench, self.knobs, x[:own]).here - self.bench.here + self.besides @ x[own:], x])
+        own = len(self.parameters)
+        return np.concatenate([moved(bench, self.parameters, x[:own]).here - self.bench.here + self.besides @ x[own:], x])
 
     def change(self, hidden: Hidden, amount: float) -> Array:
         """The same, freed of the straight lines around the truth too, so that it can be compared with rivals."""

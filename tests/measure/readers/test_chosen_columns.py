@@ -10,7 +10,7 @@ import pytest
 from measure.common.errors import InputError, OptionsMissing
 from measure.readers.chosen_columns import chosen_columns
 from measure.readers.column_mapping import ColumnMapping
-from measure.readers.column_names import likeness_of
+from measure.readers.column_names import name_fits
 from measure.tables.raw_table import RawTable
 
 GROWING, LENGTH, FORCE = np.arange(5.0), np.array([0.0, 2.0, 1.0, 3.0, 2.0]), np.array([3.0, 1.0, 2.0, 1.0, 0.0])
@@ -133,7 +133,7 @@ def test_a_name_that_is_hard_to_type_is_named_by_its_number():
         assert f"--column force={typed} " in said(table("time_s", "elongation_m", name)) + " "
 
 
-LIKENESS = [
+NAMES = [
     ("Load", "force", 3),
     ("load cell 1", "force", 2),
     ("Standardkraftaufnehmer", "force", 1),
@@ -143,6 +143,6 @@ LIKENESS = [
 ]
 
 
-@pytest.mark.parametrize(("name", "quantity", "likeness"), LIKENESS)
-def test_a_name_is_a_word_holds_one_or_is_made_of_one(name, quantity, likeness):
-    assert likeness_of(name, quantity) == likeness
+@pytest.mark.parametrize(("name", "quantity", "fits"), NAMES)
+def test_a_name_is_a_word_holds_one_or_is_made_of_one(name, quantity, fits):
+    assert name_fits(name, quantity) == fits

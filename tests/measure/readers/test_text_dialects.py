@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 
 from measure import InputError, read_table
 from measure.readers.column_mapping import ColumnMapping
-from measure.readers.column_names import likeness_of
+from measure.readers.column_names import name_fits
 from measure.readers.loop_file import read_loop_file
 from measure.readers.stated_conditions import conditions
 from measure.tables import number_columns
@@ -176,8 +176,8 @@ def test_a_note_of_a_hundred_thousand_signs_neither(tmp_path, note):
 
 def test_a_header_of_a_hundred_thousand_signs_neither():
     begun = time.process_time()
-    assert likeness_of("1" * 100_000 + "x", "force") == 0
-    assert (likeness_of("Kraft 2", "force"), likeness_of("load3 cell", "force")) == (2, 2)
+    assert name_fits("1" * 100_000 + "x", "force") == 0
+    assert (name_fits("Kraft 2", "force"), name_fits("load3 cell", "force")) == (2, 2)
     assert unit_in_name("m_" * 50_000) == ""
     assert unit_in_name("speed_m_per_s") == "m/s"
     assert split_unit("a" + " " * 100_000 + "b") == ("a" + " " * 100_000 + "b", "")
