@@ -81,10 +81,14 @@ class Response:
         place = self.reference_px + np.einsum("nqij,...nqj->...ni", self.weights, bent)
         return np.einsum("...nij,...nj->...ni", matrix, place)
 
-    def _matrix(self, at_px: Array) -> Array:
+    def stretch(self, at_px: Array) -> Array:
+        """The matrix of the affine motion that fits the nodes best, (..., marks, 2, 2); at_px as in `apparent`."""
         lever = self.nodes_px - np.einsum("q,nqj->nj", SHARES, self.nodes_px)[:, None]
         square = np.einsum("q,nqj->n", SHARES, lever**2) / 2.0
-        affine = np.einsum("q,...nqi,nqj->...nij", SHARES, at_px, lever) / square[:, None, None]
+        return np.asarray(np.einsum("q,...nqi,nqj->...nij", SHARES, at_px, lever) / square[:, None, None])
+
+    def _matrix(self, at_px: Array) -> Array:
+        affine = self.stretch(at_px)
         angle = np.arctan2(affine[..., 1, 0] - affine[..., 0, 1], affine[..., 0, 0] + affine[..., 1, 1])
         turn = np.stack([np.cos(angle), -np.sin(angle), np.sin(angle), np.cos(angle)], axis=-1).reshape(affine.shape)
         change = (affine - np.eye(2)).reshape(*affine.shape[:-2], 4)

@@ -22,7 +22,7 @@ from measure.geometry.body import beside_cylinder, body_points
 from measure.geometry.camera import Camera
 from measure.geometry.film_project import Project
 from measure.geometry.mark_places import places_on_body
-from measure.geometry.own_noise import with_own_noise
+from measure.geometry.reference_error import without_reference_error
 from measure.geometry.rigid_body import CYLINDER, ONE_MARK, PERSPECTIVE, PLANE, Fit, contradicted, fit_platform, trajectory
 from measure.geometry.rolling_shutter import at_one_instant
 from measure.geometry.scale import camera_of, picture_scale
@@ -122,16 +122,9 @@ def _fitted(body: Body, camera: Camera, project: Project, chosen: bool) -> tuple
         fit = fit_platform(body.marks, camera, points, free_channels(len(body.marks.names), project, camera))
         astray = np.zeros(len(body.marks.names), bool) if chosen else _astray(fit)
         if not astray.any():
-            return _with_own_noise(body, camera, points, fit)
+            marks, fit = without_reference_error(body.marks, camera, points, fit)
+            return replace(body, marks=marks), fit
         body = body.without(astray, "does not move as one body with the rest")
-
-
-def _with_own_noise(body: Body, camera: Camera, points: NDArray[np.float64], fit: Fit) -> tuple[Body, Fit]:
-    """The marks with their own scatter from frame to frame, and the rigid body fitted with these weights."""
-    marks = with_own_noise(body.marks, fit)
-    if marks is body.marks:
-        return body, fit
-    return replace(body, marks=marks), fit_platform(marks, camera, points, fit.free, fit.pose)
 
 
 def _on_body(marks: Marks, camera: Camera, radius_m: float | None, fit: Fit) -> Marks:

@@ -92,8 +92,27 @@ class Body:
         (..., marks, 2) array
             px.
         """
+        return self.response.apparent(self._nodes(poses))
+
+    def carried(self, poses: Array) -> Array:
+        """What some poses make of a small shift on each mark in the reference image.
+
+        Parameters
+        ----------
+        poses : (..., 6) array
+            As in `project`.
+
+        Returns
+        -------
+        (..., marks, 2, 2) array
+            px per px.
+        """
+        return self.response.stretch(self._nodes(poses))
+
+    def _nodes(self, poses: Array) -> Array:
+        """The marks' nodes under some poses, (..., marks, 9, 2), px."""
         world = np.einsum("...ij,nqj->...nqi", rotation(poses[..., 3:]), self.points) + poses[..., None, None, :3]
-        return self.response.apparent(self.camera.project(world))
+        return self.camera.project(world)
 
     def slopes(self, pose: Array, at: list[int]) -> tuple[Array, Array]:
         """Positions under a pose, and their derivatives with respect to some channels, by central differences.

@@ -3,7 +3,8 @@
 The residual of a mark is orthogonal to its slopes, and an edge that stands at the wrong place in the picture moves the mark and
 leaves no residual. What such an error does from frame to frame shows in the marks together: high differences remove a smooth motion,
 and of what is left the body's scatter moves all marks along their slopes, the rest is each coordinate's own. That is factor
-analysis with known loadings.
+analysis with known loadings. The scatter is found for one stretch of the film after the other, because light, speed and the tilt of
+edges change.
 
 Rubin and Thayer, EM algorithms for ML factor analysis, Psychometrika 47 (1982) 69. The derivation is in
 docs/theory/image-correlation.md.
@@ -19,8 +20,8 @@ from numpy.typing import NDArray
 from scipy.special import gammaincc
 
 from measure.correlation.marks import Marks
-from measure.geometry.misfit import moderated
 from measure.geometry.rigid_body import Fit
+from measure.geometry.widening import moderated
 
 Array = NDArray[np.float64]
 
@@ -31,47 +32,100 @@ _ALIKE = np.convolve(_TAPS, _TAPS[::-1]) / (_TAPS @ _TAPS)
 """Correlation of such differences of white noise."""
 
 _FEWEST = 24
-"""Differences of a coordinate from which its scatter counts."""
+"""Differences of a coordinate from which its scatter counts, and those of a stretch of the film at least."""
 
 _FALSE_ALARM = 0.05
-"""Probability that white noise of the stated size widens anything."""
+"""Probability that white noise of the stated size widens anything in a film."""
 
 _STEPS, _SETTLED = 100, 1e-2
 _LEAST = 1e-9
 
 
-def with_own_noise(marks: Marks, fit: Fit) -> Marks:
-    """The marks with the standard deviation of each coordinate widened to its own scatter from frame to frame.
+@dataclass(frozen=True)
+class OwnNoise:
+    """The scatter of n marks in t frames over their standard deviations.
 
-        k^2 = max(1, v + (v - 1))
+    Attributes
+    ----------
+    variance : (t, n, 2) array
+        Factor of the variance of each coordinate, one at least.
+    reference_px2 : (n, 2) array
+        Variance of each coordinate's error in the reference image beyond the stated one, px^2.
+    """
 
-    v is the variance of the scatter over the stated one, moderated by those of the other coordinates. What exceeds the stated
-    one is in the reference image too, therefore twice.
+    variance: Array
+    reference_px2: Array
+
+    def on(self, marks: Marks) -> Marks:
+        """The marks with standard deviations that hold it."""
+        factor = np.sqrt(self.variance)
+        return replace(marks, covariance_px2=marks.covariance_px2 * factor[..., :, None] * factor[..., None, :])
+
+    def slow(self, share: float) -> OwnNoise:
+        """The same with errors that change too slowly to be seen from frame to frame, as much as a share of those that are seen."""
+        return replace(self, variance=self.variance + share * (self.variance - 1.0))
+
+
+def own_noise(marks: Marks, fit: Fit, moved: NDArray[np.bool_]) -> OwnNoise | None:
+    """Each coordinate's own scatter from frame to frame in every stretch of the film.
+
+    In the reference image it is that of the first stretch in which the marks move: there the edges still stand as they stood.
 
     Parameters
     ----------
     marks : Marks
     fit : Fit
         Of the body to these marks; a sighting that took no part in it does not count.
+    moved : (frames,) array of bool
+        Frames in which the marks have left their first places; before, they err as the reference image does.
 
     Returns
     -------
-    Marks
-        The same where no coordinate scatters more than chance would have it, the film is too short to tell, or there is a
+    OwnNoise or None
+        None where no coordinate scatters more than chance would have it, the film is too short to tell, or there is a
         single mark.
     """
     differences = _differences(marks, fit)
-    known = differences.seen.sum(axis=0) >= _FEWEST
-    if not known.any() or len(marks.names) < 2:
-        return marks
+    if len(marks.names) < 2 or len(differences.values) < _FEWEST:
+        return None
+    parts = _stretches(moved[1 : 1 + len(differences.values)])
+    factors = [_factors(differences.of(part), _FALSE_ALARM / len(parts)) for part in parts]
+    found = [factor for factor in factors if factor is not None]
+    if not found:
+        return None
+    rows = np.array([np.ones_like(found[0]) if factor is None else factor for factor in factors])
+    frames = np.arange(len(marks.time_s))
+    ends = np.array([part[-1] + 1 for part in parts])
+    variance = rows[np.minimum(np.searchsorted(ends, frames), len(parts) - 1)].reshape(len(frames), -1, 2)
+    return OwnNoise(variance, _stated_px2(marks) * (rows[0].reshape(-1, 2) - 1.0))
+
+
+def _stated_px2(marks: Marks) -> Array:
+    """Median variance of each coordinate, (marks, 2) px^2; zero for a mark that is never seen."""
+    variance = np.diagonal(marks.covariance_px2, axis1=2, axis2=3)
+    seen = zip(np.swapaxes(variance, 0, 1), marks.observed.T, strict=True)
+    return np.array([np.median(own[at], axis=0) if at.any() else np.zeros(2) for own, at in seen])
+
+
+def _stretches(moved: NDArray[np.bool_]) -> list[NDArray[np.int64]]:
+    """Differences of the moving marks in stretches of equal length; of all where those are too few."""
+    at = np.flatnonzero(moved)
+    at = at if len(at) >= _FEWEST else np.arange(len(moved))
+    return np.array_split(at, len(at) // _FEWEST)
+
+
+def _factors(differences: Differences, false_alarm: float) -> Array | None:
+    """Factors of the variances in one stretch, (m,), or None where they are as stated."""
+    known = differences.seen.sum(axis=0) >= _FEWEST // 2
+    if not known.any():
+        return None
     variance, freedom = own_variances(differences.only(known))
-    if not (gammaincc(freedom / 2.0, freedom * variance / 2.0) < _FALSE_ALARM / len(variance)).any():
-        return marks
+    if not (gammaincc(freedom / 2.0, freedom * variance / 2.0) < false_alarm / len(variance)).any():
+        return None
     found = np.ones(len(known))
-    found[known] = moderated(variance, freedom, np.inf)[0]
+    found[known] = np.maximum(moderated(variance, freedom, np.inf)[0], 1.0)
     found[~known] = np.median(found[known])
-    factor = np.sqrt(np.maximum(1.0, 2.0 * found - 1.0)).reshape(-1, 2)
-    return replace(marks, covariance_px2=marks.covariance_px2 * factor[:, :, None] * factor[:, None, :])
+    return found
 
 
 @dataclass(frozen=True)
@@ -90,6 +144,10 @@ class Differences:
     values: Array
     slopes: Array
     seen: NDArray[np.bool_]
+
+    def of(self, frames: NDArray[np.int64]) -> Differences:
+        """The same for some of the frames."""
+        return Differences(self.values[frames], self.slopes[frames], self.seen[frames])
 
     def only(self, kept: NDArray[np.bool_]) -> Differences:
         """The same for some of the coordinates; kept : (m,) array of bool."""

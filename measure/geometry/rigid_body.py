@@ -11,8 +11,7 @@ from numpy.typing import NDArray
 from measure.correlation.marks import LOST, MISSING, OK, Marks
 from measure.geometry.body import Body
 from measure.geometry.camera import Camera
-from measure.geometry.misfit import widening
-from measure.geometry.roughness import roughness
+from measure.geometry.widening import roughness, widening
 from measure.tables.trajectory import CHANNELS, Trajectory
 
 Array = NDArray[np.float64]
@@ -141,7 +140,7 @@ def fit_platform(marks: Marks, camera: Camera, points: Array, free: Sequence[str
     frames, count = marks.x_px.shape
     pose, own = np.full((frames, 6), np.nan), np.full((frames, len(at), len(at)), np.nan)
     residual, used, misfit = np.full((frames, count, 2), np.nan), np.zeros((frames, count), bool), np.full(frames, np.nan)
-    slopes, weights = np.full((frames, count, 2, len(at)), np.nan), _weights(marks)
+    slopes, weights = np.full((frames, count, 2, len(at)), np.nan), weights_of(marks)
     begin = np.full((frames, 6), np.nan) if start is None else start
     for t, found in _frame_poses(Body(camera, points, marks.response), at, marks, weights, begin):
         pose[t], own[t], residual[t], used[t], misfit[t] = found.pose, found.covariance, found.residual, found.used, found.misfit
@@ -173,7 +172,7 @@ def _whitened(residual: Array, weights: Array, used: NDArray[np.bool_]) -> Array
     return np.einsum("tnij,tni->tnj", root, np.where(used[..., None], residual, 0.0)).reshape(len(residual), -1)
 
 
-def _weights(marks: Marks) -> Array:
+def weights_of(marks: Marks) -> Array:
     """Inverse covariances of the marks, (frames, marks, 2, 2); zero where there is no position."""
     covariance = np.where(marks.observed[..., None, None], marks.covariance_px2, np.eye(2)) + _MODEL_ERROR_PX**2 * np.eye(2)
     return np.asarray(np.linalg.inv(covariance) * marks.observed[..., None, None], float)

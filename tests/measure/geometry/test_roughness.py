@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from measure.geometry.roughness import roughness, scatter
+from measure.geometry.widening import roughness, scatter
 
 TIME = np.linspace(0.0, 1.0, 600)
 RISE = 0.4 * TIME**2 * (3.0 - 2.0 * TIME)

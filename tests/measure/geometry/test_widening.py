@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from scipy.special import polygamma
 
-from measure.geometry.misfit import _trigamma_inverse, independent_frames, moderated, widening
+from measure.geometry.widening import _trigamma_inverse, independent_frames, moderated, widening
 from measure.tables.trajectory import CHANNELS
 
 FRAMES, FREEDOM, DRAWS = 60, 6, 200
