@@ -80,15 +80,19 @@ class ModelErrors:
 
 
 def model_errors(fit: Fitted[Posed]) -> ModelErrors:
-    """The columns at a fit; without deployments there are none."""
+    """The columns at a fit; without deployments, or where none of them shows, there are none.
+
+    One that does not show here may show elsewhere: a law that has bent may keep a rig from its stops.
+    """
     known, model = {effect.name for effect in fit.problem.effects}, fit.problem.model
     sizes = {kind: tolerance(model) for kind, tolerance in TOLERANCES if fit.problem.films and kind.name not in known}
     kinds = [kind for kind, size in sizes.items() if np.any(size > 0.0)]
     every = [list(range(len(sizes[kind]))) for kind in kinds]
     columns = _columns(fit, kinds, every)
-    shown = np.flatnonzero(np.linalg.norm(columns, axis=0) > _SHOWN)
+    if not (np.linalg.norm(columns, axis=0) > _SHOWN).any():
+        return ModelErrors.none(fit.problem.measured)
     keys = [(kind.name, place) for kind, places in zip(kinds, every, strict=True) for place in places]
-    return ModelErrors(columns[:, shown], tuple(keys[i][0] for i in shown), tuple(keys[i][1] for i in shown))
+    return ModelErrors(columns, tuple(name for name, _ in keys), tuple(place for _, place in keys))
 
 
 def tolerance_of(error: Effect | type[Effect], model: Model) -> Array:

@@ -180,6 +180,7 @@ class Search:
         """The same looked for again where films are missed: a fit may end in a wrong local minimum of a release, or of a bent base."""
         if one.names in self.brought_back:
             return self.fitted[one.names]
+        before = one.log_weight
         if one.names and one.names not in self.tried_anew:
             self.tried_anew.add(one.names)
             led = led_anew(one.weighed)
@@ -190,7 +191,10 @@ class Search:
         if again.cost < one.fit.cost - _DEEPER:
             self._keep(one.names, weighed_again(one.weighed, again))
         self.brought_back.add(one.names)
-        return self.fitted[one.names]
+        one = self.fitted[one.names]
+        if one.names and one.log_weight > before + _DEEPER:
+            self._base_again(one.weighed, is_elsewhere=True)
+        return one
 
     def _is_worth_a_fit(self, one: Ahead) -> bool:
         if one.promise is None or one.names in self.fitted:
@@ -353,11 +357,19 @@ class Search:
     def _with_less(self, one: Hypothesis) -> None:
         """Fit what is left of several names without each of them: the first one may have stood for the second.
 
-        Where that leads astray it is fitted from what it was promised, too.
+        Where that leads astray it is fitted from what it was promised, too. Where several names brought far more than straight lines
+        foresaw, they have led to another local minimum: then what was fitted before is brought there as well.
         """
+        led = self.led.get(one.names)
+        is_elsewhere = led is not None and one.log_weight > led.log_weight + _DEEPER
         for name in one.names if len(one.names) > 1 else ():
             names = tuple(other for other in one.names if other != name)
-            if names not in self.fitted and name != FORCES:
+            if names in self.fitted and is_elsewhere and name != FORCES:
+                before = self.fitted[names]
+                self._keep(names, without(one.weighed, name))
+                if self.fitted[names] is not before:
+                    self._brought_back(self.fitted[names])
+            elif names not in self.fitted and name != FORCES:
                 self.say("fitting " + ", ".join(names))
                 self._keep(names, without(one.weighed, name))
                 promised = self.ahead.get(names)

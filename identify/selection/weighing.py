@@ -23,7 +23,7 @@ from measure.common.arrays import Array
 _FEW_STEPS = 8
 _TILTS = ("theta_x", "theta_y")  # how their keys begin
 _OF_RELEASES = 8  # steps of their fit to the law as given
-_MOST_STEPS, _NEAR = 10, 0.1  # a step within so many standard deviations changes nothing
+_MOST_STEPS, _NEAR = 25, 0.1  # a step within so many standard deviations changes nothing
 _HARDLY, _OF_A_LEG = 0.5, 3.0  # of a log probability, that a step brings; where longer films follow
 _SHARES = (1.0, 0.5, 0.2)  # of a step that are tried
 
@@ -93,15 +93,15 @@ def led_anew(one: Weighed) -> Weighed | None:
     """The same hypothesis led by ever longer films from base and releases as the model file has them, its effects as they are.
 
     Its fit began where the base had bent to what was missing, and may have stayed there. None where what it leaves is not unusual for
-    noise, where the films are missed before their first stop already, or where this leads to no likelier place.
+    noise, where it leads to films up to their first stop that are missed, and by more than they are now, or to no likelier place.
     """
     stand = one.within
     q, sizes = stand.origin, np.zeros(len(stand.sizes))
     if gap_test(one.fit).p_value > UNUSUAL_P:
         return None
     for horizon in horizons(stand.given)[:1]:
-        early, _ = _leg(stand, q, sizes, horizon)
-        if gap_test(early.fit).p_value < GAP_P:
+        early, found = _leg(stand, q, sizes, horizon)
+        if gap_test(early.fit).p_value < GAP_P and found.log_z < _cut(stand, stand.fit.q, stand.sizes, horizon).weighed().log_z:
             return None
         q, sizes = early.fit.q, early.sizes
     there = _on_other_sides(stand, *_led_once(stand, q, sizes))
@@ -280,9 +280,14 @@ def _led_once(stand: Stand, q: Array, sizes: Array, other: Sequence[float] = ())
 
 def _leg(stand: Stand, q: Array, sizes: Array, horizon: float) -> tuple[Stand, Evidence]:
     """A stand settled from a place with films up to a time, s."""
-    cut = replace(stand, given=stand.given.until(horizon))
-    early = cut.at(cut.with_errors(sizes), q, sizes)
+    early = _cut(stand, q, sizes, horizon)
     return _stepped(early, early.weighed(), _OF_A_LEG)
+
+
+def _cut(stand: Stand, q: Array, sizes: Array, horizon: float) -> Stand:
+    """A stand at a place with films up to a time, s."""
+    cut = replace(stand, given=stand.given.until(horizon))
+    return cut.at(cut.with_errors(sizes), q, sizes)
 
 
 def _stepped(stand: Stand, found: Evidence, gain: float = _HARDLY) -> tuple[Stand, Evidence]:

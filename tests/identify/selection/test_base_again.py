@@ -1,4 +1,4 @@
-"""The base is looked for again from where a name has led, also where loud noise hides how far off it is."""
+"""Where a name has led, nothing and the other names are looked for again, also where loud noise hides how far off they are."""
 
 from __future__ import annotations
 
@@ -36,3 +36,45 @@ def test_a_base_that_is_far_off_is_led_by_what_a_name_has_found(monkeypatch, rms
     one._base_again(stand(1.03, True, ("end-stop-dissipation",)), is_elsewhere)
     expected = ("the model file", [0.1, 0.2], {("platform-inertia", 0): 0.5, ("end-stop-dissipation", 0): -1.0})
     assert tried == ([expected] if is_tried else [])
+
+
+def hypothesis(names, log_weight) -> Any:
+    weighed = SimpleNamespace(log_z=log_weight, leaves_noise=True)
+    return SimpleNamespace(names=names, log_weight=log_weight, weighed=weighed, fit=SimpleNamespace(cost=1.0))
+
+
+def searching(monkeypatch, fitted) -> Any:
+    """A search that has fitted some hypotheses; what is kept counts by its log evidence."""
+    one = Search({}, lambda names: 0.0, BUDGETS["normal"], lambda text: None)
+    one.fitted = {each.names: each for each in fitted}
+
+    def keep(names, found):
+        if found.log_z > one.fitted[names].log_weight:
+            one.fitted[names] = hypothesis(names, found.log_z)
+
+    monkeypatch.setattr(one, "_keep", keep)
+    monkeypatch.setattr(search, "released_again", lambda fit, known: fit)
+    return one
+
+
+@pytest.mark.parametrize(("reached", "is_tried"), [(-300.0, True), (-399.0, False), (None, False)])
+def test_the_base_is_looked_for_again_where_a_name_was_brought_to_another_minimum(monkeypatch, reached, is_tried):
+    one, tried = searching(monkeypatch, [hypothesis(("backlash",), -400.0)]), []
+    monkeypatch.setattr(search, "led_anew", lambda weighed: None if reached is None else SimpleNamespace(log_z=reached))
+    monkeypatch.setattr(one, "_base_again", lambda led, is_elsewhere: tried.append((led.log_z, is_elsewhere)))
+    one._brought_back(one.fitted[("backlash",)])
+    assert tried == ([(reached, True)] if is_tried else [])
+
+
+@pytest.mark.parametrize(("promised", "single"), [(-500.0, -260.0), (-245.0, -400.0), (None, -400.0)])
+def test_a_name_fitted_alone_is_brought_to_where_two_have_led_beyond_what_they_were_promised(monkeypatch, promised, single):
+    alone, both = ("handrail-contact",), ("geometry-error", "handrail-contact")
+    one, brought = searching(monkeypatch, [hypothesis(alone, -400.0), hypothesis(both, -240.0), hypothesis(both[:1], -390.0)]), []
+    monkeypatch.setattr(search, "without", lambda weighed, name: SimpleNamespace(log_z=-260.0 if name == "geometry-error" else -395.0))
+    monkeypatch.setattr(one, "_brought_back", lambda found: brought.append(found.names))
+    if promised is not None:
+        one.led = {both: SimpleNamespace(log_weight=promised)}
+    one._with_less(one.fitted[both])
+    assert one.fitted[alone].log_weight == single
+    assert one.fitted[both[:1]].log_weight == -390.0
+    assert brought == ([alone] if single == -260.0 else [])

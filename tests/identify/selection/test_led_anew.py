@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -56,6 +57,16 @@ def test_films_that_are_missed_before_their_first_stop_are_led_no_farther(right,
     lost = astray(right)
     assert led_anew(lost) is None
     assert legs == horizons(lost.within.given)[:1]
+
+
+@pytest.mark.slow
+def test_films_that_are_missed_early_but_by_less_than_now_are_led_on(right, monkeypatch):
+    """Loud noise or outliers may make what is left before the first stop look like a gap; the place is better all the same."""
+    monkeypatch.setattr(weighing, "gap_test", lambda fit: SimpleNamespace(p_value=0.0))
+    lost = astray(right)
+    found = led_anew(lost)
+    assert found is not None
+    assert found.log_z > lost.log_z + 50.0
 
 
 def test_what_falls_far_behind_another_is_led_no_farther(right):

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -51,7 +53,30 @@ def test_a_column_is_what_an_error_does_to_the_gaps_whatever_error_is_fitted_bes
         step[place] = 1e-2
         moved = stand.with_errors(step).gaps_beside([q])[0] - stand.fit.gaps
         column = stand.errors.columns[:, place]
-        assert np.linalg.norm(moved[: problem.measured] / 1e-2 - column) < 0.05 * np.linalg.norm(column), stand.keys[place]
+        assert np.linalg.norm(moved[: problem.measured] / 1e-2 - column) <= 0.05 * np.linalg.norm(column), stand.keys[place]
+
+
+def test_errors_of_the_stops_are_free_wherever_a_search_begins(campaign):
+    """Films that end before the stops, or a law too weak to reach them, do not show them; the place to which they lead may."""
+    folder = campaign(None, 883, loops=(), deployments=({},))
+    whole = problem_of(read_model(folder / "model.toml"), read_campaign([folder / "campaign.toml"]))
+    early = whole.until(0.2)
+    loose = Stand.loose(Fit(early, early.start, *early.jacobian(early.start), True))
+    stops = [place for place, name in enumerate(loose.errors.names) if name in ("stop-stiffness", "end-stop-dissipation")]
+    assert len(stops) == 2
+    assert np.abs(loose.errors.columns[:, stops]).max() < 1e-6
+    there = replace(loose, given=whole).at(whole, whole.start, loose.sizes)
+    assert (np.linalg.norm(there.errors.columns[:, stops], axis=0) > 1.0).all()
+
+
+def test_a_model_file_without_tolerances_has_no_errors(campaign):
+    folder = campaign(None, 884, loops=(), deployments=({},))
+    model = read_model(folder / "model.toml")
+    exact = dict.fromkeys(("platform_mass_percent", "inertia_percent", "centre_of_mass_m", "joints_m", "end_stop_percent"), 0.0)
+    problem = problem_of(replace(model, nuisance=replace(model.nuisance, **exact)), read_campaign([folder / "campaign.toml"]))
+    loose = Stand.loose(Fit(problem, problem.start, *problem.jacobian(problem.start), True))
+    assert set(loose.errors.names) <= {"scale-error"}
+    assert len(loose.sizes) == len(loose.errors.names) == loose.errors.columns.shape[1]
 
 
 @pytest.mark.slow
