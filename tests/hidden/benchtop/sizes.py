@@ -67,14 +67,17 @@ def _whole(other: Bench, number: int, bench: Bench) -> Array:
 def amount_of(hidden: Hidden, runs: LooseYardstick, outside: bool) -> tuple[float, float]:
     """The amount to hide, and how many times the detectable one it is; 0, 0 where these runs cannot show it.
 
-    Linear, and therefore counted up to the stops only, but for what acts at the stops: behind them a release does not act linearly.
+    The amount is found along straight lines, and therefore counted up to the stops only, but for what acts at the stops: behind them a
+    release does not act linearly. Of a large effect all that is free may bend to more than straight lines foresee: then it is as many
+    times the detectable one as what is left is.
     """
-    multiple = OUTSIDE_SIZE if outside else EFFECT_SIZE
-    amount = _detectable(hidden, runs, needed(1 if outside else hidden.parameters))
+    multiple, wanted = OUTSIDE_SIZE if outside else EFFECT_SIZE, needed(1 if outside else hidden.parameters)
+    amount = _detectable(hidden, runs, wanted)
     if amount is None:
         return 0.0, 0.0
     hide = min(multiple * amount, 0.9 * hidden.most)
-    return hide, hide / amount
+    left = runs.left_by(runs.bench.with_model(runs.bench.rig.true.with_effect(hidden.at(hide))))
+    return hide, min(hide / amount, float(np.sqrt(left @ left / wanted)))
 
 
 def _detectable(hidden: Hidden, runs: LooseYardstick, wanted: float) -> float | None:
