@@ -2,7 +2,7 @@
 
 The misfit of a frame is one draw of few degrees of freedom. Where all frames differ by chance only, they share one factor; where
 some are worse (motion, compression, something in front), each has its own, known by its own marks. Where the misfit persists from
-frame to frame (error of the reference picture), many frames say no more than one. Student's t then takes the place of the normal.
+frame to frame (error of the reference image), many frames say no more than one. Student's t then takes the place of the normal.
 
 Smyth, Linear models and empirical Bayes methods for assessing differential expression in microarray experiments, Statistical
 Applications in Genetics and Molecular Biology 3 (2004) 3: variances of many small samples, moderated by each other. The derivation is
