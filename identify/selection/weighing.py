@@ -23,7 +23,8 @@ from measure.common.arrays import Array
 _FEW_STEPS = 8
 _TILTS = ("theta_x", "theta_y")  # how their keys begin
 _OF_RELEASES = 8  # steps of their fit to the law as given
-_MOST_STEPS, _NEAR = 25, 0.1  # a step within so many standard deviations changes nothing
+_MOST_STEPS, _TO_COMPARE = 25, 10  # until a place is settled, and until it can be compared with others
+_NEAR = 0.1  # a step within so many standard deviations changes nothing
 _HARDLY, _OF_A_LEG = 0.5, 3.0  # of a log probability, that a step brings; where longer films follow
 _SHARES = (1.0, 0.5, 0.2)  # of a step that are tried
 
@@ -185,10 +186,13 @@ def on_the_likelier_side(one: Weighed) -> Weighed:
         return one
     for axis, turned in stand.given.mirrors():
         for start in islice(_images(one.within, axis, turned), None if one.leaves_noise else 1):
-            other, of_other = _stepped(start, start.weighed())
+            other, of_other = _stepped(start, start.weighed(), most=_TO_COMPARE)
             if of_other.log_z > found.log_z + _HARDLY:
                 stand, found = other, of_other
-    return one if stand is one.within else Weighed(one.exact, stand, Both(one.both.exact, found))
+    if stand is one.within:
+        return one
+    stand, found = _stepped(stand, found)
+    return Weighed(one.exact, stand, Both(one.both.exact, found))
 
 
 def _images(stand: Stand, axis: int, turned: Sequence[int]) -> Iterator[Stand]:
@@ -275,13 +279,13 @@ def _led_once(stand: Stand, q: Array, sizes: Array, other: Sequence[float] = ())
         if found.log_z < least - NEAR:
             return stand.at(stand.with_errors(sizes), q, sizes), course
     there = stand.at(stand.with_errors(sizes), q, sizes)
-    return _stepped(there, there.weighed())[0], course
+    return _stepped(there, there.weighed(), most=_TO_COMPARE)[0], course
 
 
 def _leg(stand: Stand, q: Array, sizes: Array, horizon: float) -> tuple[Stand, Evidence]:
     """A stand settled from a place with films up to a time, s."""
     early = _cut(stand, q, sizes, horizon)
-    return _stepped(early, early.weighed(), _OF_A_LEG)
+    return _stepped(early, early.weighed(), _OF_A_LEG, _TO_COMPARE)
 
 
 def _cut(stand: Stand, q: Array, sizes: Array, horizon: float) -> Stand:
@@ -290,8 +294,8 @@ def _cut(stand: Stand, q: Array, sizes: Array, horizon: float) -> Stand:
     return cut.at(cut.with_errors(sizes), q, sizes)
 
 
-def _stepped(stand: Stand, found: Evidence, gain: float = _HARDLY) -> tuple[Stand, Evidence]:
-    for _ in range(_MOST_STEPS):
+def _stepped(stand: Stand, found: Evidence, gain: float = _HARDLY, most: int = _MOST_STEPS) -> tuple[Stand, Evidence]:
+    for _ in range(most):
         after = _a_step_on(stand, found, gain) or (None if stand.is_fresh else stand.anew)
         if after is None:
             return stand, found
