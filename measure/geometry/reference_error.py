@@ -166,19 +166,27 @@ def reference_error(marks: Marks, fit: Fit, body: Body, variance_px2: Array) -> 
     pose = np.where(fit.has_pose[:, None], fit.pose, 0.0)
     carried = body.carried(pose) * share_left(marks)[..., None, None]
     matrix, vector = _equations(_linearised(fit, marks, carried), _independent(marks))
-    root = np.sqrt(variance_px2.ravel())
+    offset, covariance, factor = _offsets(matrix, vector, variance_px2.ravel())
+    return ReferenceError(carried, offset.reshape(-1, 2), covariance, max(0.0, 1.0 - factor))
+
+
+def _offsets(matrix: Array, vector: Array, variance: Array) -> tuple[Array, Array, float]:
+    """The offsets (2n,), their covariance, and the mean of c, from normal equations and the variances D; c is integrated out.
+
+    In units of sqrt(D) and along the eigenvectors of the equations, which are the same for all c, with eigenvalues l and right-hand
+    sides b: the offsets are c b / (1 + c l), their variances c / (1 + c l), and log L(c) is the sum of c b^2 / (2 + 2 c l) - log(1 + c l) / 2.
+    """
+    root, c = np.sqrt(variance), np.exp(_LOG_FACTORS)[:, None]
     values, vectors = np.linalg.eigh(root[:, None] * matrix * root)
     values, along = np.maximum(values, 0.0), vectors.T @ (root * vector)
-    grown = np.exp(_LOG_FACTORS)[:, None]
-    likely = np.sum(0.5 * along**2 * grown / (1.0 + grown * values) - 0.5 * np.log1p(grown * values), axis=1) - 0.5 * _LOG_FACTORS**2
+    known = c / (1.0 + c * values)
+    likely = np.sum(0.5 * along**2 * known - 0.5 * np.log1p(c * values), axis=1) - 0.5 * _LOG_FACTORS**2
     share = np.exp(likely - likely.max())
     share /= share.sum()
-    each = grown / (1.0 + grown * values)
-    mean = share @ (each * along)
-    spread = np.diag(share @ each) + np.einsum("c,ca,cb->ab", share, each * along - mean, each * along - mean)
-    back = root[:, None] * vectors
-    kept = max(0.0, 1.0 - float(share @ grown[:, 0]))
-    return ReferenceError(carried, (back @ mean).reshape(-1, 2), back @ spread @ back.T, kept)
+    each, back = known * along, root[:, None] * vectors
+    mean = share @ each
+    spread = np.diag(share @ known) + (share * (each - mean).T) @ (each - mean)
+    return back @ mean, back @ spread @ back.T, float(share @ c[:, 0])
 
 
 def _equations(frames: _Linearised, counted: Array) -> tuple[Array, Array]:
