@@ -174,7 +174,8 @@ def _offsets(matrix: Array, vector: Array, variance: Array) -> tuple[Array, Arra
     """The offsets (2n,), their covariance, and the mean of c, from normal equations and the variances D; c is integrated out.
 
     In units of sqrt(D) and along the eigenvectors of the equations, which are the same for all c, with eigenvalues l and right-hand
-    sides b: the offsets are c b / (1 + c l), their variances c / (1 + c l), and log L(c) is the sum of c b^2 / (2 + 2 c l) - log(1 + c l) / 2.
+    sides b: the offsets are c b / (1 + c l), their variances c / (1 + c l), and log L(c) is the sum of
+    c b^2 / (2 + 2 c l) - log(1 + c l) / 2.
     """
     root, c = np.sqrt(variance), np.exp(_LOG_FACTORS)[:, None]
     values, vectors = np.linalg.eigh(root[:, None] * matrix * root)
