@@ -19,14 +19,6 @@ from measure.common.running.interrupts import COMMANDS
 ROOT = Path(__file__).parents[4]
 
 
-@pytest.fixture(autouse=True)
-def heard():
-    """A shell that starts the tests in the background has them ignore Ctrl-C, and all that they start."""
-    before = signal.signal(signal.SIGINT, signal.default_int_handler)
-    yield
-    signal.signal(signal.SIGINT, before)
-
-
 def test_every_command_is_known_by_its_name():
     scripts = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]["scripts"]
     assert set(COMMANDS) == set(scripts)
