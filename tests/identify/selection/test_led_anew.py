@@ -75,3 +75,15 @@ def test_what_falls_far_behind_another_is_led_no_farther(right):
     _, cut = weighing._led_once(stand, stand.fit.q, stand.sizes, [1e9, *course[1:]])
     assert len(course) == len(horizons(stand.given)) == 3
     assert len(cut) == 1
+
+
+@pytest.mark.parametrize(("gains", "most", "taken"), [(18, None, 18), (18, 10, 10), (40, None, 25), (0, None, 0)])
+def test_a_place_is_settled_while_steps_gain_and_compared_after_ten(monkeypatch, gains, most, taken):
+    def place(step):
+        return SimpleNamespace(step=step, is_fresh=True, weighed=lambda noise: SimpleNamespace(noise=noise, step=step))
+
+    monkeypatch.setattr(weighing, "_a_step_on", lambda stand, found, gain: place(stand.step + 1) if stand.step < gains else None)
+    begun = SimpleNamespace(noise=(), step=0)
+    stand, found = weighing._stepped(place(0), begun, **({} if most is None else {"most": most}))  # type: ignore[arg-type]
+    assert (stand.step, found.step) == (taken, taken)
+    assert weighing._TO_COMPARE == 10
