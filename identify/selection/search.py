@@ -364,17 +364,17 @@ class Search:
         is_elsewhere = led is not None and one.log_weight > led.log_weight + _DEEPER
         for name in one.names if len(one.names) > 1 else ():
             names = tuple(other for other in one.names if other != name)
-            if names in self.fitted and is_elsewhere and name != FORCES:
-                before = self.fitted[names]
-                self._keep(names, without(one.weighed, name))
-                if self.fitted[names] is not before:
-                    self._brought_back(self.fitted[names])
-            elif names not in self.fitted and name != FORCES:
-                self.say("fitting " + ", ".join(names))
-                self._keep(names, without(one.weighed, name))
+            before = self.fitted.get(names)
+            if name == FORCES or (before is not None and not is_elsewhere):
+                continue
+            self.say("fitting " + ", ".join(names))
+            self._keep(names, without(one.weighed, name))
+            if before is None:
                 promised = self.ahead.get(names)
                 if promised is not None and promised.promise is not None and self.fitted[names].log_weight < promised.log_weight - _SHORT:
                     self._fit(promised)
+            elif self.fitted[names] is not before:
+                self._brought_back(self.fitted[names])
 
     def _base_again(self, led: Weighed, is_elsewhere: bool = False) -> None:
         """The base from where an effect has led: it may lie in a wrong local minimum of the releases.

@@ -62,7 +62,7 @@ class Stand:
 
     @classmethod
     def off_by(cls, given: Problem, q: Array, known: Mapping[tuple[str, int], float]) -> Stand:
-        """With errors of the model file by their names and places, as far as they show."""
+        """With errors of the model file by their names and places."""
         zero = cls.loose(Fit(given, q, *given.jacobian(q), True))
         sizes = np.array([known.get(key, 0.0) for key in zero.keys])
         return zero.at(zero.with_errors(sizes), q, sizes)

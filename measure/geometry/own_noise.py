@@ -32,7 +32,7 @@ _ALIKE = np.convolve(_TAPS, _TAPS[::-1]) / (_TAPS @ _TAPS)
 """Correlation of such differences of white noise."""
 
 _FEWEST = 24
-"""Differences of a coordinate from which its scatter counts, and those of a stretch of the film at least."""
+"""Differences in a stretch of the film at least; the scatter of a coordinate counts where it is seen in half of them."""
 
 _FALSE_ALARM = 0.05
 """Probability that white noise of the stated size widens anything in a film."""

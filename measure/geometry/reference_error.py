@@ -165,7 +165,8 @@ def reference_error(marks: Marks, fit: Fit, body: Body, variance_px2: Array) -> 
     """
     pose = np.where(fit.has_pose[:, None], fit.pose, 0.0)
     carried = body.carried(pose) * share_left(marks)[..., None, None]
-    matrix, vector = _equations(_linearised(fit, marks, carried), _independent(marks))
+    counted = _independent(marks) / fit.widened**2  # where the geometry is wrong, the misfit is not of the reference image
+    matrix, vector = _equations(_linearised(fit, marks, carried), counted)
     offset, covariance, factor = _offsets(matrix, vector, variance_px2.ravel())
     return ReferenceError(carried, offset.reshape(-1, 2), covariance, max(0.0, 1.0 - factor))
 

@@ -99,16 +99,20 @@ def _drum(kind, seed):
     return motion, scene, 2 * int(1000.0 * size * 0.75) + 1
 
 
+@pytest.mark.slow
 def test_rows_of_quadrants_hold_although_an_edge_along_a_row_stands_in_quarters_of_a_pixel():
-    """Such an edge leaves no residual in the picture. Without the marks' own scatter 77 % of the errors are within the bars."""
-    motion, scene, subset = _drum("quadrant", 3)
-    scene = replace(scene, rays=4)
-    truth = true_motion(motion, scene, 100.0)
-    film = from_array(np.array(list(pictures(motion, scene, fps=100.0, seed=3))))
-    marks = track(film, project_for(scene, 100.0, 0.0, subset)).marks
-    gap = np.stack([marks.x_px - truth.x_px, marks.y_px - truth.y_px], axis=-1)
-    sigma = np.sqrt(np.diagonal(marks.covariance_px2, axis1=2, axis2=3))
-    assert 0.85 < np.mean(np.abs(gap / sigma)[1:] < 1.96) < 0.97
+    """Such an edge leaves no residual in the picture. Without the marks' own scatter 75 % of the errors are within the bars."""
+    inside = []
+    for seed in (3, 4, 5):
+        motion, scene, subset = _drum("quadrant", seed)
+        scene = replace(scene, rays=4)
+        truth = true_motion(motion, scene, 100.0)
+        film = from_array(np.array(list(pictures(motion, scene, fps=100.0, seed=seed))))
+        marks = track(film, project_for(scene, 100.0, 0.0, subset)).marks
+        gap = np.stack([marks.x_px - truth.x_px, marks.y_px - truth.y_px], axis=-1)
+        sigma = np.sqrt(np.diagonal(marks.covariance_px2, axis1=2, axis2=3))
+        inside.append(np.mean(np.abs(gap / sigma)[1:] < 1.96))
+    assert 0.85 < np.mean(inside) < 0.97, inside
 
 
 @pytest.mark.calibrate

@@ -87,3 +87,19 @@ def test_sightings_that_are_missing_say_nothing(drum):
 def test_short_films_and_single_marks_are_left_as_they_are(drum):
     short = drum(frames=20)
     assert (_factors(short, 5.0 * _white(short, 1)) == 1.0).all()
+
+
+@pytest.mark.parametrize("early", [True, False])
+def test_each_stretch_has_a_scatter_of_its_own_and_the_reference_image_that_of_the_first(drum, early):
+    """The marks scatter by five times the stated in one half of the film alone."""
+    drum = drum(frames=2 * FRAMES)
+    loud = (np.arange(drum.frames) < FRAMES) == early
+    marks = drum.seen(np.where(loud[:, None, None], 5.0, 1.0) * _white(drum, 4))
+    noise = own_noise(marks, drum.fit(marks), have_left(marks))
+    assert noise is not None
+    inner = np.abs(np.arange(drum.frames) - FRAMES) > 24  # neither in a stretch of both
+    deviation = np.sqrt(noise.variance)
+    assert np.median(deviation[loud & inner]) == pytest.approx(5.0, rel=0.2)
+    assert np.median(deviation[~loud & inner]) < 1.2
+    reference = np.median(noise.reference_px2) / drum.sigma**2
+    assert reference == pytest.approx(24.0, rel=0.4) if early else reference < 0.5
