@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Sequence
-from functools import partial
+from concurrent.futures import ProcessPoolExecutor
+from multiprocessing import get_context
 from pathlib import Path
 
+import numba
 from board.running import OURS, Answer, ask_all, read_answers, version
 
 from .cases import Spec
@@ -34,14 +36,21 @@ def ask(
     say: Callable[[str], None] = lambda text: None,
 ) -> list[Scored]:
     """Ask about one case after the other until the time is over, and score those that were answered. Mixed, they are a fair sample."""
-    end = time.monotonic() + 60.0 * minutes
-    for first in range(0, len(specs), processes):
-        if time.monotonic() > end:
-            say(f"the time is over: {first} of {len(specs)} cases")
-            break
-        makers = {spec.token: partial(made, spec, folder) for spec in specs[first : first + processes]}
-        ask_all(makers, OURS, _file(folder), processes=processes, patience_s=patience_s, say=say)
+    end, have = time.monotonic() + 60.0 * minutes, _have(folder)
+    left = [spec for spec in specs if spec.token not in have]
+    with _processes(processes) as apart:
+        for first in range(0, len(left), processes):
+            if time.monotonic() > end:
+                say(f"the time is over: {len(specs) - len(left) + first} of {len(specs)} cases")
+                break
+            makers = {spec.token: apart.submit(made, spec, folder).result for spec in left[first : first + processes]}
+            ask_all(makers, OURS, _file(folder), processes=processes, patience_s=patience_s, say=say)
     return answered(specs, folder)
+
+
+def _processes(n: int) -> ProcessPoolExecutor:
+    """Where cases are made side by side: new processes, each with a single thread, that share nothing with this one."""
+    return ProcessPoolExecutor(n, mp_context=get_context("spawn"), initializer=numba.set_num_threads, initargs=(1,))
 
 
 def _file(folder: Path) -> Path:

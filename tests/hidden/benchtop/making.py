@@ -153,7 +153,7 @@ def _table(case: Case, run: Deployment | Shaking, chance: Chance) -> Any:
         return recorded(cell_shows(force, stroke, run, case.model.effects), stroke, run, _cell(case.track).lag1, chance)
     at = _condition(case, run)
     times = np.arange(round((run.time_s[-1] + AFTER_S) * 1000.0) + 1) / 1000.0
-    motion = moved_by_mujoco(at, times) if case.engine == "mujoco" else moved_by_ode(at, times, rtol=1e-8, atol=1e-10)
+    motion = moved_by_mujoco(at, times) if case.engine == "mujoco" else moved_by_ode(at, times, "LSODA", 1e-8, 1e-10)
     assert at.geometry is not None
     quiet = replace(run, sigma=dict.fromkeys(run.channels, 0.0), tells_sigma=False)
     clean = table_of(shown(motion, run, case.model.effects), quiet, at.geometry.stowed_height_m, chance)

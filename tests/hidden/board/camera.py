@@ -30,8 +30,8 @@ class Motion:
 
     def at(self, time_s: Array) -> tuple[Array, Rotation]:
         """Origin (k, 3) and rotations at any instants, between samples by cubic spline."""
-        turn = CubicSpline(self.time_s, self.quaternion)(time_s)
-        return CubicSpline(self.time_s, self.place_m)(time_s), Rotation.from_quat(turn, scalar_first=True)
+        pose = CubicSpline(self.time_s, np.hstack([self.place_m, self.quaternion]))(time_s)
+        return pose[:, :3], Rotation.from_quat(pose[:, 3:], scalar_first=True)
 
 
 def values_of(effects: tuple[Effect, ...]) -> dict[str, Array]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import numpy as np
@@ -11,7 +12,7 @@ from simulate.model.model import Model
 
 from .camera import Motion
 from .leg_law import Law
-from .platform_ode import PlatformInBodyAxes, motion_of
+from .platform_ode import PlatformInBodyAxes, motion_of, skew
 
 Array = np.ndarray
 
@@ -26,35 +27,37 @@ class Driver:
     """
 
     def __init__(self, model: Model, data: Any) -> None:
-        self.frame, self.law = PlatformInBodyAxes(model), Law(model)
-        self.law.p = {name: values for name, values in self.law.p.items() if name not in _IN_THE_TENDONS}
-        self.force, self.u, self.v = self.law.first.copy(), *self.seen(data)
+        self.frame, self.law = PlatformInBodyAxes(model), Law(model, without=_IN_THE_TENDONS)
+        self.force, self.u, self.v = self.law.first, *self.seen(data)
+        self.carried = skew(-self.frame.centre)
 
     def seen(self, data: Any) -> tuple[Array, Array]:
         """Elongation and its rate, (6,) each."""
         return data.ten_length - self.frame.stowed, data.ten_velocity.copy()
 
-    def stored(self, u: Array, v: Array) -> Array:
-        """R at the end of a monotone way from the last whole step."""
-        way = u - self.u
-        starts, ends = self.law.asymptotes(self.u, self.v), self.law.asymptotes(u, v)
-        out = way > 0
-        start, end = np.where(out, starts[0], starts[1]), np.where(out, ends[0], ends[1])
-        x = self.law.beta * np.abs(way) + 1e-300
-        faded = np.exp(-x)
-        return end + (self.force - start) * faded - (end - start) * (1.0 - faded) / x
+    def stored(self, u: Array, v: Array) -> list[float]:
+        """R of each leg at the end of a monotone way from the last whole step."""
+        legs = zip(range(6), self.force, self.u.tolist(), self.v.tolist(), u.tolist(), v.tolist(), strict=True)
+        return [self._stored(*leg) for leg in legs]
+
+    def _stored(self, leg: int, force: float, u_0: float, v_0: float, u: float, v: float) -> float:
+        out = u > u_0
+        start, end = self.law.ahead(leg, out, u_0, v_0), self.law.ahead(leg, out, u, v)
+        x = self.law.beta[leg] * abs(u - u_0) + 1e-300
+        faded = math.exp(-x)
+        return end + (force - start) * faded - (end - start) * (1.0 - faded) / x
 
     def drive(self, _: Any, data: Any) -> None:
         """What MuJoCo calls at every stage."""
         u, v = self.seen(data)
-        stored = self.stored(u, v)
-        data.ctrl[:] = stored + self.law.added(u, v, data.time, stored) + self.frame.stops(data.ten_length, v)
-        data.xfrc_applied[1] = self.frame.wrench(data.time, data.xipos[1], self._speed(data))
+        stored = np.array(self.stored(u, v))
+        data.ctrl[:] = stored + self.law.added(u, v, data.time, stored) + self.frame.stops(data.ten_length.tolist(), v.tolist())
+        if self.frame.pushes or self.frame.outside:
+            data.xfrc_applied[1] = self.frame.wrench(data.time, data.xipos[1], self._speed(data))
 
     def _speed(self, data: Any) -> Array:
         """Of the centre of mass: a free joint's speed is that of its frame, its rotation in body axes."""
-        turning = data.xmat[1].reshape(3, 3) @ data.qvel[3:6]
-        return data.qvel[:3] + np.cross(turning, data.xipos[1] - data.qpos[:3])
+        return data.qvel[:3] + data.xmat[1].reshape(3, 3) @ (self.carried @ data.qvel[3:6])
 
     def settle(self, data: Any) -> None:
         """A whole step is done."""

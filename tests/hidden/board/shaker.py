@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 
@@ -31,6 +32,7 @@ class Stroke:
     a: Array
 
 
+@lru_cache(16)  # many models are shaken alike
 def stroke_of(run: Shaking) -> Stroke:
     """u = mean + drift t / T + A sin(w t), finely from a tenth of a cycle before the record, its turning points among the instants."""
     w, last = 2.0 * np.pi * run.frequency_Hz, run.time_s[-1]
