@@ -30,6 +30,9 @@ NEAR = 50.0
 CLOSE = 1.5
 """Root mean square of the gap over the noise below which straight lines lead where they say, and a fit is worth being taken to its end."""
 
+HARDLY, TO_COMPARE = 0.5, 10
+"""Log probability that a step must bring for a place not to be settled, and steps after which places can be compared with each other."""
+
 DEGREES = 5.0
 """Degrees of freedom of Student's t for the noise: heavy enough for one outlier in a hundred, and finite in its fourth moment nearly."""
 

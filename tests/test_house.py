@@ -94,7 +94,7 @@ def test_imports_run_one_way_from_identify_to_measure():
     assert not wrong, _said(wrong)
 
 
-FULL_FOLDER, MOST_LEVELS = 15, 10
+FULL_FOLDER, MOST_LEVELS = 15, 11
 CATALOGUE = Path("simulate", "effects")  # one file an effect, however many there are
 HOMES = {"criteria", "limits", "layout", "model_rows", "units"}  # modules that hold numbers for others
 
@@ -194,7 +194,7 @@ def test_imports_of_modules_never_form_a_circle(room):
 
 
 @pytest.mark.parametrize("room", ROOMS)
-def test_no_module_stands_on_more_than_ten_levels_of_its_own_package(room):
+def test_no_module_stands_on_more_than_eleven_levels_of_its_own_package(room):
     known: dict[str, list[str]] = {}
     deepest = max((_chain(module, room, known) for module in sorted(_graph()) if module.split(".")[0] == room), key=len)
     assert len(deepest) <= MOST_LEVELS, f"{len(deepest)} levels: {' -> '.join(deepest)}"

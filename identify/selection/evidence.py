@@ -138,7 +138,8 @@ class Evidence:
 
     log_z : its log evidence. log_likelihood : at its best, priors counted. noise : of each channel. step : (p,) of base and releases.
     errors : (q,) of the model file, in tolerances, and amounts : (k,) of its own columns, both whole and not from where the columns were
-    taken. left : innovations over their scales, (n,) of each channel.
+    taken. left : innovations over their scales, (n,) of each channel. unkept : log probability that straight lines promise here and the
+    simulation was found not to keep.
     """
 
     lines: Lines = field(repr=False)
@@ -150,6 +151,12 @@ class Evidence:
     errors: Array
     amounts: Array
     left: tuple[Array, ...] = field(repr=False)
+    unkept: float = 0.0
+
+    @property
+    def kept(self) -> float:
+        """Its log evidence as far as the simulation bears it out."""
+        return self.log_z - self.unkept
 
     @cached_property
     def covariance(self) -> Array:

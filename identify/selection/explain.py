@@ -18,6 +18,7 @@ from identify.campaign.noiseless import with_noise_where_none
 from identify.campaign.posing import problem_of
 from identify.campaign.run import Run
 from identify.criteria import CLEAR_LEAD, FEW_PARAMETERS, LARGER_PART, ROUGHLY
+from identify.design.detection_limits import detection_limits
 from identify.design.next_test import next_tests
 from identify.draft.draft import draft
 from identify.draft.effect_file import Origin, free_name
@@ -30,11 +31,11 @@ from identify.gap.dragged import lost
 from identify.gap.leg_force import LegForce
 from identify.gap.platform_force import ForceAlongTime, ForceTable, MissingForce
 from identify.gap.unnamed import Unnamed
-from identify.selection.detection_limits import detection_limits
 from identify.selection.explanation import Drafted, Explanation, Held, NoiseOfChannel, Ranked, gap_left, share_closed
 from identify.selection.findings import findings_of, noise_of_channels
 from identify.selection.hypotheses import BUDGETS, MODEL_ERRORS, Budget, Hypothesis, Say, halves, log_prior
 from identify.selection.model_errors import FORCES, slight_errors
+from identify.selection.other_side import all_sides
 from identify.selection.search import Search
 from identify.selection.unknown_force import simulated
 from identify.selection.verdict import Finding, Names, Verdict, doing_without, is_unnamed, verdict_of
@@ -110,7 +111,11 @@ def _explained(
         after, verdict = foremost.fit, replace(verdict, names=foremost.names)
     slight = {effect.name: (effect, size) for effect, size in slight_errors(foremost.fit)}
     verdict = doing_without(verdict, slight)
-    findings = findings_of(foremost, nothing, verdict, noise) if verdict.names else ()
+    sides = all_sides(foremost.weighed) if verdict.names and verdict.word != "unknown" else (foremost.weighed,)
+    if sides[0] is not foremost.weighed:
+        foremost = replace(foremost, weighed=sides[0])
+        after = foremost.fit
+    findings = findings_of(sides, nothing, verdict, noise) if verdict.names else ()
     verdict = _as_far_as_known(verdict, findings, foremost)
     say("looking at the runs held out")
     held = tuple(_held(run, before, after) for run in runs if run.hold_out)

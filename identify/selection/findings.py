@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import stats
+from scipy import optimize, stats
 
 from identify.criteria import TWO_SIDED_95
 from identify.estimation.parameters import STORED_FORCE
@@ -20,6 +20,7 @@ from measure.common.arrays import Array
 from simulate.effects import StoredForcePerRun
 from simulate.model.effect import Effect
 
+_TAIL, _FAR_OUT = 0.025, 10.0  # on either side of an interval; standard deviations from where one ends in any case
 _OUTLIER = 4.0  # scales of Student's t
 _AT_BOUND = 1e-3  # typical sizes
 _STEP = 1e-4  # of a central difference, relative
@@ -41,12 +42,19 @@ def noise_of_channels(found: Weighed) -> tuple[NoiseOfChannel, ...]:
     return tuple(made)
 
 
-def findings_of(foremost: Hypothesis, nothing: Hypothesis, verdict: Verdict, noise: Sequence[NoiseOfChannel]) -> tuple[Finding, ...]:
-    """The names of a verdict with their evidence, in order of weight."""
-    closed = share_closed(nothing.fit, foremost.fit, noise)
-    parts = [_estimated(foremost.weighed, name) for name in verdict.names]
+def findings_of(sides: Sequence[Weighed], nothing: Hypothesis, verdict: Verdict, noise: Sequence[NoiseOfChannel]) -> tuple[Finding, ...]:
+    """The names of a verdict with their evidence, in order of weight.
+
+    Parameters
+    ----------
+    sides : the foremost hypothesis where it is likeliest, and wherever else films from one side may have it.
+    """
+    closed, foremost = share_closed(nothing.fit, sides[0].fit, noise), sides[0]
+    logs = np.array([side.log_z for side in sides])
+    shares = np.exp(logs - np.logaddexp.reduce(logs))
+    parts = [_on_all_sides([_estimated(side, name) for side in sides], shares) for name in verdict.names]
     whole = sum(part.strength for part in parts) or 1.0
-    gain = 2.0 * (foremost.weighed.log_z - nothing.weighed.log_z)
+    gain = 2.0 * (foremost.log_z - nothing.weighed.log_z)
     found = [
         Finding(
             part.effect,
@@ -63,9 +71,35 @@ def findings_of(foremost: Hypothesis, nothing: Hypothesis, verdict: Verdict, noi
     return tuple(sorted(found, key=lambda finding: -finding.share))
 
 
+def _on_all_sides(parts: Sequence[_Part], shares: Array) -> _Part:
+    """The likeliest estimate, with intervals over all sides on which the same may be."""
+    first = parts[0]
+    if len(parts) == 1 or np.isnan(first.stderr).all():
+        return first
+    values, deviations = np.array([part.effect.flat() for part in parts]), np.array([part.stderr for part in parts])
+    ends = [_over_all(at, sizes, shares) for at, sizes in zip(values.T, deviations.T, strict=True)]
+    together = np.clip(np.array(ends), *first.limits[:, :, None])
+    return replace(first, ci95=np.where(np.isnan(first.stderr)[:, None], first.ci95, together))
+
+
+def _over_all(values: Array, deviations: Array, shares: Array) -> tuple[float, float]:
+    """The middle 95 % of a mixture of normal distributions; of sides on which nothing is known of a parameter nothing is said."""
+    known = np.isfinite(deviations) & (deviations > 0.0)
+    if not known.any():
+        return float(values[0]), float(values[0])
+    at, size, share = values[known], deviations[known], shares[known] / float(shares[known].sum())
+    ends = (float(np.min(at - _FAR_OUT * size)), float(np.max(at + _FAR_OUT * size)))
+
+    def beyond(x: float, below: float) -> float:
+        return float(share @ stats.norm.cdf((x - at) / size)) - below
+
+    low, high = (optimize.brentq(beyond, *ends, args=(below,)) for below in (_TAIL, 1.0 - _TAIL))
+    return low, high  # type: ignore[return-value]
+
+
 @dataclass(frozen=True)
 class _Part:
-    """An effect as estimated. strength : a' C^-1 a of its parameters that show, of which there are count."""
+    """An effect as estimated. strength : a' C^-1 a of its parameters that show, of which there are count. limits : (2, k) its bounds."""
 
     effect: Effect
     stderr: Array
@@ -73,6 +107,7 @@ class _Part:
     strength: float
     count: int
     at_bound: tuple[str, ...]
+    limits: Array
 
 
 def _estimated(found: Weighed, name: str) -> _Part:
@@ -88,8 +123,9 @@ def _estimated(found: Weighed, name: str) -> _Part:
     names = np.array(kind.flat_names())
     ends_there = np.array([name.partition("[")[0] not in kind.directions for name in names])
     near = shown & ends_there & ((values - ends[0] < _AT_BOUND) | (ends[1] - values < _AT_BOUND))
+    at_bound = tuple(names[near].tolist())
     strength = _strength(values, covariance, np.sqrt(np.maximum(np.diag(covariance), 0.0)) < _SHOWN * prior)
-    return _Part(effect, np.where(shown, stderr, np.nan), ci95, strength, int(shown.sum()), tuple(names[near].tolist()))
+    return _Part(effect, np.where(shown, stderr, np.nan), ci95, strength, int(shown.sum()), at_bound, np.array([low, high]))
 
 
 def _strength(values: Array, covariance: Array, shown: NDArray[np.bool_]) -> float:

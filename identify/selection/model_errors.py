@@ -23,7 +23,9 @@ from simulate.effects import (
     StoredForcePerRun,
 )
 from simulate.model.effect import Effect
+from simulate.model.mirror import mirrored_values
 from simulate.model.model import Model
+from simulate.model.rig import Geometry
 
 _SHOWN = 1e-6
 FORCES = StoredForcePerRun.name  # an error too, with a parameter for every run
@@ -153,13 +155,14 @@ def sizes_in_tolerances(fit: Fitted[Posed], name: str) -> dict[tuple[str, int], 
     return {(name, place): float(size) for place, size in enumerate(sizes)}
 
 
-def mirrored(errors: Mapping[tuple[str, int], float], axis: int, share: float = -1.0) -> dict[tuple[str, int], float]:
-    """Errors by name and place of a rig that is seen from the other side: its centre of mass along an axis is times a share what it was.
-
-    Those of the joints are left out: they are many and each is small, and where they would be in the mirror the rig may have no joint.
-    """
-    of_axis = (CentreOfMassOffset.name, axis)
-    return {key: share * size if key == of_axis else size for key, size in errors.items() if key[0] != GeometryError.name}
+def mirrored(errors: Mapping[tuple[str, int], float], axis: int, geometry: Geometry, share: float = -1.0) -> dict[tuple[str, int], float]:
+    """Errors by name and place of a rig that is seen in a mirror; its centre of mass along the axis is times a share what it was."""
+    found = dict(errors)
+    for kind in (kind for kind, _ in TOLERANCES if any(name == kind.name for name, _ in errors)):
+        sizes = np.array([errors.get((kind.name, place), 0.0) for place in range(len(kind.flat_names()))])
+        found |= {(kind.name, place): size for place, size in enumerate(mirrored_values(kind, sizes, axis, geometry).tolist())}
+    of_centre = (CentreOfMassOffset.name, axis)
+    return found | ({of_centre: share * errors[of_centre]} if of_centre in errors else {})
 
 
 def _columns(fit: Fitted[Posed], kinds: Sequence[type[Effect]], places: Sequence[Sequence[int]]) -> Array:

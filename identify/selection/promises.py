@@ -171,7 +171,7 @@ class _Looked:
         looks = tuple((gain, shape.shown) for gain, shape in pairs if shape.shown is not None)
         name, few = self.shapes[0].effect.name, self.shapes[:_FEW]
         if max(gain.most for gain in self.gains) < least and name not in at.within.errors.names:
-            log_z = at.log_z + self._shared([gain.log_z for gain in self.gains[:_FEW]])
+            log_z = at.along_lines + self._shared([gain.log_z for gain in self.gains[:_FEW]])
             shape, sizes = self.shapes[0].effect, np.zeros(len(self.shapes[0].effect.flat()))
             return Promise(name, instead, log_z, shape, _base(at, at.both), sizes, _errors(at, at.both), looks, self.first)
         found = [at.beside(one.columns, {name}) for one in few]

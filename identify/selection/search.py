@@ -23,6 +23,7 @@ from identify.gap.unnamed import Unnamed
 from identify.selection.first_look import Promise
 from identify.selection.hypotheses import Ahead, Budget, Hypothesis, Prior, Say, halves
 from identify.selection.model_errors import FORCES
+from identify.selection.other_side import on_the_likelier_side
 from identify.selection.promises import nearly_as_good, posed, promises
 from identify.selection.stand import Weighed
 from identify.selection.unknown_force import unnamed_forces
@@ -31,7 +32,6 @@ from identify.selection.weighing import (
     errors_without,
     from_rest,
     led_anew,
-    on_the_likelier_side,
     stands_of,
     weighed,
     weighed_again,
@@ -54,8 +54,8 @@ class Search:
     """What was fitted and what was only weighed. prior : log prior of a set of names. due : names that are fitted whatever they promise,
     because the law had bent to what is missing. led : by what promise each was fitted. tried_anew : what was led from the model file, too.
     brought_back : what was looked for in other local minima since it was fitted. reached : log weight to which the fit of each led by
-    itself. releases : local minima of each run's release that were found. is_turned : whether the base was looked for on the other side of
-    what no film shows."""
+    itself. releases : local minima of each run's release that were found. turned : what was looked for on the other side of what no film
+    shows."""
 
     catalogue: Mapping[str, type[Effect]]
     prior: Prior
@@ -73,7 +73,7 @@ class Search:
     reached: dict[Names, float] = field(default_factory=dict)
     releases: Minima = field(default_factory=dict)
     spent: int = 0
-    is_turned: bool = False
+    turned: set[Names] = field(default_factory=set)
 
     @property
     def foremost(self) -> Hypothesis:
@@ -101,29 +101,44 @@ class Search:
         """Search on from a fit without any effect, until nothing that was only weighed might hold a share or the budget is spent."""
         self._keep((), weighed(base))
         if not self.fitted[()].weighed.leaves_noise:
-            self._turn()
+            self._turn(())
         while True:
             worth = [one for one in self.ahead.values() if self._is_worth_a_fit(one)]
-            if worth and not self.is_turned:
-                self._turn()
+            if worth and () not in self.turned:
+                self._turn(())
             elif worth and self.spent < self.budget.fits:
-                self._fit(max(worth, key=lambda one: one.log_weight))
+                self._fit_or_turn(max(worth, key=lambda one: one.log_weight))
             elif self.foremost.names not in self.seen_from and self._leads_on(self.foremost):
                 self._look_from(self._brought_back(self.foremost))
             else:
                 return
 
-    def _turn(self) -> None:
-        """Look for the base on the other side of what no film shows, once; where it is likelier there, all is weighed anew.
+    def _fit_or_turn(self, ahead: Ahead) -> None:
+        """Fit a hypothesis; before a name is added to the foremost ones, look for these on the other side: there it may not be needed."""
+        names = self.foremost.names
+        if names in self.turned or not set(names) < set(ahead.names):
+            self._fit(ahead)
+        else:
+            self._turn(names)
 
-        Where the base leaves noise and no name is worth a fit there is no need to: a likelier base would change no verdict.
+    def _turn(self, names: Names) -> None:
+        """Look for a hypothesis on the other side of what no film shows, once; where it is likelier there, all beside it is weighed anew.
+
+        Where the base leaves noise and no name is worth a fit there is no need to: a likelier base would change no verdict. Where it leaves
+        a gap, names may close it: then only one place on the other side is started from.
         """
-        self.is_turned, before = True, self.fitted[()].weighed
-        after = on_the_likelier_side(before)
-        if after is not before:
-            self._keep((), after)
-            for weighed_there in (self.ahead, self.tables, self.promised, self.due):
-                weighed_there.clear()
+        self.turned.add(names)
+        before = self.fitted[names].weighed
+        after = on_the_likelier_side(before, most=None if before.leaves_noise and not names else 1)
+        if after is before:
+            return
+        self._keep(names, after)
+        for weighed_there in (self.ahead, self.tables, self.promised):
+            for other in [other for other in weighed_there if set(names) <= set(other)]:
+                del weighed_there[other]
+        self.due = {other for other in self.due if not set(names) <= set(other)}
+        if names and after.log_z > before.log_z + _DEEPER:
+            self._base_again(after, is_elsewhere=True)
 
     def _leads_on(self, one: Hypothesis) -> bool:
         """Whether a further name may be looked for: of several names each must have halved the gap that those before it left.
@@ -274,7 +289,7 @@ class Search:
         further = len(one.names) < self.budget.deepest
         self.say("weighing " + (f"what else stands beside {', '.join(one.names)}" if one.names else "every effect"))
         self.seen_from.add(one.names)
-        for at, reached in stands_of(one.weighed) if further else [(one.weighed, one.weighed.log_z)]:
+        for at, reached in stands_of(one.weighed) if further else [(one.weighed, one.weighed.along_lines)]:
             found = list(promises(at, self.catalogue))
             self._weigh(one, found if further else (), reached)
             if further and at is not one.weighed and one.fit.rms < CLOSE and self._misses_something(one):
@@ -283,7 +298,7 @@ class Search:
                 self._weigh(one, near, reached)
             if at is one.weighed:
                 self.promised[one.names] = found
-            if at.log_z == reached and not one.names:
+            if at.along_lines == reached and not one.names:
                 self._weigh_tables(one, at, found)
         for effect in one.fit.problem.effects:
             if effect.is_linear():  # another one cannot be taken out along straight lines
@@ -296,7 +311,7 @@ class Search:
         at a first look as the name itself is fitted.
         """
         found = list(promises(one.weighed, self.catalogue, name))
-        self._weigh(one, found, one.weighed.log_z)
+        self._weigh(one, found, one.weighed.along_lines)
         promised = self.ahead.get(one.names)
         if promised is not None and one.log_weight > promised.log_weight + _DEEPER:
             least = (1.0 - _ALIKE) * one.weighed.gain_of(name)
@@ -319,7 +334,7 @@ class Search:
             self.tables[one.names] = found
         for table in found:
             names = tuple(sorted((*one.names, table.name)))
-            gain = table.log_z - at.log_z
+            gain = table.log_z - at.along_lines
             self._ahead(Ahead(names, one, None, one.weighed.log_z + gain + self.prior(names)))
 
     def _ahead(self, one: Ahead) -> None:

@@ -195,18 +195,35 @@ class Stand:
         fit = Fit(problem, q, gaps, updated[:, :k], self.fit.converged)
         return replace(self, fit=fit, errors=replace(self.errors, columns=updated[:m, k:]), sizes=sizes, is_fresh=False)
 
-    def log_probability(self, problem: Problem, q: Array, sizes: Array, noise: tuple[ChannelNoise, ...], rows: NDArray[np.intp]) -> float:
-        """Of measurements and parameters at a place, as simulated there, but for a constant."""
-        gaps, first = problem.gaps(q), problem.first_effect
-        lines = zip(noise, problem.blocks, strict=True)
-        likelihood = sum(log_likelihood(of.whitened(gaps[b.rows], spacing(b.samples))) for of, b in lines)
+    def borne_out(self, found: Evidence) -> Evidence:
+        """An evidence along straight lines from here, with what these promise beyond the simulation at this very place.
+
+        A stand that no step improves may still promise much: behind the stops straight lines lead nowhere.
+        """
+        sizes = sum(of.log_size(spacing(b.samples)) for of, b in zip(found.noise, self.fit.problem.blocks, strict=True))
+        return replace(found, unkept=max(found.log_likelihood - self.log_probability(found.noise) + sizes, 0.0))
+
+    def log_probability(self, noise: tuple[ChannelNoise, ...]) -> float:
+        """Of measurements and parameters as simulated here, but for a constant."""
+        return self._log_probability(self.fit.gaps, self.fit.q, self.sizes, noise)
+
+    def log_probability_at(self, problem: Problem, q: Array, sizes: Array, noise: tuple[ChannelNoise, ...]) -> float:
+        """The same at another place."""
+        return self._log_probability(problem.gaps(q), q, sizes, noise)
+
+    def _log_probability(self, gaps: Array, q: Array, sizes: Array, noise: tuple[ChannelNoise, ...]) -> float:
+        blocks, first, known = self.fit.problem.blocks, self.fit.problem.first_effect, gaps[self.known]
+        likelihood = sum(log_likelihood(of.whitened(gaps[b.rows], spacing(b.samples))) for of, b in zip(noise, blocks, strict=True))
         beyond = q[first:] / self.columns.spread
-        return likelihood - 0.5 * float(gaps[rows] @ gaps[rows] + sizes @ sizes + beyond @ beyond)
+        return likelihood - 0.5 * float(known @ known + sizes @ sizes + beyond @ beyond)
 
 
 @dataclass(frozen=True)
 class Both:
-    """A hypothesis weighed with the model file as it is, and as far off as its tolerances allow; None where it has none that show."""
+    """A hypothesis weighed with the model file as it is, and as far off as its tolerances allow; None where it has none that show.
+
+    Its log evidence counts as far as it was found to be kept where the hypothesis stands.
+    """
 
     exact: Evidence
     within: Evidence | None
@@ -214,7 +231,12 @@ class Both:
     @property
     def log_z(self) -> float:
         """The log evidence over both."""
-        return self.exact.log_z if self.within is None else float(np.logaddexp(*self._parts))
+        return self.exact.kept if self.within is None else float(np.logaddexp(*self._parts))
+
+    @property
+    def along_lines(self) -> float:
+        """The same as straight lines from there have it: with this are names beside it compared, which are weighed along them."""
+        return self.exact.log_z if self.within is None else float(np.logaddexp(*self._shared(self.exact.log_z, self.within.log_z)))
 
     @property
     def is_exact(self) -> bool:
@@ -234,7 +256,11 @@ class Both:
     @property
     def _parts(self) -> tuple[float, float]:
         assert self.within is not None
-        return self.exact.log_z + _LOG_SHARES[0], self.within.log_z + _LOG_SHARES[1]
+        return self._shared(self.exact.kept, self.within.kept)
+
+    @staticmethod
+    def _shared(exact: float, within: float) -> tuple[float, float]:
+        return exact + _LOG_SHARES[0], within + _LOG_SHARES[1]
 
 
 @dataclass(frozen=True)
@@ -273,6 +299,11 @@ class Weighed:
     def names(self) -> set[str]:
         """What the hypothesis adds to the model."""
         return self.exact.names
+
+    @property
+    def along_lines(self) -> float:
+        """Its log evidence as straight lines have it, see `Both`."""
+        return self.both.along_lines
 
     def gain_of(self, name: str) -> float:
         """What a first look says that one of its effects brings, once it is left out."""
@@ -334,9 +365,9 @@ class Weighed:
 
     def better_of(self, other: Weighed) -> Weighed:
         """Of two of the same hypothesis the likelier stand of each kind."""
-        exact = max((self, other), key=lambda one: one.both.exact.log_z)
+        exact = max((self, other), key=lambda one: one.both.exact.kept)
         loose = [one for one in (self, other) if one.both.within is not None]
-        within = max(loose, key=lambda one: one.both.within.log_z if one.both.within is not None else -np.inf, default=exact)
+        within = max(loose, key=lambda one: one.both.within.kept if one.both.within is not None else -np.inf, default=exact)
         return Weighed(exact.exact, within.within, Both(exact.both.exact, within.both.within))
 
     @cached_property

@@ -76,7 +76,7 @@ def _of_any_size(at: Weighed, table: Effect, columns: Array, places: Places, lea
     gains = [at.first_look.gain(one) for one in of_sizes]
     whole = float(np.logaddexp.reduce([one.log_z for one in gains]) - np.log(len(SIZES)))
     best = int(np.argmax([one.log_z for one in gains]))
-    log_z, covariance, amounts = at.log_z + whole, gains[best].covariance, gains[best].amounts
+    log_z, covariance, amounts = at.along_lines + whole, gains[best].covariance, gains[best].amounts
     if max(gain.most for gain in gains) > least:
         found = _weighed_from(at, of_sizes, best)
         log_z = float(np.logaddexp.reduce([one.log_z for one in found.values()]) - np.log(len(SIZES)))

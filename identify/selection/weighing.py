@@ -4,28 +4,27 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
-from itertools import islice, zip_longest
+from itertools import zip_longest
 
 import numpy as np
 from scipy.stats import chi2
 
-from identify.criteria import CLOSE, CREDIBLE, GAP_P, NEAR, ROUGHLY, TWO_SIDED_95, UNUSUAL_P
+from identify.criteria import CLOSE, CREDIBLE, GAP_P, HARDLY, NEAR, ROUGHLY, TO_COMPARE, TWO_SIDED_95, UNUSUAL_P
 from identify.estimation.horizons import before_the_stops, horizons
 from identify.estimation.least_squares import laid_out, solve, to_the_end
 from identify.estimation.noise_model import ChannelNoise
 from identify.estimation.problem import Fit, Problem
 from identify.gap.gap_test import gap_test
 from identify.selection.evidence import Evidence
-from identify.selection.model_errors import mirrored, sizes_in_tolerances
+from identify.selection.model_errors import sizes_in_tolerances
 from identify.selection.stand import Both, Stand, Weighed
 from measure.common.arrays import Array
 
 _FEW_STEPS = 8
-_TILTS = ("theta_x", "theta_y")  # how their keys begin
 _OF_RELEASES = 8  # steps of their fit to the law as given
-_MOST_STEPS, _TO_COMPARE = 25, 10  # until a place is settled, and until it can be compared with others
+_MOST_STEPS = 25  # until a place is settled
 _NEAR = 0.1  # a step within so many standard deviations changes nothing
-_HARDLY, _OF_A_LEG = 0.5, 3.0  # of a log probability, that a step brings; where longer films follow
+_OF_A_LEG = 3.0  # of a log probability, that a step brings where longer films follow
 _SHARES = (1.0, 0.5, 0.2)  # of a step that are tried
 
 
@@ -62,7 +61,7 @@ def weighed_within(given: Problem, q: Array, errors: Mapping[tuple[str, int], fl
     errors : of the model file, by name and place, in tolerances.
     """
     stand = Stand.off_by(given, q, errors)
-    within, found = _stepped(stand, stand.weighed())
+    within, found = stepped(stand, stand.weighed())
     short = solve(given, within.fit.q, most_steps=_FEW_STEPS, enough=ROUGHLY, loosely=True)
     exact = Stand.exact(short)
     exact, of_exact = settled(exact, found.noise) if short.rms < CLOSE else (exact, exact.weighed(found.noise))
@@ -105,8 +104,8 @@ def led_anew(one: Weighed) -> Weighed | None:
         if gap_test(early.fit).p_value < GAP_P and found.log_z < _cut(stand, stand.fit.q, stand.sizes, horizon).weighed().log_z:
             return None
         q, sizes = early.fit.q, early.sizes
-    there = _on_other_sides(stand, *_led_once(stand, q, sizes))
-    if there.weighed().log_z < stand.weighed().log_z + _HARDLY:
+    there = _on_other_sides(stand, *led_once(stand, q, sizes))
+    if there.weighed().log_z < stand.weighed().log_z + HARDLY:
         return None
     return weighed_within(one.exact.given, there.fit.q, there.errors_by_key)
 
@@ -145,17 +144,17 @@ def stands_of(one: Weighed) -> list[tuple[Weighed, float]]:
     """
     exact, far = one.exact.fit, one.fit.rms >= CLOSE and bool(one.fit.problem.films)
     bends = not one.fit.problem.loops
-    stands, problem = [(one, one.log_z)], before_the_stops(exact.problem)
+    stands, problem = [(one, one.along_lines)], before_the_stops(exact.problem)
     is_small = bool(one.names) and one.leaves_noise
     if is_small or not (far or (bends and is_bent(one.fit))):
         return stands
     near = weighed(solve(problem, exact.q)) if problem is not exact.problem else one
     if far and near is not one:
-        stands.append((near, near.log_z))
+        stands.append((near, near.along_lines))
     if not bends:
         return stands
     given = along_lines(with_law_as_given(near.exact.fit))
-    return [*stands, (given, max(near.log_z, given.log_z))]
+    return [*stands, (given, max(near.along_lines, given.along_lines))]
 
 
 def is_bent(fit: Fit) -> bool:
@@ -174,42 +173,6 @@ def with_law_as_given(fit: Fit) -> Fit:
     return Fit(problem, own, *problem.jacobian(own), True)
 
 
-def on_the_likelier_side(one: Weighed) -> Weighed:
-    """The same hypothesis, off by errors of the model file, or a likelier one, found from its mirror image across what no film shows.
-
-    To a rig that is its own mirror image both would be one. The small things that make it none tell the sides apart, but lie in
-    different minima: all releases and the centre of mass must change sides together. Where a gap is left, names may close it: then only
-    one place on the other side is started from.
-    """
-    stand, found = one.within, one.both.within
-    if found is None or one.both.share_of_exact > CREDIBLE:
-        return one
-    for axis, turned in stand.given.mirrors():
-        for start in islice(_images(one.within, axis, turned), None if one.leaves_noise else 1):
-            other, of_other = _stepped(start, start.weighed(), most=_TO_COMPARE)
-            if of_other.log_z > found.log_z + _HARDLY:
-                stand, found = other, of_other
-    if stand is one.within:
-        return one
-    stand, found = _stepped(stand, found)
-    return Weighed(one.exact, stand, Both(one.both.exact, found))
-
-
-def _images(stand: Stand, axis: int, turned: Sequence[int]) -> Iterator[Stand]:
-    """Where a search on the other side starts, four places of which any may lead to the best one of that side.
-
-    In the mirror image, and led by ever longer films from there; the same with the centre of mass in the middle; and with the tilts kept.
-    """
-    keys = [one.key for one in stand.fit.problem.parameters]
-    for sides, share in ((turned, -1.0), (turned, 0.0), ([k for k in turned if not keys[k].startswith(_TILTS)], 0.0)):
-        q = stand.fit.q.copy()
-        q[sides] *= -1.0
-        image = Stand.off_by(stand.given, q, mirrored(stand.errors_by_key, axis, share))
-        if share:
-            yield image
-        yield _led_once(image, image.fit.q, image.sizes)[0]
-
-
 def _both(exact: Evidence, within: Stand) -> Both:
     return Both(exact, within.weighed(exact.noise) if within.lines().errors.shape[1] else None)
 
@@ -223,15 +186,15 @@ def settled(stand: Stand, noise: tuple[ChannelNoise, ...] = ()) -> tuple[Stand, 
     """
     if len(stand.sizes) and not stand.names and stand.fit.rms > CLOSE:
         stand = _from_afar(stand)
-    return _stepped(stand, stand.weighed(noise))
+    return stepped(stand, stand.weighed(noise))
 
 
 def _from_afar(stand: Stand) -> Stand:
     """A stand led by ever longer films, from where it is; where that leaves a gap also from the model file as it is."""
-    led, course = _led_once(stand, stand.fit.q, stand.sizes)
+    led, course = led_once(stand, stand.fit.q, stand.sizes)
     if led.fit.rms < CLOSE:
         return _on_other_sides(stand, led, course)
-    return _likelier(_on_other_sides(stand, led, course), _led_once(stand, stand.origin, np.zeros(len(stand.sizes)), course)[0])
+    return _likelier(_on_other_sides(stand, led, course), led_once(stand, stand.origin, np.zeros(len(stand.sizes)), course)[0])
 
 
 def _on_other_sides(stand: Stand, led: Stand, course: Sequence[float]) -> Stand:
@@ -245,7 +208,7 @@ def _on_other_sides(stand: Stand, led: Stand, course: Sequence[float]) -> Stand:
         return led
     begun = led.weighed().log_z
     for turned in _mirrored(led.fit):
-        led = _likelier(led, _led_once(stand, turned, np.zeros(len(stand.sizes)), course)[0])
+        led = _likelier(led, led_once(stand, turned, np.zeros(len(stand.sizes)), course)[0])
         if missed and led.weighed().log_z > begun + NEAR:
             break
     return led
@@ -264,7 +227,7 @@ def _mirrored(fit: Fit) -> Iterator[Array]:
             yield q
 
 
-def _led_once(stand: Stand, q: Array, sizes: Array, other: Sequence[float] = ()) -> tuple[Stand, list[float]]:
+def led_once(stand: Stand, q: Array, sizes: Array, other: Sequence[float] = ()) -> tuple[Stand, list[float]]:
     """A stand led from a place, and its log evidence after each leg.
 
     Parameters
@@ -279,13 +242,13 @@ def _led_once(stand: Stand, q: Array, sizes: Array, other: Sequence[float] = ())
         if found.log_z < least - NEAR:
             return stand.at(stand.with_errors(sizes), q, sizes), course
     there = stand.at(stand.with_errors(sizes), q, sizes)
-    return _stepped(there, there.weighed(), most=_TO_COMPARE)[0], course
+    return stepped(there, there.weighed(), most=TO_COMPARE)[0], course
 
 
 def _leg(stand: Stand, q: Array, sizes: Array, horizon: float) -> tuple[Stand, Evidence]:
     """A stand settled from a place with films up to a time, s."""
     early = _cut(stand, q, sizes, horizon)
-    return _stepped(early, early.weighed(), _OF_A_LEG, _TO_COMPARE)
+    return stepped(early, early.weighed(), _OF_A_LEG, TO_COMPARE)
 
 
 def _cut(stand: Stand, q: Array, sizes: Array, horizon: float) -> Stand:
@@ -294,13 +257,15 @@ def _cut(stand: Stand, q: Array, sizes: Array, horizon: float) -> Stand:
     return cut.at(cut.with_errors(sizes), q, sizes)
 
 
-def _stepped(stand: Stand, found: Evidence, gain: float = _HARDLY, most: int = _MOST_STEPS) -> tuple[Stand, Evidence]:
+def stepped(stand: Stand, found: Evidence, gain: float = HARDLY, most: int = _MOST_STEPS) -> tuple[Stand, Evidence]:
+    """A stand taken uphill while a step brings the log probability that gain, and its evidence there as far as the simulation keeps it."""
     for _ in range(most):
         after = _a_step_on(stand, found, gain) or (None if stand.is_fresh else stand.anew)
         if after is None:
-            return stand, found
+            break
         stand, found = after, after.weighed(found.noise)
-    return (stand, found) if stand.is_fresh else (stand.anew, stand.anew.weighed(found.noise))
+    stand, found = (stand, found) if stand.is_fresh else (stand.anew, stand.anew.weighed(found.noise))
+    return stand, stand.borne_out(found)
 
 
 def _a_step_on(stand: Stand, found: Evidence, gain: float) -> Stand | None:
@@ -308,12 +273,11 @@ def _a_step_on(stand: Stand, found: Evidence, gain: float) -> Stand | None:
     step, change = _step_within(stand, found)
     if step is None:
         return None
-    rows, (low, high) = stand.known, stand.bounds
-    here = stand.log_probability(stand.fit.problem, stand.fit.q, stand.sizes, found.noise, rows)
+    here, (low, high) = stand.log_probability(found.noise), stand.bounds
     for share in _SHARES:
         q, sizes = np.clip(stand.fit.q + share * step, low, high), stand.sizes + share * change
         problem = stand.with_errors(sizes)
-        if stand.log_probability(problem, q, sizes, found.noise, rows) > here + gain:
+        if stand.log_probability_at(problem, q, sizes, found.noise) > here + gain:
             return stand.moved_to(problem, q, sizes)
     return None
 

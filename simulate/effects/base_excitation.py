@@ -32,7 +32,13 @@ class BaseExcitation(PlatformEffect):
     frequency_Hz: float = parameter(5.0, low=0.1, high=200.0, typical=5.0, starts=_FREQUENCIES_HZ, doc="frequency of the base's motion, f")
     phase_rad: float = parameter(0.0, low=-7.0, high=7.0, typical=0.5, starts=(0.0, 1.57, 3.14, -1.57), doc="phase at the release, phi")
     axis: tuple[float, ...] = parameter(
-        (1.0, 0.0, 0.0), low=-1.0, high=1.0, typical=0.5, starts=((1.0, 0.0, 0.0), (0.0, 0.0, 1.0)), doc="direction of the acceleration, n"
+        (1.0, 0.0, 0.0),
+        low=-1.0,
+        high=1.0,
+        typical=0.5,
+        starts=((1.0, 0.0, 0.0), (0.0, 0.0, 1.0)),
+        doc="direction of the acceleration, n",
+        mirror="shift",
     )
 
     def as_stated(self) -> BaseExcitation:

@@ -19,7 +19,9 @@ class CentreOfMassOffset(ModelEffect):
     """
 
     name = "centre-of-mass-offset"
-    offset_m: tuple[float, ...] = parameter((0.0,) * 3, low=-0.1, high=0.1, typical=0.002, doc="shift within the platform frame, d")
+    offset_m: tuple[float, ...] = parameter(
+        (0.0,) * 3, low=-0.1, high=0.1, typical=0.002, doc="shift within the platform frame, d", mirror="shift"
+    )
 
     def adjust(self, model: RigT) -> RigT:
         """The model with its mass elsewhere."""

@@ -28,7 +28,12 @@ class GeometryError(ModelEffect):
 
     name = "geometry-error"
     position_m: tuple[float, ...] = parameter(
-        (0.0,) * (2 * _HALF), low=-0.1, high=0.1, typical=3e-4, doc="shift of x, y, z of each base joint, then of each platform joint"
+        (0.0,) * (2 * _HALF),
+        low=-0.1,
+        high=0.1,
+        typical=3e-4,
+        doc="shift of x, y, z of each base joint, then of each platform joint",
+        mirror="joints",
     )
 
     def prior_spread(self, model: Rig, measures: Measures = PROTOTYPE) -> float:

@@ -22,7 +22,13 @@ class LegDisparity(ModelEffect):
 
     name = "leg-disparity"
     force_N: tuple[float, ...] = parameter(
-        (0.0,) * 6, low=-5.0, high=5.0, typical=0.01, doc="shift of the stored force, one value a leg", source="Aridon 2009, section 4"
+        (0.0,) * 6,
+        low=-5.0,
+        high=5.0,
+        typical=0.01,
+        doc="shift of the stored force, one value a leg",
+        source="Aridon 2009, section 4",
+        mirror="legs",
     )
 
     def adjust(self, model: RigT) -> RigT:

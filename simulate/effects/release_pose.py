@@ -19,10 +19,14 @@ class ReleasePose(ModelEffect):
 
     name = "release-pose"
     position_m: tuple[float, ...] = parameter(
-        (0.0,) * 3, low=-0.1, high=0.1, typical=0.002, doc="shift of the release position, world axes"
+        (0.0,) * 3, low=-0.1, high=0.1, typical=0.002, doc="shift of the release position, world axes", mirror="shift"
     )
-    theta_rad: tuple[float, ...] = parameter((0.0,) * 3, low=-0.5, high=0.5, typical=0.005, doc="rotation vector at the release")
-    velocity_m_per_s: tuple[float, ...] = parameter((0.0,) * 3, low=-1.0, high=1.0, typical=0.005, doc="velocity at the release")
+    theta_rad: tuple[float, ...] = parameter(
+        (0.0,) * 3, low=-0.5, high=0.5, typical=0.005, doc="rotation vector at the release", mirror="rotation"
+    )
+    velocity_m_per_s: tuple[float, ...] = parameter(
+        (0.0,) * 3, low=-1.0, high=1.0, typical=0.005, doc="velocity at the release", mirror="shift"
+    )
 
     def adjust(self, model: RigT) -> RigT:
         """The model released elsewhere."""

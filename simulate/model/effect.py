@@ -27,6 +27,7 @@ from simulate.model.rig import Rig
 
 Bounds = dict[str, tuple[float, float]]
 RigT = TypeVar("RigT", bound=Rig)
+EffectT = TypeVar("EffectT", bound="Effect")
 _LARGEST = sys.float_info.max
 ANY_RIG = 1e6  # times the bounds for the prototype: no rig is so much larger or smaller
 
@@ -42,6 +43,7 @@ def parameter(
     starts: tuple[float | tuple[float, ...], ...] = (),
     linear: bool = True,
     units: tuple[str, ...] = (),
+    mirror: str = "",
 ) -> Any:
     """A parameter of an effect; its unit stands in its name.
 
@@ -56,13 +58,15 @@ def parameter(
         nothing of itself while the effect is off; of an effect that is not linear, sizes at which it is tried.
     linear : whether the effect grows in proportion to it from where it is switched off; a gap that opens does not.
     units : of each entry, `N_per_m`, where the name does not end with it.
+    mirror : what a vector becomes on a rig that is seen in a mirror: "shift" (x, y, z of a place, a speed, an axis), "rotation"
+        (about x, y, z), "legs" (one value a leg), "joints" (x, y, z of the six base joints, then of those of the platform); else the same.
 
     Returns
     -------
     A field of the effect's dataclass.
     """
     limits = {"low": low, "high": high, "typical": typical, "doc": doc, "source": source, "units": units}
-    return field(default=default, metadata={**limits, "starts": starts, "linear": linear})
+    return field(default=default, metadata={**limits, "starts": starts, "linear": linear, "mirror": mirror})
 
 
 class Formulas:

@@ -8,6 +8,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from identify.criteria import TO_COMPARE
 from identify.estimation.horizons import horizons
 from identify.selection import weighing
 from identify.selection.stand import Both, Weighed
@@ -71,8 +72,8 @@ def test_films_that_are_missed_early_but_by_less_than_now_are_led_on(right, monk
 
 def test_what_falls_far_behind_another_is_led_no_farther(right):
     stand = right.within
-    _, course = weighing._led_once(stand, stand.fit.q, stand.sizes)
-    _, cut = weighing._led_once(stand, stand.fit.q, stand.sizes, [1e9, *course[1:]])
+    _, course = weighing.led_once(stand, stand.fit.q, stand.sizes)
+    _, cut = weighing.led_once(stand, stand.fit.q, stand.sizes, [1e9, *course[1:]])
     assert len(course) == len(horizons(stand.given)) == 3
     assert len(cut) == 1
 
@@ -80,10 +81,11 @@ def test_what_falls_far_behind_another_is_led_no_farther(right):
 @pytest.mark.parametrize(("gains", "most", "taken"), [(18, None, 18), (18, 10, 10), (40, None, 25), (0, None, 0)])
 def test_a_place_is_settled_while_steps_gain_and_compared_after_ten(monkeypatch, gains, most, taken):
     def place(step):
-        return SimpleNamespace(step=step, is_fresh=True, weighed=lambda noise: SimpleNamespace(noise=noise, step=step))
+        found = SimpleNamespace(noise=(), step=step)
+        return SimpleNamespace(step=step, is_fresh=True, weighed=lambda noise: found, borne_out=lambda found: found)
 
     monkeypatch.setattr(weighing, "_a_step_on", lambda stand, found, gain: place(stand.step + 1) if stand.step < gains else None)
     begun = SimpleNamespace(noise=(), step=0)
-    stand, found = weighing._stepped(place(0), begun, **({} if most is None else {"most": most}))  # type: ignore[arg-type]
+    stand, found = weighing.stepped(place(0), begun, **({} if most is None else {"most": most}))  # type: ignore[arg-type]
     assert (stand.step, found.step) == (taken, taken)
-    assert weighing._TO_COMPARE == 10
+    assert TO_COMPARE == 10

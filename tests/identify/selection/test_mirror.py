@@ -11,10 +11,20 @@ import pytest
 
 from identify.campaign.posing import problem_of
 from identify.campaign.runs import read_campaign
+from identify.estimation.horizons import solve_from_afar
 from identify.selection import weighing
 from identify.selection.model_errors import mirrored
-from identify.selection.weighing import on_the_likelier_side, weighed
-from simulate.effects import CentreOfMassOffset, EndStopDissipation, GeometryError, PlatformInertia, PlatformMass, StopStiffness
+from identify.selection.other_side import all_sides, on_the_likelier_side
+from identify.selection.weighing import along_lines, weighed
+from simulate.effects import (
+    CentreOfMassOffset,
+    EndStopDissipation,
+    GeometryError,
+    LegDisparity,
+    PlatformInertia,
+    PlatformMass,
+    StopStiffness,
+)
 from simulate.files.model_file import read_model
 
 
@@ -42,11 +52,18 @@ def as_built(seed):
     )
 
 
-def test_in_a_mirror_the_centre_of_mass_is_on_the_other_side_and_the_joints_are_forgotten():
-    errors = {("centre-of-mass-offset", 0): 1.0, ("centre-of-mass-offset", 1): 0.5, ("geometry-error", 7): 2.0, ("platform-mass", 0): -1.0}
-    assert mirrored(errors, 1) == {("centre-of-mass-offset", 0): 1.0, ("centre-of-mass-offset", 1): -0.5, ("platform-mass", 0): -1.0}
-    assert mirrored(errors, 1, 0.0)[("centre-of-mass-offset", 1)] == 0.0
-    assert mirrored(errors, 0) == {("centre-of-mass-offset", 0): -1.0, ("centre-of-mass-offset", 1): 0.5, ("platform-mass", 0): -1.0}
+def test_in_a_mirror_the_centre_of_mass_and_each_joint_are_on_the_other_side(prototype):
+    """Across y the first leg stands where the image of the last one does."""
+    errors = {("centre-of-mass-offset", 0): 1.0, ("centre-of-mass-offset", 1): 0.5, ("geometry-error", 1): 2.0, ("platform-mass", 0): -1.0}
+    image = {key: size for key, size in mirrored(errors, 1, prototype.geometry).items() if size}
+    assert image == {
+        ("centre-of-mass-offset", 0): 1.0,
+        ("centre-of-mass-offset", 1): -0.5,
+        ("geometry-error", 16): -2.0,
+        ("platform-mass", 0): -1.0,
+    }
+    assert mirrored(errors, 1, prototype.geometry, 0.0)[("centre-of-mass-offset", 1)] == 0.0
+    assert mirrored(errors, 0, prototype.geometry)[("centre-of-mass-offset", 0)] == -1.0
 
 
 @pytest.mark.slow
@@ -93,7 +110,27 @@ def test_a_release_is_turned_to_its_other_side_where_films_are_missed_or_met_by_
         return led_to({0: -100.2, 1: -100.0 + gain, 2: -101.0}[turned], rms, sizes), []
 
     monkeypatch.setattr(weighing, "_mirrored", lambda fit: iter(range(3)))
-    monkeypatch.setattr(weighing, "_led_once", led_once)
+    monkeypatch.setattr(weighing, "led_once", led_once)
     found = weighing._on_other_sides(begun, begun, [-90.0, -100.0])
     assert found.weighed().log_z == reached
     assert len(sides) == tried
+
+
+@pytest.mark.slow
+def test_legs_that_differ_are_stated_with_what_the_mirror_would_show(campaign, fitted):
+    """One film from one side: legs that differ and their mirror image are equally likely, and the intervals reach over both."""
+    true = LegDisparity((0.06, -0.03, 0.02, 0.0, -0.04, 0.01))
+    folder = campaign(true, 105, loops=(), deployments=({},), hold_out=False)
+    base = fitted(folder).problem
+    one = weighed(solve_from_afar(base.with_effects([LegDisparity()])))
+    here, there = all_sides(one)
+    forces = [side.fit.problem.effects_at(side.fit.q)[0].flat() for side in (here, there)]
+    assert here.log_z == pytest.approx(there.log_z, abs=1.0)
+    assert forces[1] == pytest.approx(forces[0][::-1], abs=0.02)
+    assert np.max(np.abs(forces[1] - forces[0])) > 0.02
+
+
+def test_names_without_a_direction_have_one_side(campaign, fitted):
+    folder = campaign(None, 106, loops=(), deployments=({},), hold_out=False)
+    one = along_lines(fitted(folder))
+    assert all_sides(one) == (one,)

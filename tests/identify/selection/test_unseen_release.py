@@ -36,7 +36,7 @@ def led_to(monkeypatch, sizes):
         starts.append(q)
         return weighing.replace(stand, sizes=np.full(len(stand.sizes), sizes)), []
 
-    monkeypatch.setattr(weighing, "_led_once", led)
+    monkeypatch.setattr(weighing, "led_once", led)
     return starts
 
 

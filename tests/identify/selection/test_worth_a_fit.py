@@ -85,6 +85,6 @@ def test_in_the_place_of_a_name_that_brought_far_more_than_promised_what_says_as
     monkeypatch.setattr(search, "_weigh", lambda one, found, reached: None)
     search.ahead[names] = promised(names, promised_before)
     one = hypothesis(names, -50.0)
-    one.weighed = SimpleNamespace(log_z=-45.0, gain_of=lambda name: 237.0)
+    one.weighed = SimpleNamespace(along_lines=-45.0, gain_of=lambda name: 237.0)
     search._weigh_in_place(one, "handrail-contact")
     assert search.due == due

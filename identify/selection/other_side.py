@@ -1,0 +1,105 @@
+"""A hypothesis on the other side of what no film shows: in the mirror, where a rig that nearly is its own image looks nearly the same.
+
+Releases, centre of mass, legs and all other directions must change sides together: alone, no step leads there.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from itertools import islice
+
+import numpy as np
+
+from identify.criteria import CREDIBLE, HARDLY, TO_COMPARE
+from identify.estimation.problem import Fit
+from identify.selection.model_errors import mirrored
+from identify.selection.stand import Both, Stand, Weighed
+from identify.selection.weighing import led_once, stepped
+from measure.common.arrays import Array
+from simulate.model.mirror import mirrored_effect
+from simulate.model.rig import Geometry
+
+_TILTS = ("theta_x", "theta_y")  # how their keys begin
+
+
+def on_the_likelier_side(one: Weighed, most: int | None = None) -> Weighed:
+    """The same hypothesis, off by errors of the model file, or a likelier one, found from its mirror image across what no film shows.
+
+    To a rig that is its own mirror image both would be one. The small things that make it none tell the sides apart, but lie in
+    different minima.
+
+    Parameters
+    ----------
+    most : from how many places on the other side the search starts; by default from all that may lead to its best one.
+    """
+    stand, found = one.within, one.both.within
+    if found is None or one.both.share_of_exact > CREDIBLE:
+        return one
+    for axis, turned in stand.given.mirrors():
+        for start in islice(_images(one.within, axis, turned), most):
+            other, of_other = stepped(start, start.weighed(), most=TO_COMPARE)
+            if of_other.kept > found.kept + HARDLY:
+                stand, found = other, of_other
+    if stand is one.within:
+        return one
+    stand, found = stepped(stand, found)
+    return Weighed(one.exact, stand, Both(one.both.exact, found))
+
+
+def all_sides(one: Weighed) -> tuple[Weighed, ...]:
+    """The likelier stand of a hypothesis, and in each mirror the same names with their directions and legs on the other side.
+
+    The likeliest comes first. Names without a direction are the same on every side: then there is one only.
+    """
+    stand, found = one.stand, one.evidence
+    images = [_image(stand, axis, turned) for axis, turned in stand.given.mirrors() if _has_sides(stand, axis)]
+    if not images:
+        return (one,)
+    sides = [(stand, found), *(stepped(image, image.weighed(found.noise)) for image in images)]
+    return tuple(sorted((Weighed(at, at, Both(of, None)) for at, of in sides), key=lambda side: -side.log_z))
+
+
+def _has_sides(stand: Stand, axis: int) -> bool:
+    """Whether an effect of the hypothesis is another one in the mirror."""
+    return not np.array_equal(_effects_in_mirror(stand, axis), stand.fit.q)
+
+
+def _image(stand: Stand, axis: int, turned: Sequence[int], share: float = -1.0) -> Stand:
+    """A stand in a mirror across an axis, some of its parameters turned round; the centre of mass times a share what it was."""
+    q = _effects_in_mirror(stand, axis)
+    q[list(turned)] *= -1.0
+    if len(stand.sizes):
+        return Stand.off_by(stand.given, q, mirrored(stand.errors_by_key, axis, _geometry_of(stand), share))
+    return Stand.exact(Fit(stand.given, q, *stand.given.jacobian(q), True))
+
+
+def _effects_in_mirror(stand: Stand, axis: int) -> Array:
+    """Parameters (k,) of a stand with its effects in a mirror."""
+    problem, q = stand.given, stand.fit.q.copy()
+    for shape, effect in zip(problem.effects, problem.effects_at(q), strict=True):
+        rows, image = problem.rows_of(effect.name), mirrored_effect(effect, axis, _geometry_of(stand))
+        q[rows] = (image.flat() - shape.flat()) / problem.scales[rows]
+    return q
+
+
+def _geometry_of(stand: Stand) -> Geometry:
+    geometry = stand.given.model.geometry
+    assert geometry is not None  # there are films
+    return geometry
+
+
+def _images(stand: Stand, axis: int, turned: Sequence[int]) -> Iterator[Stand]:
+    """Where a search on the other side starts, four places of which any may lead to the best one of that side.
+
+    Led by ever longer films from the mirror image, and that itself; led with the centre of mass in the middle; and with the tilts kept.
+    """
+    keys = [one.key for one in stand.fit.problem.parameters]
+    image = _image(stand, axis, turned)
+    yield _led(image)
+    yield image
+    yield _led(_image(stand, axis, turned, 0.0))
+    yield _led(_image(stand, axis, [k for k in turned if not keys[k].startswith(_TILTS)], 0.0))
+
+
+def _led(start: Stand) -> Stand:
+    return led_once(start, start.fit.q, start.sizes)[0]

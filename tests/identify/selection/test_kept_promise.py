@@ -1,0 +1,84 @@
+"""What straight lines promise and the simulation does not keep is no evidence; intervals reach over all sides that are likely."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from identify.selection.findings import _over_all
+from identify.selection.hypotheses import BUDGETS
+from identify.selection.search import Search
+from identify.selection.stand import Both, Stand
+from identify.selection.weighing import settled
+
+
+@pytest.fixture
+def stand(campaign, fitted):
+    folder = campaign(None, 871, loops=(), deployments=({},), hold_out=False)
+    return settled(Stand.exact(fitted(folder)))[0]
+
+
+def test_a_place_where_no_step_leads_on_keeps_what_its_lines_promise(stand):
+    assert stand.borne_out(stand.weighed()).unkept < 1.0
+
+
+def test_what_lines_promise_from_a_place_where_the_simulation_stays_is_no_evidence(stand):
+    """Two standard deviations of a number of the law beside the best place, all else as it is: lines still lead back and promise two."""
+    off = stand.fit.q.copy()
+    off[1] += 2.0 / np.sqrt(np.linalg.inv(stand.weighed().covariance)[1, 1])
+    there = stand.at(stand.fit.problem, off, stand.sizes)
+    found = there.borne_out(there.weighed())
+    lost = stand.log_probability(found.noise) - there.log_probability(found.noise)
+    assert found.kept == pytest.approx(found.log_z - lost, abs=1.0)
+    assert found.unkept > 1.0
+    assert Both(found, None).log_z == found.kept
+    assert Both(found, None).along_lines == found.log_z
+
+
+def test_an_interval_over_one_side_is_that_of_a_normal_distribution():
+    assert _over_all(np.array([3.0]), np.array([0.5]), np.ones(1)) == pytest.approx((2.02, 3.98), abs=1e-3)
+
+
+def test_an_interval_over_two_equal_sides_leaves_a_twentieth_of_either():
+    assert _over_all(np.array([-10.0, 10.0]), np.array([1.0, 1.0]), np.full(2, 0.5)) == pytest.approx((-11.645, 11.645), abs=1e-3)
+
+
+def test_a_side_that_is_hardly_likely_does_not_widen_an_interval():
+    assert _over_all(np.array([0.0, 10.0]), np.array([1.0, 1.0]), np.array([0.999, 0.001])) == pytest.approx((-1.96, 1.98), abs=0.02)
+
+
+def test_a_side_on_which_a_parameter_does_not_show_says_nothing_of_it():
+    assert _over_all(np.array([0.0, 10.0]), np.array([1.0, np.nan]), np.full(2, 0.5)) == pytest.approx((-1.96, 1.96), abs=1e-3)
+
+
+def hypothesis(names, log_weight) -> Any:
+    weighed = SimpleNamespace(leaves_noise=True, log_z=log_weight)
+    fit = SimpleNamespace(rms=1.0)
+    return SimpleNamespace(names=names, log_weight=log_weight, is_believable=True, fit=fit, largest_rms=1.0, weighed=weighed)
+
+
+ALONE, BESIDE = {("viscous-friction",)}, {("a", "b"), ("a", "c")}
+
+
+@pytest.mark.parametrize(("is_likelier", "left"), [(True, ALONE), (False, ALONE | BESIDE)])
+def test_before_a_name_is_added_the_others_are_looked_for_on_the_other_side(monkeypatch, is_likelier, left):
+    search = Search({}, lambda names: 0.0, BUDGETS["normal"], lambda text: None)
+    search.fitted = {(): hypothesis((), -100.0), ("a",): hypothesis(("a",), -50.0)}
+    search.ahead = {one: SimpleNamespace(names=one, log_weight=-45.0, promise=True, beside=None) for one in ALONE | BESIDE}  # type: ignore[misc]
+    fits, before = [], search.fitted[("a",)].weighed
+    after = replace_log_z(before) if is_likelier else before
+    monkeypatch.setattr("identify.selection.search.on_the_likelier_side", lambda one, most: after)
+    monkeypatch.setattr(search, "_keep", lambda names, found: None)
+    monkeypatch.setattr(search, "_fit", lambda ahead: fits.append(ahead.names))
+    search._fit_or_turn(search.ahead[("a", "b")])
+    assert fits == []
+    assert set(search.ahead) == left
+    search._fit_or_turn(SimpleNamespace(names=("a", "b")))  # type: ignore[arg-type]
+    assert fits == [("a", "b")]
+
+
+def replace_log_z(one) -> Any:
+    return SimpleNamespace(leaves_noise=one.leaves_noise, log_z=one.log_z + 1.0)
