@@ -223,7 +223,7 @@ def moved_far(found: Explanation) -> tuple[Dragged, ...]:
 
 def _finding_in_words(found: Explanation) -> str:
     plain = {
-        "no-gap": "what is left between model and measurement is noise" + _colour(found) + _within(found),
+        "no-gap": "what is left between model and measurement is noise" + _colour(found) + _likelier(found) + _within(found),
         "unknown": "there is a gap, and nothing in the catalogue explains it" + _in_formula(found),
     }
     if found.verdict in plain:
@@ -267,6 +267,13 @@ def _colour(found: Explanation) -> str:
     """The noise's memory, where it has some."""
     most = max((one.lag1 for one in found.noise), default=0.0)
     return f", correlated up to {most:.1f} from sample to sample" if most >= 0.15 else ""
+
+
+def _likelier(found: Explanation) -> str:
+    """What is more probable than nothing where nothing is not excluded: neither is sure."""
+    nothing = found.weights.get("no-gap", 0.0)
+    name, weight = max(found.weights.items(), key=lambda one: one[1], default=("no-gap", nothing))
+    return f"; {name} would explain it too and is likelier ({weight:.2f} to {nothing:.2f}), but not sure" if weight > nothing else ""
 
 
 def noise_sentence(found: Explanation) -> str | None:

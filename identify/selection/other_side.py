@@ -61,7 +61,7 @@ def all_sides(one: Weighed) -> tuple[Weighed, ...]:
 
 def _has_sides(stand: Stand, axis: int) -> bool:
     """Whether an effect of the hypothesis is another one in the mirror."""
-    return not np.array_equal(_effects_in_mirror(stand, axis), stand.fit.q)
+    return not np.allclose(_effects_in_mirror(stand, axis), stand.fit.q)
 
 
 def _image(stand: Stand, axis: int, turned: Sequence[int], share: float = -1.0) -> Stand:

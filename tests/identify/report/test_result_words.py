@@ -1,0 +1,23 @@
+"""What a result says in words."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+from typing import Any
+
+import pytest
+
+from identify.report.result import _likelier
+
+
+@pytest.mark.parametrize(
+    ("weights", "said"),
+    [
+        ({"no-gap": 0.9, "platform-mass": 0.1}, ""),
+        ({"platform-mass": 0.62, "no-gap": 0.33}, "; platform-mass would explain it too and is likelier (0.62 to 0.33), but not sure"),
+        ({}, ""),
+    ],
+)
+def test_where_nothing_is_not_excluded_but_less_likely_the_likelier_name_is_said(weights, said):
+    found: Any = SimpleNamespace(weights=weights)
+    assert _likelier(found) == said
