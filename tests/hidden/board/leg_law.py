@@ -96,8 +96,13 @@ def loop_by_ode(model: Model, times: Array, u: Array, v: Array, a: Array, start_
     law = Law(replace(model, actuator=_mean(model.actuator)), without=("leg-disparity",))
     moved = CubicHermiteSpline(times, np.column_stack([u, v]), np.column_stack([v, a]))
     longest = 4e-3 / max(float(np.max(np.abs(a))) ** 0.5, 1e-3)
+
+    def rate(t: float, force: Array) -> list[float]:
+        at, speed = moved(t).tolist()
+        return law.rate([at], [speed], force.tolist())
+
     solved = solve_ivp(
-        lambda t, force: law.rate(*moved(t)[:, None].tolist(), force),
+        rate,
         (times[0], times[-1]),
         [start_force_N],
         method="LSODA",
