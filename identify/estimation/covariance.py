@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy import linalg
 
 from measure.common.arrays import Array
 
+_JITTER = 1e-10  # of a diagonal of one: rounding leaves a matrix positive
 _REACH = 6  # frequencies of a doubled transform, half as many independent ones
 
 
@@ -122,3 +125,27 @@ def own_shares(table: Array) -> Array:
     columns, _ = scaled(table[:, known])
     shares[known] = 1.0 / np.sqrt(np.maximum(np.diag(inverse_of(columns.T @ columns)), 1.0))
     return shares
+
+
+@dataclass(frozen=True)
+class Factored:
+    """A symmetric positive matrix, scaled by its diagonal and decomposed by Cholesky. root : (n, n), lower. size : (n,) of the scaling."""
+
+    root: Array
+    size: Array
+
+    @classmethod
+    def of(cls, matrix: Array) -> Factored:
+        """Decompose."""
+        size = np.sqrt(np.maximum(np.diag(matrix), 1e-300))
+        return cls(linalg.cholesky(matrix / np.outer(size, size) + _JITTER * np.eye(len(size)), lower=True), size)
+
+    def solve(self, right: Array) -> Array:
+        """The inverse times a vector (n,) or a matrix (n, k)."""
+        scaled = (right.T / self.size).T
+        return (np.asarray(linalg.cho_solve((self.root, True), scaled)).T / self.size).T
+
+    @property
+    def log_det(self) -> float:
+        """Logarithm of the determinant."""
+        return 2.0 * float(np.sum(np.log(np.diag(self.root))) + np.sum(np.log(self.size)))

@@ -270,10 +270,14 @@ def _colour(found: Explanation) -> str:
 
 
 def _likelier(found: Explanation) -> str:
-    """What is more probable than nothing where nothing is not excluded: neither is sure."""
-    nothing = found.weights.get("no-gap", 0.0)
-    name, weight = max(found.weights.items(), key=lambda one: one[1], default=("no-gap", nothing))
-    return f"; {name} would explain it too and is likelier ({weight:.2f} to {nothing:.2f}), but not sure" if weight > nothing else ""
+    """What is more probable than nothing where nothing is not excluded: neither is sure. An error within its tolerances is no such name."""
+    nothing, within = found.weights.get("no-gap", 0.0), {effect.name for effect in found.after.problem.effects}
+    others = {name: weight for name, weight in found.weights.items() if weight > nothing and not set(name.split(" + ")) <= within}
+    if not others:
+        return ""
+    name = max(others, key=lambda one: others[one])
+    words = "a force without a name" if name == "unknown" else name
+    return f"; {words} would explain it too and is likelier ({others[name]:.2f} to {nothing:.2f}), but not sure"
 
 
 def noise_sentence(found: Explanation) -> str | None:

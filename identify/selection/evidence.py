@@ -19,7 +19,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import linalg, special
 
-from identify.criteria import DEGREES
+from identify.criteria import DEGREES, NOTHING, WITHIN
+from identify.estimation.covariance import Factored
 from identify.estimation.noise_model import ChannelNoise, estimated, log_likelihood, weights
 from measure.common.arrays import Array
 
@@ -27,7 +28,7 @@ ROUNDS = 8
 _SAME = 0.03  # change of the log likelihood at which the rounds end
 _GAINS = 3.0  # further rounds together gain no more than so many times the last one
 _INFORMATION = (DEGREES + 1.0) / (DEGREES + 3.0)  # of Student's t about its place, in units of 1 / scale^2
-_JITTER = 1e-10
+_LOG_SHARES = float(np.log(NOTHING / (NOTHING + WITHIN))), float(np.log(WITHIN / (NOTHING + WITHIN)))
 
 
 @dataclass(frozen=True)
@@ -167,6 +168,51 @@ class Evidence:
         return Factored.of(_information(white, precision)).solve(np.eye(len(precision)))
 
 
+@dataclass(frozen=True)
+class Both:
+    """A hypothesis weighed with the model file as it is, and as far off as its tolerances allow; None where it has none that show.
+
+    Its log evidence counts as far as it was found to be kept where the hypothesis stands.
+    """
+
+    exact: Evidence
+    within: Evidence | None
+
+    @property
+    def log_z(self) -> float:
+        """The log evidence over both."""
+        return self.exact.kept if self.within is None else float(np.logaddexp(*self._parts))
+
+    @property
+    def along_lines(self) -> float:
+        """The same as straight lines from there have it: with this are names beside it compared, which are weighed along them."""
+        return self.exact.log_z if self.within is None else float(np.logaddexp(*self._shared(self.exact.log_z, self.within.log_z)))
+
+    @property
+    def is_exact(self) -> bool:
+        """Whether the model file as it is has more weight."""
+        return self.within is None or self._parts[0] >= self._parts[1]
+
+    @property
+    def likelier(self) -> Evidence:
+        """The one with more weight."""
+        return self.exact if self.within is None or self.is_exact else self.within
+
+    @property
+    def share_of_exact(self) -> float:
+        """Probability of the model file as it is, under this hypothesis."""
+        return 1.0 if self.within is None else float(np.exp(self._parts[0] - self.log_z))
+
+    @property
+    def _parts(self) -> tuple[float, float]:
+        assert self.within is not None
+        return self._shared(self.exact.kept, self.within.kept)
+
+    @staticmethod
+    def _shared(exact: float, within: float) -> tuple[float, float]:
+        return exact + _LOG_SHARES[0], within + _LOG_SHARES[1]
+
+
 def evidence(
     lines: Lines,
     columns: Columns | None = None,
@@ -269,30 +315,6 @@ def normal_matrix(white: Sequence[White], counts: Sequence[Array | float], preci
 
 def _information(white: Sequence[White], precision: Array) -> Array:
     return normal_matrix(white, [_INFORMATION] * len(white), precision)
-
-
-@dataclass(frozen=True)
-class Factored:
-    """A symmetric positive matrix, scaled by its diagonal and decomposed by Cholesky. root : (n, n), lower. size : (n,) of the scaling."""
-
-    root: Array
-    size: Array
-
-    @classmethod
-    def of(cls, matrix: Array) -> Factored:
-        """Decompose."""
-        size = np.sqrt(np.maximum(np.diag(matrix), 1e-300))
-        return cls(linalg.cholesky(matrix / np.outer(size, size) + _JITTER * np.eye(len(size)), lower=True), size)
-
-    def solve(self, right: Array) -> Array:
-        """The inverse times a vector (n,) or a matrix (n, k)."""
-        scaled = (right.T / self.size).T
-        return (np.asarray(linalg.cho_solve((self.root, True), scaled)).T / self.size).T
-
-    @property
-    def log_det(self) -> float:
-        """Logarithm of the determinant."""
-        return 2.0 * float(np.sum(np.log(np.diag(self.root))) + np.sum(np.log(self.size)))
 
 
 def _log_likelihood(lines: Lines, own: Columns, white: Sequence[White], left: Sequence[Array], found: Array) -> float:

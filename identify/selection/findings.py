@@ -50,7 +50,7 @@ def findings_of(sides: Sequence[Weighed], nothing: Hypothesis, verdict: Verdict,
     sides : the foremost hypothesis where it is likeliest, and wherever else films from one side may have it.
     """
     closed, foremost = share_closed(nothing.fit, sides[0].fit, noise), sides[0]
-    logs = np.array([side.log_z for side in sides])
+    logs = np.array([side.evidence.kept for side in sides])
     shares = np.exp(logs - np.logaddexp.reduce(logs))
     parts = [_on_all_sides([_estimated(side, name) for side in sides], shares) for name in verdict.names]
     whole = sum(part.strength for part in parts) or 1.0

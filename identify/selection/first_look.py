@@ -16,11 +16,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from identify.estimation.covariance import Factored
 from identify.estimation.noise_model import weights
 from identify.selection.evidence import (
     Columns,
     Evidence,
-    Factored,
     White,
     log_inside,
     normal_matrix,

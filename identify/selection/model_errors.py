@@ -155,14 +155,13 @@ def sizes_in_tolerances(fit: Fitted[Posed], name: str) -> dict[tuple[str, int], 
     return {(name, place): float(size) for place, size in enumerate(sizes)}
 
 
-def mirrored(errors: Mapping[tuple[str, int], float], axis: int, geometry: Geometry, share: float = -1.0) -> dict[tuple[str, int], float]:
-    """Errors by name and place of a rig that is seen in a mirror; its centre of mass along the axis is times a share what it was."""
+def mirrored(errors: Mapping[tuple[str, int], float], axis: int, geometry: Geometry) -> dict[tuple[str, int], float]:
+    """Errors by name and place, in tolerances, of a rig that is seen in a mirror across an axis."""
     found = dict(errors)
     for kind in (kind for kind, _ in TOLERANCES if any(name == kind.name for name, _ in errors)):
         sizes = np.array([errors.get((kind.name, place), 0.0) for place in range(len(kind.flat_names()))])
         found |= {(kind.name, place): size for place, size in enumerate(mirrored_values(kind, sizes, axis, geometry).tolist())}
-    of_centre = (CentreOfMassOffset.name, axis)
-    return found | ({of_centre: share * errors[of_centre]} if of_centre in errors else {})
+    return found
 
 
 def _columns(fit: Fitted[Posed], kinds: Sequence[type[Effect]], places: Sequence[Sequence[int]]) -> Array:

@@ -12,10 +12,12 @@ import numpy as np
 
 from identify.criteria import CREDIBLE, HARDLY, TO_COMPARE
 from identify.estimation.problem import Fit
+from identify.selection.evidence import Both, Evidence
 from identify.selection.model_errors import mirrored
-from identify.selection.stand import Both, Stand, Weighed
+from identify.selection.stand import Stand, Weighed
 from identify.selection.weighing import led_once, stepped
 from measure.common.arrays import Array
+from simulate.effects import CentreOfMassOffset
 from simulate.model.mirror import mirrored_effect
 from simulate.model.rig import Geometry
 
@@ -47,16 +49,24 @@ def on_the_likelier_side(one: Weighed, most: int | None = None) -> Weighed:
 
 
 def all_sides(one: Weighed) -> tuple[Weighed, ...]:
-    """The likelier stand of a hypothesis, and in each mirror the same names with their directions and legs on the other side.
+    """A hypothesis, and in each mirror the same names with their directions and legs on the other side; the likeliest comes first.
 
-    The likeliest comes first. Names without a direction are the same on every side: then there is one only.
+    Names without a direction are the same on every side: then there is one only. Of the other sides their likelier stand is kept only.
     """
     stand, found = one.stand, one.evidence
     images = [_image(stand, axis, turned) for axis, turned in stand.given.mirrors() if _has_sides(stand, axis)]
-    if not images:
-        return (one,)
     sides = [(stand, found), *(stepped(image, image.weighed(found.noise)) for image in images)]
-    return tuple(sorted((Weighed(at, at, Both(of, None)) for at, of in sides), key=lambda side: -side.log_z))
+    likeliest, *others = sorted(sides, key=lambda side: -side[1].kept)
+    return (_moved(one, *likeliest), *(Weighed(at, at, Both(of, None)) for at, of in others))
+
+
+def _moved(one: Weighed, stand: Stand, found: Evidence) -> Weighed:
+    """A hypothesis with its likelier stand somewhere else; itself where that is there already."""
+    if stand is one.stand:
+        return one
+    if one.both.is_exact:
+        return Weighed(stand, one.within, Both(found, one.both.within))
+    return Weighed(one.exact, stand, Both(one.both.exact, found))
 
 
 def _has_sides(stand: Stand, axis: int) -> bool:
@@ -64,13 +74,14 @@ def _has_sides(stand: Stand, axis: int) -> bool:
     return not np.allclose(_effects_in_mirror(stand, axis), stand.fit.q)
 
 
-def _image(stand: Stand, axis: int, turned: Sequence[int], share: float = -1.0) -> Stand:
-    """A stand in a mirror across an axis, some of its parameters turned round; the centre of mass times a share what it was."""
+def _image(stand: Stand, axis: int, turned: Sequence[int], *, centred: bool = False) -> Stand:
+    """A stand in a mirror across an axis, some of its parameters turned round; the centre of mass in the middle if it is to be."""
     q = _effects_in_mirror(stand, axis)
     q[list(turned)] *= -1.0
-    if len(stand.sizes):
-        return Stand.off_by(stand.given, q, mirrored(stand.errors_by_key, axis, _geometry_of(stand), share))
-    return Stand.exact(Fit(stand.given, q, *stand.given.jacobian(q), True))
+    if not len(stand.sizes):
+        return Stand.exact(Fit(stand.given, q, *stand.given.jacobian(q), True))
+    errors = mirrored(stand.errors_by_key, axis, _geometry_of(stand))
+    return Stand.off_by(stand.given, q, errors | ({(CentreOfMassOffset.name, axis): 0.0} if centred else {}))
 
 
 def _effects_in_mirror(stand: Stand, axis: int) -> Array:
@@ -97,8 +108,8 @@ def _images(stand: Stand, axis: int, turned: Sequence[int]) -> Iterator[Stand]:
     image = _image(stand, axis, turned)
     yield _led(image)
     yield image
-    yield _led(_image(stand, axis, turned, 0.0))
-    yield _led(_image(stand, axis, [k for k in turned if not keys[k].startswith(_TILTS)], 0.0))
+    yield _led(_image(stand, axis, turned, centred=True))
+    yield _led(_image(stand, axis, [k for k in turned if not keys[k].startswith(_TILTS)], centred=True))
 
 
 def _led(start: Stand) -> Stand:

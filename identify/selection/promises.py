@@ -13,11 +13,11 @@ from identify.estimation.horizons import horizons
 from identify.estimation.least_squares import solve
 from identify.estimation.parameters import STORED_FORCE
 from identify.estimation.problem import Fit, Problem
-from identify.selection.evidence import Columns
+from identify.gap.signatures import chords
+from identify.selection.evidence import Both, Columns
 from identify.selection.first_look import Gain, Promise
 from identify.selection.model_errors import FORCES, as_wide, effect_spreads
-from identify.selection.signatures import chords
-from identify.selection.stand import Both, Stand, Weighed
+from identify.selection.stand import Stand, Weighed
 from measure.common.arrays import Array
 from simulate.model.effect import Effect
 

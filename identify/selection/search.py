@@ -1,31 +1,30 @@
 """The search for what is missing: hypotheses weighed along straight lines, the foremost fitted whole, and on from the best.
 
-One object holds what was fitted, what was only weighed, and what it cost. A hypothesis is a set of names: effects of the catalogue, errors
-of the model file, or a force without a name. The search is best first: everything is weighed beside what was fitted best; while a
-hypothesis that was only weighed might hold a share of the probability, it is fitted. Films are weighed up to their first stop as well, for
-behind the stops a release has several local minima and straight lines lead nowhere.
+One object holds what was fitted, what was only weighed (`tried`), and what it cost. A hypothesis is a set of names: effects of the
+catalogue, errors of the model file, or a force without a name. The search is best first: everything is weighed beside what was fitted best;
+while a hypothesis that was only weighed might hold a share of the probability, it is fitted. Films are weighed up to their first stop as
+well, for behind the stops a release has several local minima and straight lines lead nowhere.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 
 import numpy as np
 
-from identify.criteria import CLOSE, CREDIBLE, LOSES, ROUGHLY, UNUSUAL_P
+from identify.criteria import CLOSE, CREDIBLE, LOSES, ROUGHLY
 from identify.estimation.horizons import solve_from_afar
 from identify.estimation.least_squares import solve, to_the_end
 from identify.estimation.multistart import Minima, released_again
 from identify.estimation.problem import Fit
-from identify.gap.gap_test import gap_test
-from identify.gap.unnamed import Unnamed
 from identify.selection.first_look import Promise
-from identify.selection.hypotheses import Ahead, Budget, Hypothesis, Prior, Say, halves
+from identify.selection.hypotheses import Ahead, Hypothesis, halves
 from identify.selection.model_errors import FORCES
 from identify.selection.other_side import on_the_likelier_side
 from identify.selection.promises import nearly_as_good, posed, promises
 from identify.selection.stand import Weighed
+from identify.selection.tried import Tried
 from identify.selection.unknown_force import unnamed_forces
 from identify.selection.verdict import Names, credible_set, foremost_of, is_unnamed, of_the_unnamed
 from identify.selection.weighing import (
@@ -38,10 +37,7 @@ from identify.selection.weighing import (
     weighed_within,
     without,
 )
-from simulate.model.effect import Effect
 
-_NEARLY_ALL = 0.9
-_NO_LARGER = 1.01  # times the gap: fits end within a hundredth
 _DEEPER = 10.0  # sum of squares, or log evidence, by which another local minimum is worth looking from anew
 _SETTLING = 8  # fits of what turns out to hold a share in the end
 _ALIKE = 0.25  # of what the foremost name was promised, that another may be promised less and be as good where lines lead astray
@@ -50,21 +46,13 @@ _SHORT = 1.0  # of a promise, in log evidence: then the fit may have gone astray
 
 
 @dataclass
-class Search:
-    """What was fitted and what was only weighed. prior : log prior of a set of names. due : names that are fitted whatever they promise,
+class Search(Tried):
+    """A search with what it has tried. seen_from : from where all others were weighed. due : names that are fitted whatever they promise,
     because the law had bent to what is missing. led : by what promise each was fitted. tried_anew : what was led from the model file, too.
     brought_back : what was looked for in other local minima since it was fitted. reached : log weight to which the fit of each led by
     itself. releases : local minima of each run's release that were found. turned : what was looked for on the other side of what no film
     shows."""
 
-    catalogue: Mapping[str, type[Effect]]
-    prior: Prior
-    budget: Budget
-    say: Say
-    fitted: dict[Names, Hypothesis] = field(default_factory=dict)
-    ahead: dict[Names, Ahead] = field(default_factory=dict)
-    tables: dict[Names, list[Unnamed]] = field(default_factory=dict)
-    promised: dict[Names, list[Promise]] = field(default_factory=dict)
     seen_from: set[Names] = field(default_factory=set)
     due: set[Names] = field(default_factory=set)
     led: dict[Names, Ahead] = field(default_factory=dict)
@@ -74,28 +62,6 @@ class Search:
     releases: Minima = field(default_factory=dict)
     spent: int = 0
     turned: set[Names] = field(default_factory=set)
-
-    @property
-    def foremost(self) -> Hypothesis:
-        """The fitted hypothesis with the largest weight, of those whose names all make the gap smaller."""
-        return max((self.fitted[names] for names in self._closing()), key=lambda one: one.log_weight)
-
-    def _closing(self) -> list[Names]:
-        """Fitted hypotheses that can be meant: no name makes the gap larger, no error is far beyond any drawing's tolerance.
-
-        Without a name the model file may have been moved far beyond its tolerances to the same gap; then what it leaves as it is counts.
-        """
-        return [
-            names
-            for names, one in self.fitted.items()
-            if not names or (one.is_believable and all(one.fit.rms <= _NO_LARGER * less.largest_rms for less in self._with_one_less(names)))
-        ]
-
-    @property
-    def _base(self) -> Names:
-        """The names beside which all others were weighed: the foremost ones, or the foremost of those that were looked from."""
-        seen = [names for names in self.promised if names in self.fitted]
-        return max(seen, key=lambda names: (names == self.foremost.names, self.fitted[names].log_weight))
 
     def run(self, base: Fit) -> None:
         """Search on from a fit without any effect, until nothing that was only weighed might hold a share or the budget is spent."""
@@ -149,18 +115,6 @@ class Search:
             return False
         return len(one.names) < 2 or halves(min((less.fit for less in self._with_one_less(one.names)), key=lambda fit: fit.rms), one.fit)
 
-    def _with_one_less(self, names: Names) -> list[Hypothesis]:
-        """Fitted hypotheses that have one of these names less; nothing where none was fitted."""
-        fewer = [tuple(other for other in names if other != name) for name in names]
-        return [self.fitted[less] for less in fewer if less in self.fitted] or [self.fitted[()]]
-
-    def shortest(self, names: Names) -> Hypothesis:
-        """Of these names the fewest, of those that were fitted, that close nine tenths of what all of them close."""
-        whole = self.fitted[()].fit.rms ** 2 - self.fitted[names].fit.rms ** 2
-        found = [one for one in self.fitted.values() if set(one.names) <= set(names)]
-        enough = [one for one in found if self.fitted[()].fit.rms ** 2 - one.fit.rms**2 >= _NEARLY_ALL * whole]
-        return min(enough, key=lambda one: (len(one.names), -one.log_weight))
-
     def settled(self) -> Hypothesis:
         """The hypothesis with the largest probability; of one with a force without a name the rest.
 
@@ -183,13 +137,6 @@ class Search:
         if self._base not in self.tables:
             one = self.fitted[self._base]
             self._weigh_tables(one, one.weighed, self.promised[self._base])
-
-    def _sure_of(self, names: Names) -> Names:
-        """Of several names those that are sure: while fewer of them leave noise and hold more than 0.05, the others may be nothing."""
-        weights = self.weights()
-        fewer = [less for less, one in self.fitted.items() if less and set(less) < set(names) and one.weighed.leaves_noise]
-        likely = [less for less in fewer if weights.get(less, 0.0) > 1.0 - CREDIBLE]
-        return self._sure_of(max(likely, key=lambda less: weights[less])) if likely else names
 
     def _brought_back(self, one: Hypothesis) -> Hypothesis:
         """The same looked for again where films are missed: a fit may end in a wrong local minimum of a release, or of a bent base."""
@@ -249,32 +196,6 @@ class Search:
             return False
         return one.log_weight > led.log_weight - max(_ALIKE * (led.log_weight - led.beside.log_weight), self.budget.least)
 
-    def weights(self) -> dict[Names, float]:
-        """Probability of each hypothesis that was fitted or weighed, the largest first; they add up to one.
-
-        A force without a name counts beside the hypothesis that is foremost in the end, and beside nothing.
-        """
-        kept = {(), self.foremost.names, self._base}
-        logs = {n: one.log_weight for n, one in self.ahead.items() if one.promise is not None or one.beside.names in kept}
-        logs = {names: log for names, log in logs.items() if names not in self.fitted}
-        logs |= {names: self.fitted[names].log_weight for names in self._closing()}
-        whole = np.logaddexp.reduce(list(logs.values()))
-        found = {names: float(np.exp(log - whole)) for names, log in logs.items()}
-        return dict(sorted(found.items(), key=lambda row: -row[1]))
-
-    def log_z_of(self, names: Names) -> float:
-        """Log evidence of a hypothesis that was fitted or weighed."""
-        found = self.fitted.get(names) or self.ahead[names]
-        return found.log_weight - self.prior(names)
-
-    def beside_foremost(self) -> list[Promise]:
-        """What each effect would say beside the foremost hypothesis, the whole films together."""
-        return self.promised[self._base]
-
-    def tables_beside(self, names: Names) -> list[Unnamed]:
-        """Forces without a name beside a hypothesis that was looked from, the likeliest first; else those beside the foremost."""
-        return self.tables.get(names) or self.tables[self._base]
-
     def _keep(self, names: Names, found: Weighed) -> None:
         """Keep a fit, or the better one of two of the same names."""
         known = self.fitted.get(names)
@@ -316,11 +237,6 @@ class Search:
         if promised is not None and one.log_weight > promised.log_weight + _DEEPER:
             least = (1.0 - _ALIKE) * one.weighed.gain_of(name)
             self.due |= {tuple(sorted({*one.names, other.name} - {name})) for other in found if other.first > least}
-
-    def _misses_something(self, one: Hypothesis) -> bool:
-        """Whether it leaves what is unusual for noise, or some name promises more; else a law that has bent may stay so."""
-        promised = (other for other in self.ahead.values() if other.promise is not None)
-        return gap_test(one.fit).p_value < UNUSUAL_P or any(other.log_weight > one.log_weight for other in promised)
 
     def _weigh(self, one: Hypothesis, found: Iterable[Promise], reached: float) -> None:
         for promise in found:

@@ -13,16 +13,16 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from identify.criteria import ANYWHERE, NOTHING, SURE_MISFIT, TWO_SIDED_95, WITHIN
+from identify.criteria import ANYWHERE, SURE_MISFIT, TWO_SIDED_95
 from identify.estimation.least_squares import updated_slopes
 from identify.estimation.noise_model import ChannelNoise, log_likelihood, spacing
 from identify.estimation.problem import Fit, Problem
 from identify.gap.gap_test import is_noise
 from identify.gap.misfit import misfit_of
-from identify.selection.evidence import ROUNDS, Channel, Columns, Evidence, Lines, evidence
+from identify.gap.signatures import Signature, columns_of_shapes
+from identify.selection.evidence import ROUNDS, Both, Channel, Columns, Evidence, Lines, evidence
 from identify.selection.first_look import FirstLook
 from identify.selection.model_errors import ModelErrors, effect_spreads, model_errors, tolerance_of
-from identify.selection.signatures import Signature, columns_of_shapes
 from measure.common.arrays import Array
 from simulate.effects import StoredForcePerRun
 from simulate.files.model_file import add_effects
@@ -30,7 +30,6 @@ from simulate.model.effect import Effect
 from simulate.model.model import Model
 
 _PRICE = 3.0  # of an error that is let free, at most, in log evidence: it is known twenty times better than its tolerance
-_LOG_SHARES = float(np.log(NOTHING / (NOTHING + WITHIN))), float(np.log(WITHIN / (NOTHING + WITHIN)))
 
 
 @dataclass(frozen=True)
@@ -216,51 +215,6 @@ class Stand:
         likelihood = sum(log_likelihood(of.whitened(gaps[b.rows], spacing(b.samples))) for of, b in zip(noise, blocks, strict=True))
         beyond = q[first:] / self.columns.spread
         return likelihood - 0.5 * float(known @ known + sizes @ sizes + beyond @ beyond)
-
-
-@dataclass(frozen=True)
-class Both:
-    """A hypothesis weighed with the model file as it is, and as far off as its tolerances allow; None where it has none that show.
-
-    Its log evidence counts as far as it was found to be kept where the hypothesis stands.
-    """
-
-    exact: Evidence
-    within: Evidence | None
-
-    @property
-    def log_z(self) -> float:
-        """The log evidence over both."""
-        return self.exact.kept if self.within is None else float(np.logaddexp(*self._parts))
-
-    @property
-    def along_lines(self) -> float:
-        """The same as straight lines from there have it: with this are names beside it compared, which are weighed along them."""
-        return self.exact.log_z if self.within is None else float(np.logaddexp(*self._shared(self.exact.log_z, self.within.log_z)))
-
-    @property
-    def is_exact(self) -> bool:
-        """Whether the model file as it is has more weight."""
-        return self.within is None or self._parts[0] >= self._parts[1]
-
-    @property
-    def likelier(self) -> Evidence:
-        """The one with more weight."""
-        return self.exact if self.within is None or self.is_exact else self.within
-
-    @property
-    def share_of_exact(self) -> float:
-        """Probability of the model file as it is, under this hypothesis."""
-        return 1.0 if self.within is None else float(np.exp(self._parts[0] - self.log_z))
-
-    @property
-    def _parts(self) -> tuple[float, float]:
-        assert self.within is not None
-        return self._shared(self.exact.kept, self.within.kept)
-
-    @staticmethod
-    def _shared(exact: float, within: float) -> tuple[float, float]:
-        return exact + _LOG_SHARES[0], within + _LOG_SHARES[1]
 
 
 @dataclass(frozen=True)

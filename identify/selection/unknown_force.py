@@ -17,8 +17,8 @@ from identify.gap.force_tables import leg_table_over, seen_places, table_over
 from identify.gap.leg_force import LEG_TABLES, PLACES
 from identify.gap.platform_force import ALONGS, KNOTS
 from identify.gap.unnamed import Places, Unnamed
-from identify.selection.evidence import Columns
-from identify.selection.stand import Both, Weighed
+from identify.selection.evidence import Both, Columns
+from identify.selection.stand import Weighed
 from measure.common.arrays import Array
 from simulate.model.effect import Effect
 

@@ -15,9 +15,9 @@ from identify.estimation.least_squares import laid_out, solve, to_the_end
 from identify.estimation.noise_model import ChannelNoise
 from identify.estimation.problem import Fit, Problem
 from identify.gap.gap_test import gap_test
-from identify.selection.evidence import Evidence
+from identify.selection.evidence import Both, Evidence
 from identify.selection.model_errors import sizes_in_tolerances
-from identify.selection.stand import Both, Stand, Weighed
+from identify.selection.stand import Stand, Weighed
 from measure.common.arrays import Array
 
 _FEW_STEPS = 8

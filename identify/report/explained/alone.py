@@ -11,9 +11,9 @@ from scipy.optimize import lsq_linear
 
 from identify.criteria import CREDIBLE
 from identify.estimation.problem import Fit
+from identify.gap.signatures import chords, columns_of_shapes
 from identify.selection.explanation import Explanation, Ranked
 from identify.selection.model_errors import FORCES
-from identify.selection.signatures import chords, columns_of_shapes
 from measure.common.arrays import Array
 from simulate.model.effect import Effect
 

@@ -15,9 +15,13 @@ from identify.report.result import _likelier
     [
         ({"no-gap": 0.9, "platform-mass": 0.1}, ""),
         ({"platform-mass": 0.62, "no-gap": 0.33}, "; platform-mass would explain it too and is likelier (0.62 to 0.33), but not sure"),
+        ({"unknown": 0.6, "no-gap": 0.3}, "; a force without a name would explain it too and is likelier (0.60 to 0.30), but not sure"),
+        ({"geometry-error": 0.9, "no-gap": 0.02}, ""),
         ({}, ""),
     ],
 )
 def test_where_nothing_is_not_excluded_but_less_likely_the_likelier_name_is_said(weights, said):
-    found: Any = SimpleNamespace(weights=weights)
+    """Joints that were fitted and came out within their tolerances are said with these."""
+    problem = SimpleNamespace(effects=(SimpleNamespace(name="geometry-error"),))
+    found: Any = SimpleNamespace(weights=weights, after=SimpleNamespace(problem=problem))
     assert _likelier(found) == said

@@ -8,10 +8,11 @@ from typing import Any
 import numpy as np
 import pytest
 
+from identify.selection.evidence import Both
 from identify.selection.findings import _over_all
 from identify.selection.hypotheses import BUDGETS
 from identify.selection.search import Search
-from identify.selection.stand import Both, Stand
+from identify.selection.stand import Stand
 from identify.selection.weighing import settled
 
 

@@ -11,7 +11,8 @@ import pytest
 from identify.criteria import TO_COMPARE
 from identify.estimation.horizons import horizons
 from identify.selection import weighing
-from identify.selection.stand import Both, Weighed
+from identify.selection.evidence import Both
+from identify.selection.stand import Weighed
 from identify.selection.weighing import led_anew, weighed
 
 

@@ -12,14 +12,18 @@ import pytest
 from identify.campaign.posing import problem_of
 from identify.campaign.runs import read_campaign
 from identify.estimation.horizons import solve_from_afar
+from identify.estimation.problem import Fit
 from identify.selection import weighing
+from identify.selection.evidence import Both
 from identify.selection.model_errors import mirrored
-from identify.selection.other_side import all_sides, on_the_likelier_side
-from identify.selection.weighing import along_lines, weighed
+from identify.selection.other_side import _image, all_sides, on_the_likelier_side
+from identify.selection.stand import Stand, Weighed
+from identify.selection.weighing import weighed
 from simulate.effects import (
     CentreOfMassOffset,
     EndStopDissipation,
     GeometryError,
+    HubInertia,
     LegDisparity,
     PlatformInertia,
     PlatformMass,
@@ -62,7 +66,6 @@ def test_in_a_mirror_the_centre_of_mass_and_each_joint_are_on_the_other_side(pro
         ("geometry-error", 16): -2.0,
         ("platform-mass", 0): -1.0,
     }
-    assert mirrored(errors, 1, prototype.geometry, 0.0)[("centre-of-mass-offset", 1)] == 0.0
     assert mirrored(errors, 0, prototype.geometry)[("centre-of-mass-offset", 0)] == -1.0
 
 
@@ -71,8 +74,11 @@ def test_releases_and_centre_of_mass_stand_on_the_side_of_the_truth(campaign, fi
     """Alone the search ends on the other side here, 13 less likely, where the joints must stand in for what is wrong."""
     true, model = as_built(4), with_joints_off(prototype, 4)
     folder = campaign(true, 104, loops=(), deployments=({}, {"geometry.stowed_height_m": 0.35}), hold_out=False, model=model)
-    found = {effect.name: effect.flat() for effect, _ in on_the_likelier_side(weighed(fitted(folder))).within.moved}
+    one = weighed(fitted(folder))
+    found = {effect.name: effect.flat() for effect, _ in on_the_likelier_side(one).within.moved}
     assert found["centre-of-mass-offset"][1] == pytest.approx(true[-1].offset_m[1], abs=4e-4)
+    ((axis, turned),) = one.within.given.mirrors()
+    assert _image(one.within, axis, turned, centred=True).errors_by_key["centre-of-mass-offset", 1] == 0.0
 
 
 def test_a_mirror_turns_round_what_no_film_shows(campaign):
@@ -131,6 +137,11 @@ def test_legs_that_differ_are_stated_with_what_the_mirror_would_show(campaign, f
 
 
 def test_names_without_a_direction_have_one_side(campaign, fitted):
-    folder = campaign(None, 106, loops=(), deployments=({},), hold_out=False)
-    one = along_lines(fitted(folder))
-    assert all_sides(one) == (one,)
+    fit = fitted(campaign(None, 106, loops=(), deployments=({},), hold_out=False))
+    problem = fit.problem.with_effects([HubInertia()])
+    q = np.append(fit.q, 0.37)
+    gaps, slopes = problem.jacobian(q)
+    stand = Stand.exact(Fit(problem, q, gaps, slopes, True))
+    one = Weighed(stand, stand, Both(stand.weighed(), None))
+    (alone,) = all_sides(one)
+    assert alone is one
