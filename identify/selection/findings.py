@@ -72,21 +72,20 @@ def findings_of(sides: Sequence[Weighed], nothing: Hypothesis, verdict: Verdict,
 
 
 def _on_all_sides(parts: Sequence[_Part], shares: Array) -> _Part:
-    """The likeliest estimate, with intervals over all sides on which the same may be."""
+    """The likeliest estimate, which comes first, with intervals over all sides on which the same may be."""
     first = parts[0]
-    if len(parts) == 1 or np.isnan(first.stderr).all():
+    if len(parts) == 1:
         return first
     values, deviations = np.array([part.effect.flat() for part in parts]), np.array([part.stderr for part in parts])
-    ends = [_over_all(at, sizes, shares) for at, sizes in zip(values.T, deviations.T, strict=True)]
-    together = np.clip(np.array(ends), *first.limits[:, :, None])
-    return replace(first, ci95=np.where(np.isnan(first.stderr)[:, None], first.ci95, together))
+    ci95 = first.ci95.copy()
+    for k in np.flatnonzero(first.stderr > 0.0):  # what does not show there keeps its bounds
+        ci95[k] = np.clip(_over_all(values[:, k], deviations[:, k], shares), *first.limits[:, k])
+    return replace(first, ci95=ci95)
 
 
 def _over_all(values: Array, deviations: Array, shares: Array) -> tuple[float, float]:
-    """The middle 95 % of a mixture of normal distributions; of sides on which nothing is known of a parameter nothing is said."""
-    known = np.isfinite(deviations) & (deviations > 0.0)
-    if not known.any():
-        return float(values[0]), float(values[0])
+    """The middle 95 % of a mixture of normal distributions, the first of them known; where others are not, they say nothing."""
+    known = deviations > 0.0
     at, size, share = values[known], deviations[known], shares[known] / float(shares[known].sum())
     ends = (float(np.min(at - _FAR_OUT * size)), float(np.max(at + _FAR_OUT * size)))
 

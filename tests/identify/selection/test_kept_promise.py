@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from identify.selection.evidence import Both
-from identify.selection.findings import _over_all
+from identify.selection.findings import _on_all_sides, _over_all, _Part
 from identify.selection.hypotheses import BUDGETS
 from identify.selection.search import Search
 from identify.selection.stand import Stand
@@ -53,6 +53,25 @@ def test_a_side_that_is_hardly_likely_does_not_widen_an_interval():
 
 def test_a_side_on_which_a_parameter_does_not_show_says_nothing_of_it():
     assert _over_all(np.array([0.0, 10.0]), np.array([1.0, np.nan]), np.full(2, 0.5)) == pytest.approx((-1.96, 1.96), abs=1e-3)
+
+
+def test_a_parameter_that_shows_on_an_impossible_side_only_keeps_its_bounds():
+    """A side 800 less likely has a share of nought to the last digit."""
+
+    def side(value, stderr) -> Any:
+        limits = np.array([[-1.0, -1.0], [1.0, 1.0]])
+        return _Part(ScaleOf((value, 0.1)), np.array([stderr, 0.01]), limits.T.copy(), 1.0, 1, (), limits)  # type: ignore[arg-type]
+
+    found = _on_all_sides([side(0.0, np.nan), side(0.5, 0.01)], np.array([1.0, 0.0]))
+    assert found.ci95[0].tolist() == [-1.0, 1.0]
+    assert found.ci95[1] == pytest.approx((0.0804, 0.1196), abs=1e-4)
+
+
+class ScaleOf(tuple):  # type: ignore[type-arg]
+    """In place of an effect: its parameters laid flat."""
+
+    def flat(self) -> Any:
+        return np.array(self)
 
 
 def hypothesis(names, log_weight) -> Any:
