@@ -165,7 +165,7 @@ class Evidence:
         parts = parts_of(self.lines, self.columns)
         white = [White.of(part, noise) for part, noise in zip(parts, self.noise, strict=True)]
         precision = prior_precision(self.lines, self.columns)
-        return Factored.of(_information(white, precision)).solve(np.eye(len(precision)))
+        return _informed(white, precision).solve(np.eye(len(precision)))
 
 
 @dataclass(frozen=True)
@@ -234,12 +234,13 @@ def evidence(
     noise = start or tuple(_first_noise(part.gaps) for part in parts)
     white = [White.of(part, n) for part, n in zip(parts, noise, strict=True)]
     counts = [np.ones(len(part.gaps)) for part in parts]
-    spent = len(pull) / max(len(parts), 1)
     reached, found, left = -np.inf, np.zeros(len(pull)), ()
     for _ in range(rounds):
-        found = solved(white, counts, precision, pull)
+        normal = Normal.of(white, counts, precision)
+        found = normal.step(white, counts, pull)
         residuals = [part.residual(found) for part in parts]
-        noise = tuple(estimated(r, part.channel.apart, spent, n) for r, part, n in zip(residuals, parts, noise, strict=True))
+        spent = normal.spent(white)
+        noise = tuple(estimated(r, part.channel.apart, k, n) for r, part, k, n in zip(residuals, parts, spent, noise, strict=True))
         white = [White.of(part, n) for part, n in zip(parts, noise, strict=True)]
         left = tuple(one.residual(found) for one in white)
         counts = [weights(one) for one in left]
@@ -296,25 +297,43 @@ def prior_pull(lines: Lines, own: Columns) -> Array:
     return np.concatenate([lines.prior_columns.T @ lines.prior_gaps, lines.errors_at, own.at / own.spread**2])
 
 
-def solved(white: Sequence[White], counts: Sequence[Array], precision: Array, pull: Array) -> Array:
-    """The step (p + q + k,) of weighted least squares with priors."""
-    right = pull.copy()
-    for one, count in zip(white, counts, strict=True):
-        right[one.places] += one.values.T @ (count * one.gaps)
-    return -Factored.of(normal_matrix(white, counts, precision)).solve(right)
+@dataclass(frozen=True)
+class Normal:
+    """What measurements, each with its weight, and what is known beforehand say together, (p + q + k, p + q + k), decomposed.
+
+    by_channel : what each channel says by itself of its own columns.
+    """
+
+    by_channel: tuple[Array, ...]
+    factored: Factored
+
+    @classmethod
+    def of(cls, white: Sequence[White], counts: Sequence[Array | float], precision: Array) -> Normal:
+        """Of whitened channels, with the weights of their samples."""
+        whole, found = precision.copy(), []
+        for one, count in zip(white, counts, strict=True):
+            weighted = one.values * (count[:, None] if isinstance(count, np.ndarray) else count)
+            found.append(weighted.T @ one.values)
+            whole[np.ix_(one.places, one.places)] += found[-1]
+        return cls(tuple(found), Factored.of(whole))
+
+    def step(self, white: Sequence[White], counts: Sequence[Array], pull: Array) -> Array:
+        """The step (p + q + k,) of weighted least squares with priors."""
+        right = pull.copy()
+        for one, count in zip(white, counts, strict=True):
+            right[one.places] += one.values.T @ (count * one.gaps)
+        return -self.factored.solve(right)
+
+    def spent(self, white: Sequence[White]) -> list[float]:
+        """How many parameters each channel has determined; what its prior holds takes nothing from the noise (MacKay 2003, chapter 28)."""
+        covariance = self.factored.solve(np.eye(len(self.factored.size)))
+        pairs = zip(self.by_channel, white, strict=True)
+        return [float(np.sum(own * covariance[np.ix_(one.places, one.places)])) for own, one in pairs]
 
 
-def normal_matrix(white: Sequence[White], counts: Sequence[Array | float], precision: Array) -> Array:
-    """What measurements, each with its weight, and what is known beforehand say together, (p + q + k, p + q + k)."""
-    normal = precision.copy()
-    for one, count in zip(white, counts, strict=True):
-        weighted = one.values * (count[:, None] if isinstance(count, np.ndarray) else count)
-        normal[np.ix_(one.places, one.places)] += weighted.T @ one.values
-    return normal
-
-
-def _information(white: Sequence[White], precision: Array) -> Array:
-    return normal_matrix(white, [_INFORMATION] * len(white), precision)
+def _informed(white: Sequence[White], precision: Array) -> Factored:
+    """The information of all parameters at the largest probability, as Student's t has it on average."""
+    return Normal.of(white, [_INFORMATION] * len(white), precision).factored
 
 
 def _log_likelihood(lines: Lines, own: Columns, white: Sequence[White], left: Sequence[Array], found: Array) -> float:
@@ -328,7 +347,7 @@ def _log_likelihood(lines: Lines, own: Columns, white: Sequence[White], left: Se
 
 def _volume(own: Columns, amounts: Array, white: Sequence[White], precision: Array) -> float:
     """What is added to the log evidence for the width of the posterior, and for the bounds that cut it."""
-    factored = Factored.of(_information(white, precision))
+    factored = _informed(white, precision)
     return _inside(own, amounts, factored) - 0.5 * factored.log_det
 
 

@@ -16,18 +16,16 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from identify.estimation.covariance import Factored
 from identify.estimation.noise_model import weights
 from identify.selection.evidence import (
     Columns,
     Evidence,
+    Normal,
     White,
     log_inside,
-    normal_matrix,
     parts_of,
     prior_precision,
     prior_pull,
-    solved,
 )
 from measure.common.arrays import Array
 from simulate.model.effect import Effect
@@ -59,9 +57,10 @@ class FirstLook:
         self._counts = [weights(left) for left in of.left]
         self._white = [White.of(part, noise) for part, noise in zip(parts_of(of.lines, of.columns), of.noise, strict=True)]
         precision = prior_precision(of.lines, of.columns)
-        step = solved(self._white, self._counts, precision, prior_pull(of.lines, of.columns))
+        normal = Normal.of(self._white, self._counts, precision)
+        step = normal.step(self._white, self._counts, prior_pull(of.lines, of.columns))
         self._left = [one.residual(step) for one in self._white]
-        self._known = Factored.of(normal_matrix(self._white, self._counts, precision))
+        self._known = normal.factored
 
     def gain(self, columns: Columns) -> Gain:
         """What further columns bring, from nought."""

@@ -106,3 +106,21 @@ def test_a_channel_by_itself_is_weighed_as_two_halves_of_one():
         for part in (slice(0, N // 2), slice(N // 2, N))
     ]
     assert both.log_z == pytest.approx(sum(one.log_z for one in each), abs=0.1)
+
+
+def many(chance, count, low, high):
+    """Columns of waves, each with a phase and a frequency of its own."""
+    ways = zip(chance.uniform(low, high, count), chance.uniform(0.0, 7.0, count), strict=True)
+    return np.column_stack([np.sin(speed * TIME + phase) for speed, phase in ways])
+
+
+@pytest.mark.parametrize(("size", "free"), [(1e-3, 0), (30.0, 60)])
+def test_the_noise_is_as_loud_as_it_is_whatever_number_of_errors_is_allowed(size, free):
+    """Errors that their tolerances hold take nothing from the residuals; those that the measurements determine do, one sample each."""
+    chance, scales = np.random.default_rng(10), {"fewer": [], "more": []}
+    for _ in range(25):
+        gaps, errors = drawn(chance), size * many(chance, 60, 20.0, 600.0)
+        scales["fewer"].append(evidence(lines(gaps)).noise[0].scale)
+        scales["more"].append(evidence(lines(gaps, errors)).noise[0].scale)
+    ratio = np.mean(scales["more"]) / np.mean(scales["fewer"])
+    assert ratio == pytest.approx(1.0, abs=0.06 if free else 1e-4)
