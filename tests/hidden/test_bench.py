@@ -12,10 +12,10 @@ import pytest
 from benchtop.asking import ask
 from benchtop.cases import ERRORS, KINDS, Spec, board
 from benchtop.making import drawn_case, made, sealed_file
-from benchtop.nuisances import as_built, forces_of_runs, in_tolerances, with_inertia, with_mass, with_stops
+from benchtop.nuisances import as_built, forces_of_runs, in_tolerances, tolerance_of, with_inertia, with_mass, with_stops
 from benchtop.page import calibration, headline, markdown
 from benchtop.scoring import Scored, removed, score
-from benchtop.sizes import LooseYardstick, error_shows
+from benchtop.sizes import EFFECT_SIZE, LooseYardstick, error_shows
 from benchtop.tracks import Track, coloured, tracked
 from board.bench import Bench
 from board.detectable import needed
@@ -85,11 +85,20 @@ def test_an_error_shows_no_more_than_its_own_tolerance_lets_it_and_nothing_where
 @pytest.mark.parametrize("name", ["gravity-imbalance", "air-drag"])
 def test_an_effect_shows_what_is_left_once_all_that_is_free_has_bent_to_it(name: str):
     """Of a force that the law can imitate in two films next to nothing; never more than along straight lines."""
-    spec = next(spec for spec in board(29217451) if spec.hidden == name and spec.runs == "films")
+    spec = next(spec for spec in board(30427945) if spec.hidden == name and spec.runs == "films")
     case = drawn_case(spec)
     assert case.amount > 0.0
     assert 0.0 < case.multiple <= 5.0 + 1e-9
     assert (case.multiple < 1.0) == (name == "gravity-imbalance")
+
+
+@pytest.mark.parametrize("name", ["end-stop-dissipation", "centre-of-mass-offset"])
+def test_an_effect_within_a_tolerance_of_the_model_file_is_not_detectable(name: str):
+    case = drawn_case(next(spec for spec in board(11) if spec.hidden == name))
+    size = np.linalg.norm(case.hidden.at(case.amount).flat()) / tolerance_of(name, case.rig.true)
+    wanted = np.sqrt(needed(case.hidden.parameters))
+    assert size >= EFFECT_SIZE * wanted - 1e-9 or case.amount == pytest.approx(0.9 * case.hidden.most)
+    assert case.multiple <= size / wanted + 1e-9
 
 
 def test_noise_has_the_memory_and_the_size_that_it_was_asked_for():

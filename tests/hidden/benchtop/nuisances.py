@@ -68,6 +68,11 @@ def in_tolerances(model: Model, built: Model, forces: Array, hidden: str) -> Arr
     return (np.asarray(built.platform.inertia_kg_m2) / np.asarray(model.platform.inertia_kg_m2) - 1.0) / INERTIA
 
 
+def tolerance_of(effect: str, model: Model) -> float:
+    """What the model file may be wrong by in what an effect changes, one standard deviation; nothing where it states none."""
+    return {"end-stop-dissipation": STOPS * model.end_stop.damping_N_s_per_m, "centre-of-mass-offset": CENTRE_M}.get(effect, 0.0)
+
+
 def joints_of(model: Model) -> Array:
     """All joints, (12, 3), those of the base first."""
     assert model.geometry is not None

@@ -32,9 +32,10 @@ correlation of 0 to 0.8 (half of it in the load cell), in some cases 1 % of outl
 Three or four deployments, the last one held out; six loops for most, films or the elevation alone for the others. Scipy's
 LSODA on a right-hand side of its own, or MuJoCo, moves the platform. *Detectable* is found as on the
 [scoreboard](scoreboard.md), along straight lines up to the stops (of what acts there behind them, too), with the tolerances free
-and the noise as loud as its memory makes it. To a large effect law and releases may bend by more than straight lines foresee, and an
-error of the model file is as large as it is. The table of cases says how many times the detectable size is left of either once all that
-is free has bent to it; from 1.5 times on, which a test finds in 95 of 100, runs *show* it.
+and the noise as loud as its memory makes it; what the model file itself states with a tolerance must stand out from that as well.
+To a large effect law and releases may bend by more than straight lines foresee, and an error of the model file is as large as it
+is. The table of cases says how many times the detectable size is left of either once all that is free has bent to it; from 1.5
+times on, which a test finds in 95 of 100, runs *show* it.
 
 A class is *honest* where the gap of the runs held out loses 70 % of what is more than noise. *Right* for nothing is
 `no-gap`; for an error or an effect, what acts stands in a finding and nothing beside it; for a force from outside, `unknown`,

@@ -14,7 +14,7 @@ from board.yardstick import Yardstick
 
 from simulate.model.model import Model
 
-from .nuisances import FORCE, FORCES, alone, in_tolerances, tolerances
+from .nuisances import FORCE, FORCES, alone, in_tolerances, tolerance_of, tolerances
 
 Array = np.ndarray
 
@@ -69,12 +69,13 @@ def amount_of(hidden: Hidden, runs: LooseYardstick, outside: bool) -> tuple[floa
 
     The amount is found along straight lines, and therefore counted up to the stops only, but for what acts at the stops: behind them a
     release does not act linearly. Of a large effect all that is free may bend to more than straight lines foresee: then it is as many
-    times the detectable one as what is left is.
+    times the detectable one as what is left is. What the model file states with a tolerance must stand out from that, too.
     """
     multiple, wanted = OUTSIDE_SIZE if outside else EFFECT_SIZE, needed(1 if outside else hidden.parameters)
     amount = _detectable(hidden, runs, wanted)
     if amount is None:
         return 0.0, 0.0
+    amount = max(amount, float(np.sqrt(wanted) * tolerance_of(hidden.name, runs.bench.rig.true) / np.linalg.norm(hidden.direction)))
     hide = min(multiple * amount, 0.9 * hidden.most)
     left = runs.left_by(runs.bench.with_model(runs.bench.rig.true.with_effect(hidden.at(hide))))
     return hide, min(hide / amount, float(np.sqrt(left @ left / wanted)))
