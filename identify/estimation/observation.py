@@ -11,9 +11,11 @@ from numpy.typing import NDArray
 
 from measure.common.arrays import Array
 from simulate.deployment.deploy import channels_of, deploy_many, deploy_with_division
+from simulate.dispatch.formulas import SIGNATURES
 from simulate.dispatch.threads import others_busy
 from simulate.kernel.layout import SAMPLE_POSE
-from simulate.kernel.model_rows import without_idle
+from simulate.kernel.model_rows import switched_off, without_idle
+from simulate.kernel.speed_polynomials import with_rate_worked_in
 from simulate.kernel.step_division import StepDivision
 from simulate.kernel.step_size import step_of
 from simulate.model.effect import Effect
@@ -111,13 +113,11 @@ def _spacings(count: int) -> Array:
 
 
 def _from_first_frame(poses: Array) -> Array:
-    """Poses with every rotation counted from the first: q q_0*, scalar first."""
-    if not np.isfinite(poses[0]).all():
-        return poses
-    w, x, y, z = poses[:, 3:].T
-    a, b, c, d = poses[0, 3:]
+    """Poses (..., n, 7) with every rotation counted from the first: q q_0*, scalar first."""
+    w, x, y, z = np.moveaxis(poses[..., 3:], -1, 0)
+    a, b, c, d = np.moveaxis(poses[..., :1, 3:], -1, 0)
     turned = (w * a + x * b + y * c + z * d, x * a - w * b + z * c - y * d, y * a - w * c + x * d - z * b, z * a - w * d + y * b - x * c)
-    return np.column_stack([poses[:, :3], *turned])
+    return np.concatenate([poses[..., :3], np.stack(turned, axis=-1)], axis=-1)
 
 
 @dataclass(frozen=True)
@@ -145,27 +145,46 @@ class View:
         given = self.model.simulation
         duration = duration_for(self.times_s, self.release)
         simulation = altered(given, duration_s=duration, sample_rate_Hz=min(given.sample_rate_Hz, _MOST_SAMPLES_A_SECOND))
-        acting = tuple(effect for effect in self.model.effects if effect.acts_on != "measurement")
-        return altered(released(self.model, self.release), simulation=simulation, effects=acting, name="", nuisance=_EXACT)
+        whole, acting = released(self.model, self.release), []
+        for effect in self.model.effects:
+            if not (effect.acts_on == "model" and _is_worked_in(type(effect), self.model)):
+                acting += [effect] * (effect.acts_on != "measurement")
+            elif effect != switched_off(type(effect)):
+                whole = effect.adjust(whole)
+        return altered(whole, simulation=simulation, effects=tuple(acting), name="", nuisance=_EXACT)
 
-    def of(self, samples: Array) -> dict[str, Array]:
-        """Every channel that the film shows, (n,), of the samples of a deployment that starts at the release; it stands still before."""
-        poses = poses_at(samples, np.maximum(self.times_s - self.release.instant_s, 0.0) * self.rig.simulation.sample_rate_Hz)
+    @cached_property
+    def places(self) -> Array:
+        """Where the frames stand between the samples of a deployment that starts at the release, (n,); it stands still before."""
+        return np.maximum(self.times_s - self.release.instant_s, 0.0) * self.rig.simulation.sample_rate_Hz
+
+    @property
+    def is_plain(self) -> bool:
+        """Whether nothing stands between rig and camera."""
+        return all(type(effect).observe is Effect.observe for effect in self.model.effects)
+
+    def of(self, poses: Array) -> dict[str, Array]:
+        """Every channel that the film shows, (..., n), of the poses (..., n, 7) at its frames; of several only where it is plain."""
         channels: Mapping[str, Array] = channels_of(_from_first_frame(poses) if self.turned else poses)
         for effect in self.model.effects:
             channels = effect.observe(self.shown_s, channels)
         return dict(channels)
 
 
+def _is_worked_in(kind: type[Effect], model: Model) -> bool:
+    """Whether an effect does nothing but change the base model, so that it can be worked in before a run; not into a table of rates."""
+    return with_rate_worked_in(model) is model and all(getattr(kind, formula, None) is None for formula in SIGNATURES)
+
+
 def observe(view: View) -> dict[str, Array]:
     """What a film shows, every channel (n,)."""
-    return view.of(_ahead(without_idle([view.rig])[0])[0])
+    return view.of(poses_at(_ahead(without_idle([view.rig])[0])[0], view.places))
 
 
-def observe_beside(first: View, views: Sequence[View]) -> list[dict[str, Array]]:
-    """What films show of models that hardly differ from a first one, its steps taken by all, so that differences are smooth.
+def observe_beside(first: View, views: Sequence[View]) -> dict[str, Array]:
+    """What films (v, n) show of models that hardly differ from a first one, its steps taken by all, so that differences are smooth.
 
-    Models that differ only in what happens between rig and film are simulated once.
+    Models that differ only in what happens between rig and film are simulated once. All films have the same frames.
     """
     _, step, division = _ahead(without_idle([first.rig])[0])
     samples: dict[Model, Array] = {}
@@ -175,7 +194,11 @@ def observe_beside(first: View, views: Sequence[View]) -> list[dict[str, Array]]
     for group in groups.values():
         runs = deploy_many([_with_step(rig, step) for rig in group], division, one_core=others_busy())
         samples |= {rig: run.samples for rig, run in zip(group, runs, strict=True)}
-    return [view.of(samples[view.rig]) for view in views]
+    poses = np.stack([poses_at(samples[view.rig], view.places) for view in views])
+    if all(view.is_plain for view in views):
+        return views[0].of(poses)
+    seen = [view.of(own) for view, own in zip(views, poses, strict=True)]
+    return {channel: np.stack([one[channel] for one in seen]) for channel in seen[0]}
 
 
 @lru_cache(maxsize=64)

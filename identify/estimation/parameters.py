@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Literal
 
 import numpy as np
@@ -41,7 +42,7 @@ class Parameter:
     log: bool = False
     vary: bool = True
 
-    @property
+    @cached_property
     def key(self) -> str:
         """The last part of the name: what it is, without whose."""
         return self.name.rpartition(".")[2]

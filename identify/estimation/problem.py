@@ -126,8 +126,11 @@ class Problem(Unknowns):
             made = {0: first[i]} if i in first else {}
             wanted = [k for k in range(len(points)) if k not in made and (k == 0 or touched[k] in (None, i))]
             views = [self._view(points[k], i) for k in wanted]
+            if not wanted:
+                return made
+            datums, scales = zip(*(self.datum_at(points[k], i) for k in wanted), strict=True)
             seen = observe_beside(self._view(points[0], i), views)
-            return made | {k: self._film_gap(self.films[i], s, *self.datum_at(points[k], i)) for k, s in zip(wanted, seen, strict=True)}
+            return made | dict(zip(wanted, self._film_gap(self.films[i], seen, np.array(datums), np.array(scales)), strict=True))
 
         made = side_by_side(of_film, len(self.films))
         return [[of.get(k, of[0]) for of in made] for k in range(len(points))]
@@ -138,14 +141,15 @@ class Problem(Unknowns):
         onset_s = film.expected_s if film.by_onset else None
         return View(model, film.time_s[film.time_s <= self.until_s], self.release_at(q, index), film.turned, onset_s)
 
-    def _film_gap(self, film: Film, seen: dict[str, Array], datum: Array, scale: float) -> Array:
-        n = len(next(iter(seen.values())))
-        modelled = np.stack([seen[channel] for channel in film.channels])
-        gone = modelled[film.zeroed] - modelled[film.zeroed, :1]
-        gone[lengths_of(film)] *= 1.0 + scale
-        modelled[film.zeroed] = gone + (film.nominal[film.zeroed] + datum)[:, None]
+    def _film_gap(self, film: Film, seen: dict[str, Array], datum: Array, scale: Array | float) -> Array:
+        """Gaps (..., m) of what is seen of one film, every channel (..., n), with its datum (..., z) and scale (...)."""
+        modelled = np.stack([seen[channel] for channel in film.channels], axis=-2)
+        n = modelled.shape[-1]
+        gone = modelled[..., film.zeroed, :] - modelled[..., film.zeroed, :1]
+        gone[..., lengths_of(film), :] *= 1.0 + np.asarray(scale)[..., None, None]
+        modelled[..., film.zeroed, :] = gone + (film.nominal[film.zeroed] + datum)[..., None]
         over_noise = np.nan_to_num((film.values[:, :n] - modelled) / film.sigma[:, :n], nan=_DIVERGED, posinf=_DIVERGED, neginf=-_DIVERGED)
-        return over_noise[film.counts[:, :n]]
+        return over_noise[..., film.counts[:, :n]]
 
     def _loop_gaps(self, q: Array) -> list[Array]:
         return [whitened(gap, of_motion) for gap, of_motion in (self._loop_gap(q, k) for k in range(len(self.loops)))]

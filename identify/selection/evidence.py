@@ -95,7 +95,8 @@ class Lines:
     @cached_property
     def parts(self) -> tuple[Part, ...]:
         """Channel by channel, without the columns that do nothing there: a release moves its own film only."""
-        return tuple(Part.of(channel, self.gaps, np.hstack([self.columns, self.errors])[channel.rows]) for channel in self.channels)
+        values = np.hstack([self.columns, self.errors])
+        return tuple(Part.of(channel, self.gaps, values[channel.rows]) for channel in self.channels)
 
     @property
     def count(self) -> int:

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from identify.estimation.observation import RunRelease, View, observe, observe_beside
-from simulate.effects import ViscousFriction
+from simulate.effects import CameraRoll, GeometryError, HubInertia, PlatformMass, ScaleError, StopStiffness, ViscousFriction
 from simulate.model.model import EndStop
 
 FRAMES_S = np.arange(160) / 250.0
@@ -35,6 +35,26 @@ def test_models_that_hardly_differ_take_the_steps_of_the_first_one(prototype):
         replace(prototype, platform=replace(prototype.platform, mass_kg=prototype.platform.mass_kg * (1.0 + part)))
         for part in (0.0, 1e-6, 2e-6)
     ]
-    same, one, two = (seen["z_m"] for seen in observe_beside(first, [replace(first, model=model) for model in heavier]))
+    same, one, two = observe_beside(first, [replace(first, model=model) for model in heavier])["z_m"]
     assert np.array_equal(same, observe(first)["z_m"])
     assert np.max(np.abs((two - same) - 2.0 * (one - same))) < 0.02 * np.max(np.abs(one - same))
+
+
+@pytest.mark.parametrize("turned", [False, True])
+@pytest.mark.parametrize("by_camera", [False, True])
+def test_films_side_by_side_are_those_that_are_seen_one_by_one(prototype, turned, by_camera):
+    """Whatever is worked in before a run: joints, a platform's mass, a stop, stored forces; and whatever stands before the camera."""
+    seen_through = (ScaleError(0.01), CameraRoll(0.02)) if by_camera else ()
+    changes = [
+        (GeometryError(tuple(1e-3 * np.sin(np.arange(36.0)))), PlatformMass(0.0)),
+        (GeometryError(), PlatformMass(0.02)),
+        (GeometryError(), PlatformMass(0.0), StopStiffness(0.5), HubInertia(0.01)),
+    ]
+    views = [View(replace(prototype, effects=(*own, *seen_through)), FRAMES_S, RELEASE, turned) for own in changes]
+    together = observe_beside(views[0], views)
+    for k, view in enumerate(views):
+        alone = {channel: values[0] for channel, values in observe_beside(views[0], [view]).items()}
+        adjusted = replace(view, model=replace(view.model.adjusted(), effects=tuple(e for e in view.model.effects if e.acts_on != "model")))
+        for channel, values in observe_beside(views[0], [adjusted]).items():
+            assert np.array_equal(together[channel][k], alone[channel])
+            assert np.array_equal(values[0], alone[channel])
