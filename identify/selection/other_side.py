@@ -15,7 +15,7 @@ from identify.estimation.problem import Fit
 from identify.selection.evidence import Both, Evidence
 from identify.selection.model_errors import mirrored
 from identify.selection.stand import Stand, Weighed
-from identify.selection.weighing import led_once, stepped
+from identify.selection.weighing import led_beside, led_once, stepped
 from measure.common.arrays import Array
 from simulate.effects import CentreOfMassOffset
 from simulate.model.mirror import mirrored_effect
@@ -106,11 +106,11 @@ def _images(stand: Stand, axis: int, turned: Sequence[int]) -> Iterator[Stand]:
     """
     keys = [one.key for one in stand.fit.problem.parameters]
     image = _image(stand, axis, turned)
-    yield _led(image)
-    yield image
-    yield _led(_image(stand, axis, turned, centred=True))
-    yield _led(_image(stand, axis, [k for k in turned if not keys[k].startswith(_TILTS)], centred=True))
-
-
-def _led(start: Stand) -> Stand:
-    return led_once(start, start.fit.q, start.sizes)[0]
+    led, course = led_once(image, image.fit.q, image.sizes)
+    yield from (led, image)
+    courses = [course]
+    for kept in (list(turned), [k for k in turned if not keys[k].startswith(_TILTS)]):
+        start = _image(stand, axis, kept, centred=True)
+        other = led_beside(start, start.fit.q, start.sizes, courses)
+        if other is not None:
+            yield other

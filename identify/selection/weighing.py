@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import replace
-from itertools import zip_longest
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass, replace
+from typing import TypeAlias
 
 import numpy as np
 from scipy.stats import chi2
@@ -26,6 +26,29 @@ _MOST_STEPS = 25  # until a place is settled
 _NEAR = 0.1  # a step within so many standard deviations changes nothing
 _OF_A_LEG = 3.0  # of a log probability, that a step brings where longer films follow
 _SHARES = (1.0, 0.5, 0.2)  # of a step that are tried
+
+
+@dataclass(frozen=True)
+class Leg:
+    """Where a stand came to with films up to some time: its log evidence, where (k,) it stood, and how well (k,) it is known there."""
+
+    log_z: float
+    place: Array
+    deviation: Array
+
+    @classmethod
+    def of(cls, stand: Stand, found: Evidence) -> Leg:
+        """Of a stand and its evidence."""
+        first = len(found.step)
+        place = np.concatenate([stand.fit.q[:first], stand.sizes[stand.free()], stand.fit.q[first:]])
+        return cls(found.log_z, place, np.sqrt(np.diag(found.covariance)))
+
+    def only_follows(self, other: Leg, deviation: Array) -> bool:
+        """Whether it fell far behind another, or came to where that has been, as deviations (k,) of longer films tell."""
+        return self.log_z < other.log_z - NEAR or bool(np.all(np.abs(self.place - other.place) <= TWO_SIDED_95 * deviation))
+
+
+Course: TypeAlias = list[Leg]
 
 
 def weighed(fit: Fit) -> Weighed:
@@ -194,10 +217,12 @@ def _from_afar(stand: Stand) -> Stand:
     led, course = led_once(stand, stand.fit.q, stand.sizes)
     if led.fit.rms < CLOSE:
         return _on_other_sides(stand, led, course)
-    return _likelier(_on_other_sides(stand, led, course), led_once(stand, stand.origin, np.zeros(len(stand.sizes)), course)[0])
+    courses = [course]
+    from_file = led_beside(stand, stand.origin, np.zeros(len(stand.sizes)), courses)
+    return _likelier(_on_other_sides(stand, led, *courses), from_file)
 
 
-def _on_other_sides(stand: Stand, led: Stand, course: Sequence[float]) -> Stand:
+def _on_other_sides(stand: Stand, led: Stand, *courses: Course) -> Stand:
     """A stand as it was led, or a likelier one.
 
     Where films are missed, or met by improbable errors of the model file, it is led from each release turned to the other side, as far as
@@ -206,16 +231,16 @@ def _on_other_sides(stand: Stand, led: Stand, course: Sequence[float]) -> Stand:
     missed = led.fit.rms >= CLOSE
     if not missed and chi2.sf(float(led.sizes @ led.sizes), len(led.sizes)) >= GAP_P:
         return led
-    begun = led.weighed().log_z
+    begun, seen = led.weighed().log_z, list(courses)
     for turned in _mirrored(led.fit):
-        led = _likelier(led, led_once(stand, turned, np.zeros(len(stand.sizes)), course)[0])
+        led = _likelier(led, led_beside(stand, turned, np.zeros(len(stand.sizes)), seen))
         if missed and led.weighed().log_z > begun + NEAR:
             break
     return led
 
 
-def _likelier(one: Stand, other: Stand) -> Stand:
-    return max(one, other, key=lambda each: each.weighed().log_z)
+def _likelier(one: Stand, other: Stand | None) -> Stand:
+    return one if other is None else max(one, other, key=lambda each: each.weighed().log_z)
 
 
 def _mirrored(fit: Fit) -> Iterator[Array]:
@@ -227,28 +252,44 @@ def _mirrored(fit: Fit) -> Iterator[Array]:
             yield q
 
 
-def led_once(stand: Stand, q: Array, sizes: Array, other: Sequence[float] = ()) -> tuple[Stand, list[float]]:
-    """A stand led from a place, and its log evidence after each leg.
+def led_once(stand: Stand, q: Array, sizes: Array) -> tuple[Stand, Course]:
+    """A stand led from a place by ever longer films, and its course."""
+    course: Course = []
+    for leg in _legs(stand, q, sizes):
+        course.append(Leg.of(*leg))
+        q, sizes = leg[0].fit.q, leg[0].sizes
+    return _whole(stand, q, sizes), course
 
-    Parameters
-    ----------
-    other : log evidence after each leg of another one; what falls far behind that is led no farther.
-    """
-    course = []
-    for horizon, least in zip_longest(horizons(stand.given), other, fillvalue=-np.inf):
+
+def led_beside(stand: Stand, q: Array, sizes: Array, courses: list[Course]) -> Stand | None:
+    """The same beside other courses, to which its own is added; None where it only follows one of them."""
+    courses.append([])
+    for place, leg in enumerate(_legs(stand, q, sizes)):
+        courses[-1].append(Leg.of(*leg))
+        q, sizes = leg[0].fit.q, leg[0].sizes
+        if any(courses[-1][place].only_follows(other[place], other[-1].deviation) for other in courses[:-1] if len(other) > place):
+            return None
+    return _whole(stand, q, sizes)
+
+
+def _legs(stand: Stand, q: Array, sizes: Array) -> Iterator[tuple[Stand, Evidence]]:
+    """A stand settled with films up to their first stop from a place, and from there with ever longer ones."""
+    for horizon in horizons(stand.given):
         early, found = _leg(stand, q, sizes, horizon)
         q, sizes = early.fit.q, early.sizes
-        course.append(found.log_z)
-        if found.log_z < least - NEAR:
-            return stand.at(stand.with_errors(sizes), q, sizes), course
+        yield early, found
+
+
+def _whole(stand: Stand, q: Array, sizes: Array) -> Stand:
+    """A stand settled with whole films from a place."""
     there = stand.at(stand.with_errors(sizes), q, sizes)
-    return stepped(there, there.weighed(), most=TO_COMPARE)[0], course
+    return stepped(there, there.weighed(), most=TO_COMPARE)[0]
 
 
 def _leg(stand: Stand, q: Array, sizes: Array, horizon: float) -> tuple[Stand, Evidence]:
     """A stand settled from a place with films up to a time, s."""
     early = _cut(stand, q, sizes, horizon)
-    return stepped(early, early.weighed(), _OF_A_LEG, TO_COMPARE)
+    return _uphill(early, early.weighed(), _OF_A_LEG, TO_COMPARE)
 
 
 def _cut(stand: Stand, q: Array, sizes: Array, horizon: float) -> Stand:
@@ -259,13 +300,19 @@ def _cut(stand: Stand, q: Array, sizes: Array, horizon: float) -> Stand:
 
 def stepped(stand: Stand, found: Evidence, gain: float = HARDLY, most: int = _MOST_STEPS) -> tuple[Stand, Evidence]:
     """A stand taken uphill while a step brings the log probability that gain, and its evidence there as far as the simulation keeps it."""
+    stand, found = _uphill(stand, found, gain, most)
+    stand, found = (stand, found) if stand.is_fresh else (stand.anew, stand.anew.weighed(found.noise))
+    return stand, stand.borne_out(found)
+
+
+def _uphill(stand: Stand, found: Evidence, gain: float, most: int) -> tuple[Stand, Evidence]:
+    """A stand taken uphill; its linear pieces may come from the way."""
     for _ in range(most):
         after = _a_step_on(stand, found, gain) or (None if stand.is_fresh else stand.anew)
         if after is None:
             break
         stand, found = after, after.weighed(found.noise)
-    stand, found = (stand, found) if stand.is_fresh else (stand.anew, stand.anew.weighed(found.noise))
-    return stand, stand.borne_out(found)
+    return stand, found
 
 
 def _a_step_on(stand: Stand, found: Evidence, gain: float) -> Stand | None:

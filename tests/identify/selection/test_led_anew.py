@@ -71,12 +71,24 @@ def test_films_that_are_missed_early_but_by_less_than_now_are_led_on(right, monk
     assert found.log_z > lost.log_z + 50.0
 
 
-def test_what_falls_far_behind_another_is_led_no_farther(right):
+def test_what_falls_far_behind_another_or_comes_to_where_it_has_been_is_led_no_farther(right):
     stand = right.within
     _, course = weighing.led_once(stand, stand.fit.q, stand.sizes)
-    _, cut = weighing.led_once(stand, stand.fit.q, stand.sizes, [1e9, *course[1:]])
     assert len(course) == len(horizons(stand.given)) == 3
-    assert len(cut) == 1
+    better = replace(course[0], log_z=1e9)
+    elsewhere = [replace(leg, place=leg.place + 4.0 * course[-1].deviation) for leg in course]
+    joined = [*elsewhere[:2], course[2]]
+    for others, legs, follows in (
+        ([[better, *course[1:]]], 1, True),
+        ([course], 1, True),
+        ([elsewhere], 3, False),
+        ([joined], 3, True),
+        ([elsewhere, joined], 3, True),
+        ([], 3, False),
+    ):
+        found = weighing.led_beside(stand, stand.fit.q, stand.sizes, others)
+        assert len(others[-1]) == legs
+        assert (found is None) == follows
 
 
 @pytest.mark.parametrize(("gains", "most", "taken"), [(18, None, 18), (18, 10, 10), (40, None, 25), (0, None, 0)])

@@ -106,18 +106,19 @@ def led_to(log_z, rms, sizes) -> Any:
     ],
 )
 def test_a_release_is_turned_to_its_other_side_where_films_are_missed_or_met_by_improbable_errors(monkeypatch, rms, sizes, reached, tried):
-    """Three films: the first one's other side is as likely, the second's brings 70 where films are missed and 40 where they are met."""
+    """Three films: the first one's other side is where the course has been, the second's brings 70, or 40 where films are met."""
     begun, gain, sides = led_to(-100.0, rms, sizes), 70.0 if rms > 1.5 else 40.0, []
 
-    def led_once(stand, turned, nothing, other) -> tuple[Any, list[float]]:
+    def led_beside(stand, turned, nothing, courses) -> Any:
         assert np.array_equal(nothing, np.zeros(2))
-        assert other == [-90.0, -100.0]
+        assert courses == ["own", *sides]
         sides.append(turned)
-        return led_to({0: -100.2, 1: -100.0 + gain, 2: -101.0}[turned], rms, sizes), []
+        courses.append(turned)
+        return {0: None, 1: led_to(-100.0 + gain, rms, sizes), 2: led_to(-101.0, rms, sizes)}[turned]
 
     monkeypatch.setattr(weighing, "_mirrored", lambda fit: iter(range(3)))
-    monkeypatch.setattr(weighing, "led_once", led_once)
-    found = weighing._on_other_sides(begun, begun, [-90.0, -100.0])
+    monkeypatch.setattr(weighing, "led_beside", led_beside)
+    found = weighing._on_other_sides(begun, begun, "own")  # type: ignore[arg-type]
     assert found.weighed().log_z == reached
     assert len(sides) == tried
 
