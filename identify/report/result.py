@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from identify.campaign.load_cell_zeros import drifts_of, zeros_of
-from identify.criteria import LIKELY
+from identify.criteria import CREDIBLE, LIKELY
 from identify.design.further_test import NextTest
 from identify.draft.effect_file import FILE
 from identify.gap.dragged import Dragged, dragged, in_words, lost
@@ -231,7 +231,7 @@ def _finding_in_words(found: Explanation) -> str:
     names = ", ".join(_named(finding) for finding in found.findings)
     lead = {"named": "missing effect: ", "class": "missing effect, one of a class: ", "several": "missing effects: ", "partly": "mainly "}
     tail = f"; {left_sentence(found)}" if found.verdict == "partly" else ""
-    return lead[found.verdict] + names + _at_bound(found) + _forces_by_run(found) + _within(found) + tail
+    return lead[found.verdict] + names + _or_nothing(found) + _at_bound(found) + _forces_by_run(found) + _within(found) + tail
 
 
 def left_sentence(found: Explanation) -> str | None:
@@ -278,6 +278,12 @@ def _likelier(found: Explanation) -> str:
     name = max(others, key=lambda one: others[one])
     words = "a force without a name" if name == "unknown" else name
     return f"; {words} would explain it too and is likelier ({others[name]:.2f} to {nothing:.2f}), but not sure"
+
+
+def _or_nothing(found: Explanation) -> str:
+    """That nothing may be missing at all, where a class cannot exclude it."""
+    nothing = found.weights.get("no-gap", 0.0)
+    return f", or nothing at all ({nothing:.2f})" if found.verdict == "class" and nothing > 1.0 - CREDIBLE else ""
 
 
 def noise_sentence(found: Explanation) -> str | None:

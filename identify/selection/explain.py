@@ -38,7 +38,7 @@ from identify.selection.model_errors import FORCES, slight_errors
 from identify.selection.other_side import all_sides
 from identify.selection.search import Search
 from identify.selection.unknown_force import simulated
-from identify.selection.verdict import Finding, Names, Verdict, doing_without, is_unnamed, verdict_of
+from identify.selection.verdict import Finding, Names, Verdict, doing_without, is_unnamed, may_be_nothing, verdict_of
 from simulate.effects import CATALOGUE
 from simulate.files.model_file import add_effects
 from simulate.model.effect import Effect
@@ -120,7 +120,7 @@ def _explained(
     say("looking at the runs held out")
     held = tuple(_held(run, before, after) for run in runs if run.hold_out)
     if verdict.names and any(one.grows for one in held):
-        verdict = replace(verdict, word="unknown", names=())
+        verdict = replace(verdict, word="no-gap" if may_be_nothing(weights) and leaves_noise else "unknown", names=())
     if verdict.word in ("unknown", "partly"):
         noise = _as_measured(noise)
     is_base = verdict.word == "unknown" or (verdict.word == "no-gap" and not set(foremost.names) <= set(slight))

@@ -1,10 +1,10 @@
 """What may be said, from the probabilities of all hypotheses: one rule.
 
-no-gap     that nothing is missing has more than 0.05, and what is left is noise
+no-gap     that nothing is missing has more than half, and what is left is noise; more than 0.05 where no single name is foremost
 unknown    a force without a name has more than 0.05, or what is left is no noise; or a run held out speaks against the names
 partly     the same, where the foremost names close the larger part of the gap
 named      one name is in every member of the smallest set that holds 0.95
-class      the foremost name and those that may stand in its place hold that set together
+class      the foremost name and those that may stand in its place hold that set together; nothing may be among them
 several    the foremost hypothesis has more than one name, and none with fewer of them has more than 0.05
 
 An error of the model file that is hardly beyond its tolerance is no name. Each name with its evidence is a finding.
@@ -15,7 +15,7 @@ from __future__ import annotations
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 
-from identify.criteria import CREDIBLE, EQUAL
+from identify.criteria import CREDIBLE, EQUAL, LARGER_PART
 from measure.common.arrays import Array
 from simulate.model.effect import Effect
 
@@ -69,15 +69,15 @@ def verdict_of(weights: Mapping[Names, float], *, foremost: Names | None = None,
     closes_most : whether the names of the foremost hypothesis close the larger part of the gap.
     leaves_noise : whether what it leaves is as fast as noise.
     """
-    listed = _listed(weights)
-    if weights.get((), 0.0) > 1.0 - CREDIBLE and leaves_noise:
-        return Verdict("no-gap", (), {}, listed)
-    credible = credible_set(weights)
+    listed, credible, nothing = _listed(weights), credible_set(weights), may_be_nothing(weights)
     names = tuple(name for name in (foremost_of(weights) if foremost is None else foremost) if not is_unnamed(name))
-    if not leaves_noise or of_the_unnamed(weights) > 1.0 - CREDIBLE:
-        return Verdict("partly" if names and closes_most else "unknown", names, _rivals(names, credible), listed)
+    unnamed = of_the_unnamed(weights) > 1.0 - CREDIBLE
+    if leaves_noise and nothing and (weights[()] > LARGER_PART or unnamed or len(names) != 1):
+        return Verdict("no-gap", (), {}, listed)
     rivals = _rivals(names, credible)
-    word = "several" if len(names) > 1 else "class" if any(rivals.values()) else "named"
+    if not leaves_noise or unnamed:
+        return Verdict("partly" if names and closes_most else "unknown", names, rivals, listed)
+    word = "several" if len(names) > 1 else "class" if nothing or any(rivals.values()) else "named"
     return Verdict(word, names, rivals, listed)
 
 
@@ -87,9 +87,14 @@ def doing_without(verdict: Verdict, slight: Collection[str]) -> Verdict:
     names = tuple(name for name in verdict.names if name not in out)
     if not out or verdict.word not in ("named", "class", "several"):
         return verdict
-    rivals = any(verdict.equivalents.get(name) for name in names)
+    rivals = any(verdict.equivalents.get(name) for name in names) or verdict.weights.get("no-gap", 0.0) > 1.0 - CREDIBLE
     word = "no-gap" if not names else "several" if len(names) > 1 else "class" if rivals else "named"
     return replace(verdict, word=word, names=names)
+
+
+def may_be_nothing(weights: Mapping[Names, float]) -> bool:
+    """Whether that nothing is missing cannot be excluded."""
+    return weights.get((), 0.0) > 1.0 - CREDIBLE
 
 
 def of_the_unnamed(weights: Mapping[Names, float]) -> float:

@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from identify.report.result import _likelier
+from identify.report.result import _likelier, _or_nothing
 
 
 @pytest.mark.parametrize(
@@ -25,3 +25,12 @@ def test_where_nothing_is_not_excluded_but_less_likely_the_likelier_name_is_said
     problem = SimpleNamespace(effects=(SimpleNamespace(name="geometry-error"),))
     found: Any = SimpleNamespace(weights=weights, after=SimpleNamespace(problem=problem))
     assert _likelier(found) == said
+
+
+@pytest.mark.parametrize(
+    ("verdict", "nothing", "said"),
+    [("class", 0.068, ", or nothing at all (0.07)"), ("class", 0.04, ""), ("named", 0.02, ""), ("partly", 0.3, "")],
+)
+def test_a_class_that_cannot_exclude_nothing_says_so(verdict, nothing, said):
+    found: Any = SimpleNamespace(verdict=verdict, weights={"platform-mass": 1.0 - nothing, "no-gap": nothing})
+    assert _or_nothing(found) == said

@@ -48,8 +48,9 @@ def test_a_fit_halves_a_gap_by_the_squares_beyond_the_noise(after, is_half):
     assert halves(*fits) == is_half
 
 
-def test_five_per_cent_for_nothing_are_enough_to_say_nothing_if_noise_is_left():
-    assert said({A: 0.94, (): 0.06}).word == "no-gap"
+def test_five_per_cent_for_nothing_make_a_name_unsure_and_one_half_takes_it_away_if_noise_is_left():
+    assert said({A: 0.94, (): 0.06}).word == "class"
+    assert said({A: 0.49, (): 0.51}).word == "no-gap"
     assert said({A: 0.96, (): 0.04}).word == "named"
     assert said({A: 0.94, (): 0.06}, leaves_noise=False).word == "partly"
 

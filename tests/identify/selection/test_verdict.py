@@ -17,7 +17,13 @@ TABLE = ("missing-force-along-time",)
     ("weights", "word", "names"),
     [
         ({(): 0.9, HUB: 0.1}, "no-gap", ()),
-        ({(): 0.06, HUB: 0.94}, "no-gap", ()),  # nothing missing cannot be excluded
+        ({(): 0.06, HUB: 0.94}, "class", HUB),  # nothing missing cannot be excluded
+        ({(): 0.49, HUB: 0.26, PULLEY: 0.25}, "no-gap", ()),
+        ({(): 0.45, HUB: 0.48, PULLEY: 0.07}, "no-gap", ()),  # of two that are as likely the one with fewer names
+        ({(): 0.4, HUB: 0.53, PULLEY: 0.07}, "class", HUB),
+        ({(): 0.51, HUB: 0.49}, "no-gap", ()),
+        ({(): 0.06, PAIR: 0.94}, "no-gap", ()),  # two names at once are much to say beside it
+        ({(): 0.06, HUB: 0.86, TABLE: 0.08}, "no-gap", ()),
         ({(): 0.01, HUB: 0.99}, "named", HUB),
         ({HUB: 0.6, PULLEY: 0.39, (): 0.01}, "class", HUB),
         ({PAIR: 0.97, HUB: 0.03}, "several", PAIR),
@@ -37,6 +43,8 @@ def test_the_word_and_the_names(weights, word, names):
         ({("hub-inertia", "stop-stiffness"): 0.99, (): 0.01}, "named", HUB),
         ({("stop-stiffness",): 0.6, ("series-play",): 0.39, (): 0.01}, "class", ("stop-stiffness",)),  # the play may be one
         ({HUB: 0.99, (): 0.01}, "named", HUB),
+        ({("stop-stiffness",): 0.8, (): 0.2}, "no-gap", ()),
+        ({HUB: 0.8, (): 0.2}, "class", HUB),
     ],
 )
 def test_an_error_hardly_beyond_its_tolerance_is_no_name(weights, word, names):
