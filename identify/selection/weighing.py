@@ -95,7 +95,8 @@ def weighed_again(before: Weighed, fit: Fit) -> Weighed:
     """The same hypothesis from another fit of the likelier stand."""
     if before.both.is_exact:
         return weighed(fit)
-    within, found = settled(replace(before.within, fit=fit, errors=before.within.errors.at(fit)), before.evidence.noise)
+    stand = replace(before.within, fit=fit, errors=before.within.errors.at(fit))
+    within, found = stepped(stand, stand.weighed(before.evidence.noise))
     return Weighed(before.exact, within, Both(before.both.exact, found))
 
 
