@@ -255,34 +255,23 @@ def _mirrored(fit: Fit) -> Iterator[Array]:
 
 def led_once(stand: Stand, q: Array, sizes: Array) -> tuple[Stand, Course]:
     """A stand led from a place by ever longer films, and its course."""
-    course: Course = []
-    for leg in _legs(stand, q, sizes):
-        course.append(Leg.of(*leg))
-        q, sizes = leg[0].fit.q, leg[0].sizes
-    return _whole(stand, q, sizes), course
+    courses: list[Course] = []
+    led = led_beside(stand, q, sizes, courses)
+    assert led is not None  # there is nothing to follow
+    return led, courses[0]
 
 
 def led_beside(stand: Stand, q: Array, sizes: Array, courses: list[Course]) -> Stand | None:
     """The same beside other courses, to which its own is added; None where it only follows one of them."""
-    courses.append([])
-    for place, leg in enumerate(_legs(stand, q, sizes)):
-        courses[-1].append(Leg.of(*leg))
-        q, sizes = leg[0].fit.q, leg[0].sizes
-        if any(courses[-1][place].only_follows(other[place], other[-1].deviation) for other in courses[:-1] if len(other) > place):
-            return None
-    return _whole(stand, q, sizes)
-
-
-def _legs(stand: Stand, q: Array, sizes: Array) -> Iterator[tuple[Stand, Evidence]]:
-    """A stand settled with films up to their first stop from a place, and from there with ever longer ones."""
-    for horizon in horizons(stand.given):
+    course: Course = []
+    others = list(courses)
+    courses.append(course)
+    for place, horizon in enumerate(horizons(stand.given)):
         early, found = _leg(stand, q, sizes, horizon)
         q, sizes = early.fit.q, early.sizes
-        yield early, found
-
-
-def _whole(stand: Stand, q: Array, sizes: Array) -> Stand:
-    """A stand settled with whole films from a place."""
+        course.append(Leg.of(early, found))
+        if any(course[place].only_follows(other[place], other[-1].deviation) for other in others if len(other) > place):
+            return None
     there = stand.at(stand.with_errors(sizes), q, sizes)
     return stepped(there, there.weighed(), most=TO_COMPARE)[0]
 
