@@ -95,6 +95,7 @@ def test_an_effect_shows_what_is_left_once_all_that_is_free_has_bent_to_it(name:
 @pytest.mark.parametrize("name", ["end-stop-dissipation", "centre-of-mass-offset"])
 def test_an_effect_within_a_tolerance_of_the_model_file_is_not_detectable(name: str):
     case = drawn_case(next(spec for spec in board(11) if spec.hidden == name))
+    assert case.hidden is not None
     size = np.linalg.norm(case.hidden.at(case.amount).flat()) / tolerance_of(name, case.rig.true)
     wanted = np.sqrt(needed(case.hidden.parameters))
     assert size >= EFFECT_SIZE * wanted - 1e-9 or case.amount == pytest.approx(0.9 * case.hidden.most)
