@@ -127,6 +127,21 @@ def own_shares(table: Array) -> Array:
     return shares
 
 
+def within_bounds(step: Array, covariance: Array, low: Array, high: Array) -> Array:
+    """The likeliest step (k,) within bounds, from that without: what leaves them is held there, the rest follows as it is correlated.
+
+    An amplitude and a direction may stand in for each other; were one of them cut alone, a step would lead nowhere.
+    """
+    held, found = np.zeros(len(step), bool), step
+    while True:
+        out = ~held & ((found < low) | (found > high))
+        if not out.any():
+            return np.clip(found, low, high)
+        held |= out
+        moved = np.clip(step[held], low[held], high[held]) - step[held]
+        found = step + covariance[:, held] @ np.linalg.lstsq(covariance[np.ix_(held, held)], moved, rcond=None)[0]
+
+
 @dataclass(frozen=True)
 class Factored:
     """A symmetric positive matrix, scaled by its diagonal and decomposed by Cholesky. root : (n, n), lower. size : (n,) of the scaling."""

@@ -14,7 +14,7 @@ from simulate.deployment.deploy import channels_of, deploy_many, deploy_with_div
 from simulate.dispatch.formulas import SIGNATURES
 from simulate.dispatch.threads import others_busy
 from simulate.kernel.layout import SAMPLE_POSE
-from simulate.kernel.model_rows import switched_off, without_idle
+from simulate.kernel.model_rows import without_idle
 from simulate.kernel.speed_polynomials import with_rate_worked_in
 from simulate.kernel.step_division import StepDivision
 from simulate.kernel.step_size import step_of
@@ -145,13 +145,18 @@ class View:
         given = self.model.simulation
         duration = duration_for(self.times_s, self.release)
         simulation = altered(given, duration_s=duration, sample_rate_Hz=min(given.sample_rate_Hz, _MOST_SAMPLES_A_SECOND))
-        whole, acting = released(self.model, self.release), []
+        moved, acting = released(self.model, self.release), []
         for effect in self.model.effects:
-            if not (effect.acts_on == "model" and _is_worked_in(type(effect), self.model)):
-                acting += [effect] * (effect.acts_on != "measurement")
-            elif effect != switched_off(type(effect)):
-                whole = effect.adjust(whole)
-        return altered(whole, simulation=simulation, effects=tuple(acting), name="", nuisance=_EXACT)
+            if self._is_worked_in(effect):
+                moved = effect.adjust(moved)
+            elif effect.acts_on != "measurement":
+                acting.append(effect)
+        return altered(moved, simulation=simulation, effects=tuple(acting), name="", nuisance=_EXACT)
+
+    def _is_worked_in(self, effect: Effect) -> bool:
+        """Whether an effect does nothing but change the base model, so that it is done before a run; a table of rates must come first."""
+        only_model = effect.acts_on == "model" and all(getattr(effect, formula, None) is None for formula in SIGNATURES)
+        return only_model and with_rate_worked_in(self.model) is self.model
 
     @cached_property
     def places(self) -> Array:
@@ -169,11 +174,6 @@ class View:
         for effect in self.model.effects:
             channels = effect.observe(self.shown_s, channels)
         return dict(channels)
-
-
-def _is_worked_in(kind: type[Effect], model: Model) -> bool:
-    """Whether an effect does nothing but change the base model, so that it can be worked in before a run; not into a table of rates."""
-    return with_rate_worked_in(model) is model and all(getattr(kind, formula, None) is None for formula in SIGNATURES)
 
 
 def observe(view: View) -> dict[str, Array]:

@@ -12,7 +12,7 @@ A the whitened columns with the priors below them. Bounds cut the normal posteri
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
@@ -22,6 +22,7 @@ from scipy import linalg, special
 from identify.criteria import DEGREES, NOTHING, WITHIN
 from identify.estimation.covariance import Factored
 from identify.estimation.noise_model import ChannelNoise, estimated, log_likelihood, weights
+from identify.gap.linear_pieces import Columns, Lines, Part
 from measure.common.arrays import Array
 
 ROUNDS = 8
@@ -29,109 +30,6 @@ _SAME = 0.03  # change of the log likelihood at which the rounds end
 _GAINS = 3.0  # further rounds together gain no more than so many times the last one
 _INFORMATION = (DEGREES + 1.0) / (DEGREES + 3.0)  # of Student's t about its place, in units of 1 / scale^2
 _LOG_SHARES = float(np.log(NOTHING / (NOTHING + WITHIN))), float(np.log(WITHIN / (NOTHING + WITHIN)))
-
-
-@dataclass(frozen=True)
-class Channel:
-    """Rows of one run and channel, and how many samples apart neighbours stand, see `noise_model.spacing`."""
-
-    rows: slice
-    apart: Array
-
-
-@dataclass(frozen=True)
-class Columns:
-    """What a hypothesis adds: columns (m, k) to the gaps, one typical size each.
-
-    spread : (k,) standard deviations of their priors. at : (k,) amounts at which the columns were taken, zero as a rule.
-    low, high : (k,) bounds of the amounts.
-    """
-
-    values: Array
-    spread: Array
-    at: Array
-    low: Array
-    high: Array
-
-    @classmethod
-    def free(cls, values: Array, spread: float) -> Columns:
-        """Without bounds, from zero, all of one spread."""
-        k = values.shape[1]
-        return cls(values, np.full(k, spread), np.zeros(k), np.full(k, -np.inf), np.full(k, np.inf))
-
-    @classmethod
-    def none(cls, rows: int) -> Columns:
-        """Nothing."""
-        return cls.free(np.empty((rows, 0)), 1.0)
-
-    @property
-    def count(self) -> int:
-        """How many there are."""
-        return self.values.shape[1]
-
-    def beside(self, other: Columns) -> Columns:
-        """These and others, side by side."""
-        pairs = ((getattr(self, name), getattr(other, name)) for name in ("spread", "at", "low", "high"))
-        return Columns(np.hstack([self.values, other.values]), *(np.concatenate(pair) for pair in pairs))
-
-
-@dataclass(frozen=True)
-class Lines:
-    """A fit as linear pieces: gaps (m,), columns (m, p) of base and releases, errors (m, q) of the model file in tolerances.
-
-    errors_at : (q,) sizes of the errors at which all is taken. prior_gaps, prior_columns : (r,), (r, p) what is known of base and releases
-    beforehand, in standard deviations. log_spread : sum of the logarithms of these, in scales.
-    """
-
-    gaps: Array
-    columns: Array
-    errors: Array
-    errors_at: Array
-    prior_gaps: Array
-    prior_columns: Array
-    channels: tuple[Channel, ...]
-    log_spread: float = 0.0
-
-    @cached_property
-    def parts(self) -> tuple[Part, ...]:
-        """Channel by channel, without the columns that do nothing there: a release moves its own film only."""
-        values = np.hstack([self.columns, self.errors])
-        return tuple(Part.of(channel, self.gaps, values[channel.rows]) for channel in self.channels)
-
-    @property
-    def count(self) -> int:
-        """How many columns there are."""
-        return self.columns.shape[1] + self.errors.shape[1]
-
-    def shifted(self, shift: Array | float) -> Lines:
-        """With other gaps: something (m,) is added to them."""
-        return replace(self, gaps=self.gaps + shift) if np.any(shift) else self
-
-
-@dataclass(frozen=True)
-class Part:
-    """One channel: gaps (n,), the columns (n, k) that do something there, and which these are (k,)."""
-
-    channel: Channel
-    gaps: Array
-    values: Array
-    places: NDArray[np.intp]
-
-    @classmethod
-    def of(cls, channel: Channel, gaps: Array, values: Array) -> Part:
-        """Of all gaps, and the columns in this channel."""
-        places = np.flatnonzero(np.any(values != 0.0, axis=0))
-        return cls(channel, gaps[channel.rows], np.ascontiguousarray(values[:, places]), places)
-
-    def beside(self, own: Columns, first: int) -> Part:
-        """With the columns of a hypothesis, which stand from `first` on."""
-        values = own.values[self.channel.rows]
-        more = np.flatnonzero(np.any(values != 0.0, axis=0))
-        return Part(self.channel, self.gaps, np.hstack([self.values, values[:, more]]), np.concatenate([self.places, first + more]))
-
-    def residual(self, step: Array) -> Array:
-        """Gaps after a step of all columns, (n,)."""
-        return self.gaps + self.values @ step[self.places]
 
 
 @dataclass(frozen=True)

@@ -120,7 +120,7 @@ def _explained(
     say("looking at the runs held out")
     held = tuple(_held(run, before, after) for run in runs if run.hold_out)
     if verdict.names and any(one.grows for one in held):
-        verdict = replace(verdict, word="no-gap" if may_be_nothing(weights) and leaves_noise else "unknown", names=())
+        verdict = replace(verdict, word="no-gap" if may_be_nothing(verdict.weights) and leaves_noise else "unknown", names=())
     if verdict.word in ("unknown", "partly"):
         noise = _as_measured(noise)
     is_base = verdict.word == "unknown" or (verdict.word == "no-gap" and not set(foremost.names) <= set(slight))

@@ -15,7 +15,7 @@ from identify.estimation.problem import Fit
 from identify.gap.leg_force import LegForce
 from identify.gap.platform_force import MissingForce
 from identify.gap.size import gap_size
-from identify.selection.verdict import Finding, Names
+from identify.selection.verdict import Finding, Names, may_be_nothing
 from measure.notebook.shown import Shown
 from simulate.model.effect import Effect
 from simulate.model.model import Model
@@ -161,6 +161,11 @@ class Explanation(Shown, by="identify.report.showing.ShowingExplanation"):
     def over_noise(self, fit: Fit) -> float:
         """Root mean square gap of one of the fits, in units of the noise that was estimated."""
         return rms_over_noise(fit, self.noise)
+
+    @property
+    def weight_of_nothing(self) -> float | None:
+        """How probable it is that nothing is missing, where a class cannot exclude that; else None."""
+        return self.weights["no-gap"] if self.verdict == "class" and may_be_nothing(self.weights) else None
 
 
 @dataclass(frozen=True)

@@ -17,8 +17,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from identify.estimation.noise_model import weights
+from identify.gap.linear_pieces import Columns
 from identify.selection.evidence import (
-    Columns,
     Evidence,
     Normal,
     White,

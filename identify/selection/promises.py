@@ -13,8 +13,9 @@ from identify.estimation.horizons import horizons
 from identify.estimation.least_squares import solve
 from identify.estimation.parameters import STORED_FORCE
 from identify.estimation.problem import Fit, Problem
+from identify.gap.linear_pieces import Columns
 from identify.gap.signatures import chords
-from identify.selection.evidence import Both, Columns
+from identify.selection.evidence import Both
 from identify.selection.first_look import Gain, Promise
 from identify.selection.model_errors import FORCES, as_wide, effect_spreads
 from identify.selection.stand import Stand, Weighed

@@ -18,9 +18,10 @@ from identify.estimation.least_squares import updated_slopes
 from identify.estimation.noise_model import ChannelNoise, log_likelihood, spacing
 from identify.estimation.problem import Fit, Problem
 from identify.gap.gap_test import is_noise
+from identify.gap.linear_pieces import Channel, Columns, Lines
 from identify.gap.misfit import misfit_of
 from identify.gap.signatures import Signature, columns_of_shapes
-from identify.selection.evidence import ROUNDS, Both, Channel, Columns, Evidence, Lines, evidence
+from identify.selection.evidence import ROUNDS, Both, Evidence, evidence
 from identify.selection.first_look import FirstLook
 from identify.selection.model_errors import ModelErrors, effect_spreads, model_errors, tolerance_of
 from measure.common.arrays import Array

@@ -15,9 +15,10 @@ from identify.estimation.least_squares import laid_out, solve
 from identify.estimation.problem import Fit
 from identify.gap.force_tables import leg_table_over, seen_places, table_over
 from identify.gap.leg_force import LEG_TABLES, PLACES
+from identify.gap.linear_pieces import Columns
 from identify.gap.platform_force import ALONGS, KNOTS
 from identify.gap.unnamed import Places, Unnamed
-from identify.selection.evidence import Both, Columns
+from identify.selection.evidence import Both
 from identify.selection.stand import Weighed
 from measure.common.arrays import Array
 from simulate.model.effect import Effect

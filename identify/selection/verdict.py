@@ -69,7 +69,8 @@ def verdict_of(weights: Mapping[Names, float], *, foremost: Names | None = None,
     closes_most : whether the names of the foremost hypothesis close the larger part of the gap.
     leaves_noise : whether what it leaves is as fast as noise.
     """
-    listed, credible, nothing = _listed(weights), credible_set(weights), may_be_nothing(weights)
+    listed, credible = _listed(weights), credible_set(weights)
+    nothing = may_be_nothing(listed)
     names = tuple(name for name in (foremost_of(weights) if foremost is None else foremost) if not is_unnamed(name))
     unnamed = of_the_unnamed(weights) > 1.0 - CREDIBLE
     if leaves_noise and nothing and (weights[()] > LARGER_PART or unnamed or len(names) != 1):
@@ -87,14 +88,14 @@ def doing_without(verdict: Verdict, slight: Collection[str]) -> Verdict:
     names = tuple(name for name in verdict.names if name not in out)
     if not out or verdict.word not in ("named", "class", "several"):
         return verdict
-    rivals = any(verdict.equivalents.get(name) for name in names) or verdict.weights.get("no-gap", 0.0) > 1.0 - CREDIBLE
+    rivals = any(verdict.equivalents.get(name) for name in names) or may_be_nothing(verdict.weights)
     word = "no-gap" if not names else "several" if len(names) > 1 else "class" if rivals else "named"
     return replace(verdict, word=word, names=names)
 
 
-def may_be_nothing(weights: Mapping[Names, float]) -> bool:
-    """Whether that nothing is missing cannot be excluded."""
-    return weights.get((), 0.0) > 1.0 - CREDIBLE
+def may_be_nothing(listed: Mapping[str, float]) -> bool:
+    """Whether that nothing is missing cannot be excluded, by the probabilities as a verdict lists them."""
+    return listed.get("no-gap", 0.0) > 1.0 - CREDIBLE
 
 
 def of_the_unnamed(weights: Mapping[Names, float]) -> float:

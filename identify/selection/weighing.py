@@ -10,6 +10,7 @@ import numpy as np
 from scipy.stats import chi2
 
 from identify.criteria import CLOSE, CREDIBLE, GAP_P, HARDLY, NEAR, ROUGHLY, TO_COMPARE, TWO_SIDED_95, UNUSUAL_P
+from identify.estimation.covariance import within_bounds
 from identify.estimation.horizons import before_the_stops, horizons
 from identify.estimation.least_squares import laid_out, solve, to_the_end
 from identify.estimation.noise_model import ChannelNoise
@@ -30,7 +31,10 @@ _SHARES = (1.0, 0.5, 0.2)  # of a step that are tried
 
 @dataclass(frozen=True)
 class Leg:
-    """Where a stand came to with films up to some time: its log evidence, where (k,) it stood, and how well (k,) it is known there."""
+    """Where a stand came to with films up to some time: its log evidence, its place (k,), and the standard deviations (k,) of that.
+
+    A course has one for each time, the earliest first.
+    """
 
     log_z: float
     place: Array
@@ -215,15 +219,14 @@ def settled(stand: Stand, noise: tuple[ChannelNoise, ...] = ()) -> tuple[Stand, 
 
 def _from_afar(stand: Stand) -> Stand:
     """A stand led by ever longer films, from where it is; where that leaves a gap also from the model file as it is."""
-    led, course = led_once(stand, stand.fit.q, stand.sizes)
+    led, courses = led_once(stand, stand.fit.q, stand.sizes)
     if led.fit.rms < CLOSE:
-        return _on_other_sides(stand, led, course)
-    courses = [course]
+        return _on_other_sides(stand, led, courses)
     from_file = led_beside(stand, stand.origin, np.zeros(len(stand.sizes)), courses)
-    return _likelier(_on_other_sides(stand, led, *courses), from_file)
+    return _likelier(_on_other_sides(stand, led, courses), from_file)
 
 
-def _on_other_sides(stand: Stand, led: Stand, *courses: Course) -> Stand:
+def _on_other_sides(stand: Stand, led: Stand, courses: list[Course]) -> Stand:
     """A stand as it was led, or a likelier one.
 
     Where films are missed, or met by improbable errors of the model file, it is led from each release turned to the other side, as far as
@@ -232,9 +235,9 @@ def _on_other_sides(stand: Stand, led: Stand, *courses: Course) -> Stand:
     missed = led.fit.rms >= CLOSE
     if not missed and chi2.sf(float(led.sizes @ led.sizes), len(led.sizes)) >= GAP_P:
         return led
-    begun, seen = led.weighed().log_z, list(courses)
+    begun = led.weighed().log_z
     for turned in _mirrored(led.fit):
-        led = _likelier(led, led_beside(stand, turned, np.zeros(len(stand.sizes)), seen))
+        led = _likelier(led, led_beside(stand, turned, np.zeros(len(stand.sizes)), courses))
         if missed and led.weighed().log_z > begun + NEAR:
             break
     return led
@@ -253,12 +256,12 @@ def _mirrored(fit: Fit) -> Iterator[Array]:
             yield q
 
 
-def led_once(stand: Stand, q: Array, sizes: Array) -> tuple[Stand, Course]:
-    """A stand led from a place by ever longer films, and its course."""
+def led_once(stand: Stand, q: Array, sizes: Array) -> tuple[Stand, list[Course]]:
+    """A stand led from a place by ever longer films, and its course, to which those of others may be added."""
     courses: list[Course] = []
     led = led_beside(stand, q, sizes, courses)
     assert led is not None  # there is nothing to follow
-    return led, courses[0]
+    return led, courses
 
 
 def led_beside(stand: Stand, q: Array, sizes: Array, courses: list[Course]) -> Stand | None:
@@ -332,18 +335,3 @@ def _step_within(stand: Stand, found: Evidence) -> tuple[Array | None, Array]:
     change[kept] = whole[first:last]
     way = np.abs(whole) / np.sqrt(np.maximum(np.diag(found.covariance), 1e-300))
     return (None if np.max(way, initial=0.0) < _NEAR else np.delete(whole, np.s_[first:last])), change
-
-
-def within_bounds(step: Array, covariance: Array, low: Array, high: Array) -> Array:
-    """The likeliest step (k,) within bounds, from that without: what leaves them is held there, the rest follows as it is correlated.
-
-    An amplitude and a direction may stand in for each other; were one of them cut alone, a step would lead nowhere.
-    """
-    held, found = np.zeros(len(step), bool), step
-    while True:
-        out = ~held & ((found < low) | (found > high))
-        if not out.any():
-            return np.clip(found, low, high)
-        held |= out
-        moved = np.clip(step[held], low[held], high[held]) - step[held]
-        found = step + covariance[:, held] @ np.linalg.lstsq(covariance[np.ix_(held, held)], moved, rcond=None)[0]

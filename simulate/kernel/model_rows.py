@@ -75,15 +75,14 @@ def without_idle(models: Sequence[Model]) -> list[Model]:
     """The models without the effects that are switched off in all of them, so that these cost nothing."""
     idle = {effect.name for effect in models[0].effects}
     for model in models:
-        idle -= {effect.name for effect in model.effects if effect != switched_off(type(effect))}
+        idle -= {effect.name for effect in model.effects if effect != _switched_off(type(effect))}
     if not idle:
         return list(models)
     return [altered(model, effects=tuple(effect for effect in model.effects if effect.name not in idle)) for model in models]
 
 
 @cache
-def switched_off(kind: type[Effect]) -> Effect:
-    """An effect of a kind that does nothing."""
+def _switched_off(kind: type[Effect]) -> Effect:
     return kind()
 
 

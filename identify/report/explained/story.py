@@ -8,7 +8,7 @@ from typing import Any
 from identify.criteria import CREDIBLE, GAP_P
 from identify.gap.gap_test import gap_test, p_words
 from identify.report.phrases import phrase_of
-from identify.report.result import within_tolerances
+from identify.report.sentences import within_tolerances
 from identify.selection.explanation import Explanation, gap_left
 from measure.pages.in_use import percent
 from measure.pages.page import facts_of, opened
@@ -17,7 +17,7 @@ from measure.pages.summary import Number, Summary, Tone
 WORDS: Mapping[str, tuple[str, Tone]] = {
     "named": ("named: one effect is missing, its rivals are excluded", "good"),
     "several": ("several: more than one effect is missing", "good"),
-    "class": ("class: one of a few effects is missing, these data cannot tell which", "doubt"),
+    "class": ("class: one of a few answers is right, these data cannot tell which", "doubt"),
     "partly": ("partly: most of the gap has a name, the rest has not", "doubt"),
     "unknown": ("unknown: there is a gap, and no effect of the catalogue explains it", "bad"),
     "no-gap": ("no-gap: model and measurements differ by noise", "good"),
@@ -46,6 +46,7 @@ def sentence(found: Explanation, result: Mapping[str, Any]) -> str:
     missing = "; and ".join(phrase_of(finding) for finding in found.findings)
     rivals = [name for finding in found.findings for name in finding.equivalents]
     told = f", or {' or '.join(rivals)} does the same" if rivals else ""
+    told += "" if found.weight_of_nothing is None else f", or nothing is missing at all ({found.weight_of_nothing:.2f})"
     rest = f"; {result['left']}" if found.verdict == "partly" else ""
     return f"{opened(missing)}{told}; {_worth(result['gap'])}{rest}."
 

@@ -14,7 +14,7 @@ from identify.design.further_test import Condition, NextTest
 from identify.design.next_test import chance_of_split, left_over, likely_parameters, likely_releases, worth_a_closer_look
 from identify.estimation.horizons import solve_from_afar
 from identify.estimation.least_squares import laid_out, solve
-from identify.report.result import next_experiment
+from identify.report.sentences import next_experiment
 from simulate.effects import HubInertia, PowerLawFriction, ViscousFriction
 from simulate.files.model_file import read_model
 

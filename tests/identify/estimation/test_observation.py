@@ -8,7 +8,17 @@ import numpy as np
 import pytest
 
 from identify.estimation.observation import RunRelease, View, observe, observe_beside
-from simulate.effects import CameraRoll, GeometryError, HubInertia, PlatformMass, ScaleError, StopStiffness, ViscousFriction
+from simulate.effects import (
+    CameraRoll,
+    CentreOfMassOffset,
+    GeometryError,
+    HubInertia,
+    LegDisparity,
+    PlatformMass,
+    ScaleError,
+    StopStiffness,
+    ViscousFriction,
+)
 from simulate.model.model import EndStop
 
 FRAMES_S = np.arange(160) / 250.0
@@ -43,12 +53,13 @@ def test_models_that_hardly_differ_take_the_steps_of_the_first_one(prototype):
 @pytest.mark.parametrize("turned", [False, True])
 @pytest.mark.parametrize("by_camera", [False, True])
 def test_films_side_by_side_are_those_that_are_seen_one_by_one(prototype, turned, by_camera):
-    """Whatever is worked in before a run: joints, a platform's mass, a stop, stored forces; and whatever stands before the camera."""
+    """Whatever is worked in before a run (joints, masses, a stop, legs that differ), and whatever stands before the camera."""
     seen_through = (ScaleError(0.01), CameraRoll(0.02)) if by_camera else ()
     changes = [
         (GeometryError(tuple(1e-3 * np.sin(np.arange(36.0)))), PlatformMass(0.0)),
         (GeometryError(), PlatformMass(0.02)),
         (GeometryError(), PlatformMass(0.0), StopStiffness(0.5), HubInertia(0.01)),
+        (LegDisparity((0.05, -0.03, 0.02, 0.0, -0.04, 0.01)), CentreOfMassOffset((1e-3, -2e-3, 1e-3))),
     ]
     views = [View(replace(prototype, effects=(*own, *seen_through)), FRAMES_S, RELEASE, turned) for own in changes]
     together = observe_beside(views[0], views)

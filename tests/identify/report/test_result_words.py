@@ -7,7 +7,17 @@ from typing import Any
 
 import pytest
 
-from identify.report.result import _likelier, _or_nothing
+from identify.report.sentences import _likelier, _or_nothing, next_experiment
+from identify.selection.explanation import Explanation
+
+
+def class_of(verdict, nothing, rivals=()) -> Any:
+    """An explanation with one name, as far as its sentences ask for it."""
+    found = object.__new__(Explanation)
+    finding = SimpleNamespace(name="platform-mass", equivalents=rivals)
+    weights = {"platform-mass": 1.0 - nothing, "no-gap": nothing}
+    found.__dict__.update(verdict=verdict, weights=weights, findings=(finding,), rivals={}, next_tests=())
+    return found
 
 
 @pytest.mark.parametrize(
@@ -32,5 +42,20 @@ def test_where_nothing_is_not_excluded_but_less_likely_the_likelier_name_is_said
     [("class", 0.068, ", or nothing at all (0.07)"), ("class", 0.04, ""), ("named", 0.02, ""), ("partly", 0.3, "")],
 )
 def test_a_class_that_cannot_exclude_nothing_says_so(verdict, nothing, said):
-    found: Any = SimpleNamespace(verdict=verdict, weights={"platform-mass": 1.0 - nothing, "no-gap": nothing})
+    found = class_of(verdict, nothing)
     assert _or_nothing(found) == said
+    assert (found.weight_of_nothing is None) == (not said)
+
+
+@pytest.mark.parametrize(
+    ("rivals", "says"),
+    [
+        ((), "Add further runs like these, or others that show more of it: whether platform-mass is there at all is not sure."),
+        (
+            ("pulley-inertia",),
+            "What may stand in the place of platform-mass (pulley-inertia) was weighed and not fitted: try a larger --budget.",
+        ),
+    ],
+)
+def test_where_only_nothing_may_stand_in_the_place_of_a_name_further_runs_are_asked_for(rivals, says):
+    assert next_experiment(class_of("class", 0.3, rivals)) == says

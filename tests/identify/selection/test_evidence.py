@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from identify.estimation.noise_model import spacing
-from identify.selection.evidence import Channel, Columns, Lines, evidence
+from identify.gap.linear_pieces import Channel, Columns, Lines
+from identify.selection.evidence import evidence
 
 N = 400
 TIME = np.linspace(0.0, 1.0, N)

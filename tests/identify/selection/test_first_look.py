@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from identify.estimation.noise_model import spacing
-from identify.selection.evidence import Channel, Columns, Lines, evidence
+from identify.gap.linear_pieces import Channel, Columns, Lines
+from identify.selection.evidence import evidence
 from identify.selection.first_look import FirstLook
 
 N = 500

@@ -8,10 +8,11 @@ import numpy as np
 import pytest
 from scipy.optimize import lsq_linear
 
+from identify.estimation.covariance import within_bounds
 from identify.estimation.least_squares import solve, to_the_end
 from identify.selection.findings import _stated
 from identify.selection.promises import posed, promises
-from identify.selection.weighing import weighed, within_bounds
+from identify.selection.weighing import weighed
 from simulate.effects import CATALOGUE, BaseExcitation, EddyDamping
 
 NAME = "eddy-damping"

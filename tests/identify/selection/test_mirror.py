@@ -118,7 +118,7 @@ def test_a_release_is_turned_to_its_other_side_where_films_are_missed_or_met_by_
 
     monkeypatch.setattr(weighing, "_mirrored", lambda fit: iter(range(3)))
     monkeypatch.setattr(weighing, "led_beside", led_beside)
-    found = weighing._on_other_sides(begun, begun, "own")  # type: ignore[arg-type]
+    found = weighing._on_other_sides(begun, begun, ["own"])  # type: ignore[arg-type]
     assert found.weighed().log_z == reached
     assert len(sides) == tried
 

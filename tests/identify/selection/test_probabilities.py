@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 
 from identify.criteria import ANOTHER, NOTHING, UNNAMED, WITHIN, WRONG_DRAWING
+from identify.estimation.covariance import within_bounds
 from identify.selection.hypotheses import MODEL_ERRORS, halves, log_prior
 from identify.selection.model_errors import as_wide
 from identify.selection.verdict import credible_set, doing_without, foremost_of, verdict_of
-from identify.selection.weighing import within_bounds
 
 EFFECTS = ("hub-inertia", "viscous-friction", "series-play", "gravity-imbalance")
 A, B = ("hub-inertia",), ("viscous-friction",)

@@ -1,0 +1,143 @@
+"""The answer of `explain-gap` in sentences."""
+
+from __future__ import annotations
+
+from identify.criteria import LIKELY
+from identify.gap.dragged import Dragged, dragged, in_words
+from identify.selection.explanation import Explanation
+from identify.selection.model_errors import FORCES
+from identify.selection.verdict import Finding
+
+_WORTH_A_WORD = 0.5  # of a tolerance
+
+
+def sentence(found: Explanation) -> str:
+    """The finding in a sentence; what a fit had to move far beyond the model file stands first."""
+    return "; ".join([*in_words(moved_far(found)), _finding_in_words(found)])
+
+
+def moved_far(found: Explanation) -> tuple[Dragged, ...]:
+    """What the fit behind the answer moved far; where nothing closes the gap, what the releases alone moved under the model as given."""
+    return dragged(found.as_given if found.verdict in ("unknown", "partly") else found.after)
+
+
+def _finding_in_words(found: Explanation) -> str:
+    plain = {
+        "no-gap": "what is left between model and measurement is noise" + _colour(found) + _likelier(found) + _within(found),
+        "unknown": "there is a gap, and nothing in the catalogue explains it" + _in_formula(found),
+    }
+    if found.verdict in plain:
+        return plain[found.verdict]
+    names = ", ".join(_named(finding) for finding in found.findings)
+    lead = {"named": "missing effect: ", "class": "missing effect, one of a class: ", "several": "missing effects: ", "partly": "mainly "}
+    tail = f"; {left_sentence(found)}" if found.verdict == "partly" else ""
+    return lead[found.verdict] + names + _or_nothing(found) + _at_bound(found) + _forces_by_run(found) + _within(found) + tail
+
+
+def left_sentence(found: Explanation) -> str | None:
+    """What is left where names explain a part only."""
+    if found.verdict != "partly":
+        return None
+    share, over = 100.0 * found.share_closed, found.over_noise(found.after)
+    goes = f", {found.missing.goes_with}" if found.missing is not None else ""
+    return f"{share:.0f} % of the gap; {over:.3g} times the noise is left{goes}{_in_formula(found)}"
+
+
+def _in_formula(found: Explanation) -> str:
+    """What is drafted, where something is."""
+    return "" if found.drafted is None else f"; drafted: {found.drafted.sentence}"
+
+
+def _at_bound(found: Explanation) -> str:
+    ends = [f"{finding.name}.{name}" for finding in found.findings for name in finding.at_bound]
+    return f" ({', '.join(ends)} at its bound)" if ends else ""
+
+
+def within_tolerances(found: Explanation) -> str:
+    """What of the model file was moved within its tolerances, and by how many of them; nothing where it was not."""
+    parts = [f"{effect.name} by {size:.1f}" for effect, size in found.within if size >= _WORTH_A_WORD]
+    return f"the model file is off within its tolerances: {', '.join(parts)} of them" if parts else ""
+
+
+def _within(found: Explanation) -> str:
+    return f"; {words}" if (words := within_tolerances(found)) else ""
+
+
+def _colour(found: Explanation) -> str:
+    """The noise's memory, where it has some."""
+    most = max((one.lag1 for one in found.noise), default=0.0)
+    return f", correlated up to {most:.1f} from sample to sample" if most >= 0.15 else ""
+
+
+def _likelier(found: Explanation) -> str:
+    """What is more probable than nothing where nothing is not excluded: neither is sure. An error within its tolerances is no such name."""
+    nothing, within = found.weights.get("no-gap", 0.0), {effect.name for effect in found.after.problem.effects}
+    others = {name: weight for name, weight in found.weights.items() if weight > nothing and not set(name.split(" + ")) <= within}
+    if not others:
+        return ""
+    name = max(others, key=lambda one: others[one])
+    words = "a force without a name" if name == "unknown" else name
+    return f"; {words} would explain it too and is likelier ({others[name]:.2f} to {nothing:.2f}), but not sure"
+
+
+def _or_nothing(found: Explanation) -> str:
+    """That nothing may be missing at all, where a class cannot exclude it."""
+    return "" if found.weight_of_nothing is None else f", or nothing at all ({found.weight_of_nothing:.2f})"
+
+
+def noise_sentence(found: Explanation) -> str | None:
+    """Which tables showed no noise and were given some; None where all were measured."""
+    runs = list(dict.fromkeys(one.run for one in found.noise_added))
+    if not runs:
+        return None
+    given = ", ".join(f"{name} {sigma:.2g}" for name, sigma in {one.channel: one.sigma for one in found.noise_added}.items())
+    return f"{', '.join(runs)}: values without noise, as a simulation writes them; noise of a fine instrument was added ({given})"
+
+
+def _named(finding: Finding) -> str:
+    return " or ".join((finding.name, *finding.equivalents))
+
+
+def _forces_by_run(found: Explanation) -> str:
+    """By how much the runs want other stored forces, where that was found: `(test1.csv +3.2 %, test2.csv -4.0 %)`."""
+    finding = next((one for one in found.findings if one.name == FORCES), None)
+    if finding is None:
+        return ""
+    runs = [film.run.name for film in found.after.problem.films]
+    parts = [f"{run} {100.0 * value:+.1f} %" for run, value in zip(runs, finding.effect.flat(), strict=False)]
+    return f"; the runs want different stored forces: {', '.join(parts)}"
+
+
+def next_experiment(found: Explanation) -> str | None:
+    """Which further test would split a class or settle a doubt."""
+    if found.next_tests:
+        best, name = found.next_tests[0], found.findings[0].name
+        split = ", ".join(f"{rival} in {100 * chance:.0f} %" for rival, chance in best.chances.items())
+        words = best.condition.words + (f", {best.runs} times" if best.runs > 1 else "")
+        if best.surest < LIKELY:
+            return f"No single further test is likely to tell {name} from its rivals; {words} would split off {split} of cases."
+        return f"To tell {name} from its rivals, add {words}; predicted to split off {split} of cases."
+    rivals = ", ".join(found.findings[0].equivalents) if found.verdict == "class" else ""
+    if found.weight_of_nothing is not None and not rivals:
+        return f"Add further runs like these, or others that show more of it: whether {found.findings[0].name} is there at all is not sure."
+    if rivals and not found.rivals:
+        return f"What may stand in the place of {found.findings[0].name} ({rivals}) was weighed and not fitted: try a larger --budget."
+    if found.verdict == "unknown":
+        return f"Add {_other_condition(found)}: a force that follows time, place or speed moves differently then."
+    return None
+
+
+def _other_condition(found: Explanation) -> str:
+    """A condition that the campaign has not got yet."""
+    problem = found.before.problem
+    if not problem.films:
+        return "loops at another frequency with the same amplitude"
+    if not problem.loops:
+        return "loops of one actuator on a shaker at two frequencies, which pin the force law"
+    heights = {film.model.geometry.stowed_height_m for film in problem.films if film.model.geometry is not None}
+    masses = {film.model.platform.mass_kg for film in problem.films}
+    if len(heights) < 2:
+        return "a deployment from another start height"
+    if len(masses) < 2:
+        return "a deployment with ballast on the platform"
+    return "a deployment with the platform turned by 120 deg"
