@@ -213,8 +213,7 @@ FAST_NOISE = 2.0
 makes sqrt(2), and a memory of 0.85, where 0.75 is the most that the noise model has, makes 1.7."""
 
 LARGER_PART = 0.5
-"""Share of the gap that names must close to be mentioned where something else is left beside them; and probability of
-nothing being missing above which that is the answer, for a name would more often be wrong than right."""
+"""Share of the gap that names must close to be mentioned where something else is left beside them."""
 
 FARTHEST_SPREADS = 3.0
 """Standard deviations of their prior, root mean square over the parameters of an effect, beyond which an estimate contradicts it: one is

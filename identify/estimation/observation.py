@@ -145,18 +145,11 @@ class View:
         given = self.model.simulation
         duration = duration_for(self.times_s, self.release)
         simulation = altered(given, duration_s=duration, sample_rate_Hz=min(given.sample_rate_Hz, _MOST_SAMPLES_A_SECOND))
-        moved, acting = released(self.model, self.release), []
-        for effect in self.model.effects:
-            if self._is_worked_in(effect):
-                moved = effect.adjust(moved)
-            elif effect.acts_on != "measurement":
-                acting.append(effect)
+        moved = released(with_rate_worked_in(self.model), self.release)
+        acting = [effect for effect in moved.effects if effect.acts_on != "measurement" and not _only_adjusts(type(effect))]
+        for effect in moved.effects:
+            moved = effect.adjust(moved) if _only_adjusts(type(effect)) else moved
         return altered(moved, simulation=simulation, effects=tuple(acting), name="", nuisance=_EXACT)
-
-    def _is_worked_in(self, effect: Effect) -> bool:
-        """Whether an effect does nothing but change the base model, so that it is done before a run; a table of rates must come first."""
-        only_model = effect.acts_on == "model" and all(getattr(effect, formula, None) is None for formula in SIGNATURES)
-        return only_model and with_rate_worked_in(self.model) is self.model
 
     @cached_property
     def places(self) -> Array:
@@ -174,6 +167,12 @@ class View:
         for effect in self.model.effects:
             channels = effect.observe(self.shown_s, channels)
         return dict(channels)
+
+
+@cache
+def _only_adjusts(kind: type[Effect]) -> bool:
+    """Whether an effect does nothing but change the base model, which is done before a run."""
+    return kind.acts_on == "model" and all(getattr(kind, formula, None) is None for formula in SIGNATURES)
 
 
 def observe(view: View) -> dict[str, Array]:

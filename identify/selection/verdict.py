@@ -1,6 +1,6 @@
 """What may be said, from the probabilities of all hypotheses: one rule.
 
-no-gap     that nothing is missing has more than half, and what is left is noise; more than 0.05 where no single name is foremost
+no-gap     nothing missing is foremost, and what is left is noise; or it has more than 0.05, where no single name is foremost
 unknown    a force without a name has more than 0.05, or what is left is no noise; or a run held out speaks against the names
 partly     the same, where the foremost names close the larger part of the gap
 named      one name is in every member of the smallest set that holds 0.95
@@ -15,7 +15,7 @@ from __future__ import annotations
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 
-from identify.criteria import CREDIBLE, EQUAL, LARGER_PART
+from identify.criteria import CREDIBLE, EQUAL
 from measure.common.arrays import Array
 from simulate.model.effect import Effect
 
@@ -73,7 +73,7 @@ def verdict_of(weights: Mapping[Names, float], *, foremost: Names | None = None,
     nothing = may_be_nothing(listed)
     names = tuple(name for name in (foremost_of(weights) if foremost is None else foremost) if not is_unnamed(name))
     unnamed = of_the_unnamed(weights) > 1.0 - CREDIBLE
-    if leaves_noise and nothing and (weights[()] > LARGER_PART or unnamed or len(names) != 1):
+    if leaves_noise and nothing and (not foremost_of(weights) or unnamed or len(names) != 1):
         return Verdict("no-gap", (), {}, listed)
     rivals = _rivals(names, credible)
     if not leaves_noise or unnamed:

@@ -19,7 +19,9 @@ from simulate.effects import (
     StopStiffness,
     ViscousFriction,
 )
+from simulate.kernel.speed_polynomials import with_rate_worked_in
 from simulate.model.model import EndStop
+from simulate.model.rig import Rate
 
 FRAMES_S = np.arange(160) / 250.0
 RELEASE = RunRelease((1e-3, -2e-3, 5e-4), (3e-3, -2e-3, 4e-3), 0.01)
@@ -54,14 +56,15 @@ def test_models_that_hardly_differ_take_the_steps_of_the_first_one(prototype):
 @pytest.mark.parametrize("by_camera", [False, True])
 def test_films_side_by_side_are_those_that_are_seen_one_by_one(prototype, turned, by_camera):
     """Whatever is worked in before a run (joints, masses, a stop, legs that differ), and whatever stands before the camera."""
-    seen_through = (ScaleError(0.01), CameraRoll(0.02)) if by_camera else ()
     changes = [
         (GeometryError(tuple(1e-3 * np.sin(np.arange(36.0)))), PlatformMass(0.0)),
         (GeometryError(), PlatformMass(0.02)),
         (GeometryError(), PlatformMass(0.0), StopStiffness(0.5), HubInertia(0.01)),
         (LegDisparity((0.05, -0.03, 0.02, 0.0, -0.04, 0.01)), CentreOfMassOffset((1e-3, -2e-3, 1e-3))),
     ]
-    views = [View(replace(prototype, effects=(*own, *seen_through)), FRAMES_S, RELEASE, turned) for own in changes]
+    cameras = [(ScaleError(0.01 * k), CameraRoll(0.02 / (k + 1))) if by_camera else () for k in range(len(changes))]
+    models = [replace(prototype, effects=(*own, *camera)) for own, camera in zip(changes, cameras, strict=True)]
+    views = [View(model, FRAMES_S, RELEASE, turned) for model in models]
     together = observe_beside(views[0], views)
     for k, view in enumerate(views):
         alone = {channel: values[0] for channel, values in observe_beside(views[0], [view]).items()}
@@ -69,3 +72,13 @@ def test_films_side_by_side_are_those_that_are_seen_one_by_one(prototype, turned
         for channel, values in observe_beside(views[0], [adjusted]).items():
             assert np.array_equal(together[channel][k], alone[channel])
             assert np.array_equal(values[0], alone[channel])
+
+
+def test_what_changes_the_base_model_does_so_behind_a_table_of_rates(prototype):
+    """A table gives every leg its force anew: what makes legs differ must come after it, or it would be lost."""
+    law = replace(prototype.actuator, rate=Rate("speed_m_per_s", b_l=(2.79, 0.2)))
+    legs, told = LegDisparity((0.3, 0.0, 0.0, 0.0, 0.0, 0.0)), replace(prototype, actuator=law)
+    expected = observe(View(with_rate_worked_in(told).with_effect(legs), FRAMES_S, RELEASE))
+    seen = observe(View(told.with_effect(legs), FRAMES_S, RELEASE))
+    for channel, values in expected.items():
+        assert seen[channel] == pytest.approx(values, abs=1e-9)

@@ -22,6 +22,7 @@ TABLE = ("missing-force-along-time",)
         ({(): 0.45, HUB: 0.48, PULLEY: 0.07}, "no-gap", ()),  # of two that are as likely the one with fewer names
         ({(): 0.4, HUB: 0.53, PULLEY: 0.07}, "class", HUB),
         ({(): 0.51, HUB: 0.49}, "no-gap", ()),
+        ({(): 0.4, HUB: 0.3, PULLEY: 0.3}, "no-gap", ()),
         ({(): 0.06, PAIR: 0.94}, "no-gap", ()),  # two names at once are much to say beside it
         ({(): 0.06, HUB: 0.86, TABLE: 0.08}, "no-gap", ()),
         ({(): 0.01, HUB: 0.99}, "named", HUB),
@@ -50,6 +51,11 @@ def test_the_word_and_the_names(weights, word, names):
 def test_an_error_hardly_beyond_its_tolerance_is_no_name(weights, word, names):
     found = doing_without(verdict_of(weights, closes_most=True), ["stop-stiffness"])
     assert (found.word, found.names) == (word, names)
+
+
+def test_where_nothing_is_likelier_in_the_end_than_the_name_that_was_fitted_it_is_the_answer():
+    assert verdict_of({(): 0.6, HUB: 0.4}, foremost=HUB, closes_most=True).word == "no-gap"
+    assert verdict_of({(): 0.3, HUB: 0.7}, foremost=HUB, closes_most=True).word == "class"
 
 
 @pytest.mark.parametrize("more", [0.001, -0.001])

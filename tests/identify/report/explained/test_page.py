@@ -61,6 +61,14 @@ def test_the_first_sentence_names_the_effect_its_size_in_units_of_people_and_wha
     assert "of the noise, without it to" in said[1]
 
 
+def test_a_class_that_cannot_exclude_nothing_says_so_on_the_page(shaken):
+    """In the sentence to be quoted as well as in the answer; a sure one says nothing of it."""
+    assert shaken.verdict == "class"
+    assert "nothing" not in re.findall(r'<p class="sentence">([^<]*)</p>', report_html(shaken, "loops", {}))[0]
+    unsure = replace(shaken, weights={**shaken.weights, "no-gap": 0.3})
+    assert "or nothing is missing at all (0.30)" in re.findall(r'<p class="sentence">([^<]*)</p>', report_html(unsure, "loops", {}))[0]
+
+
 def test_the_gap_is_drawn_where_the_eye_sees_it(shaken):
     rows = curve_rows(shaken)
     first = largest(rows)
