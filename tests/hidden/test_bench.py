@@ -19,9 +19,11 @@ from benchtop.scoring import Scored, removed, score
 from benchtop.sizes import EFFECT_SIZE, LooseYardstick, amount_of, error_shows
 from benchtop.tracks import Track, coloured, tracked
 from board.bench import Bench
+from board.campaigns import Campaign
 from board.detectable import needed
 from board.rigs import drawn_rig
 from board.running import Answer
+from board.shapes import drawn
 from calibration import consistent
 
 from measure.tables.trajectory import Trajectory
@@ -69,14 +71,14 @@ def test_a_case_made_twice_is_the_same_to_the_byte_and_its_folder_tells_nothing(
 @pytest.mark.parametrize(("name", "error"), [("platform-mass", 6.0), ("platform-inertia", 6.9), ("stop-stiffness", 3.05)])
 def test_an_error_shows_no_more_than_its_own_tolerance_lets_it_and_nothing_where_it_is_none(name: str, error: float):
     spec = next(spec for spec in board(5) if spec.kind == "nothing" and spec.runs == "films")
-    rig, campaign = drawn_rig(spec.chance), drawn_case(spec).campaign
-    runs, true = LooseYardstick(Bench(rig, campaign)), rig.true
+    rig, films = drawn_rig(spec.chance), drawn_case(spec).campaign.deployments[:2]
+    runs, true = LooseYardstick(Bench(rig, Campaign(films))), rig.true
     built = {
         "platform-mass": with_mass(true, 0.03),
         "platform-inertia": with_inertia(true, np.full(3, -0.2)),
         "stop-stiffness": with_stops(true, np.array([2.5, 1.0])),
     }[name]
-    none = np.zeros(len(campaign.deployments))
+    none = np.zeros(len(films))
     own = float(np.linalg.norm(in_tolerances(true, built, none, name)))
     assert own == pytest.approx(error, rel=0.02)
     assert error_shows(name, true, none, runs) == pytest.approx(0.0, abs=1e-9)
@@ -95,14 +97,15 @@ def test_an_effect_shows_what_is_left_once_all_that_is_free_has_bent_to_it(name:
 
 @pytest.mark.parametrize("name", ["end-stop-dissipation", "centre-of-mass-offset"])
 def test_an_effect_within_a_tolerance_of_the_model_file_is_not_detectable(name: str):
-    """However quiet the runs are: as large as its tolerance is, so large it must be."""
-    case = drawn_case(next(spec for spec in board(11) if spec.hidden == name))
-    quiet = tuple(replace(run, sigma={channel: 1e-3 * s for channel, s in run.sigma.items()}) for run in case.campaign.deployments)
-    runs = LooseYardstick(Bench(case.rig, replace(case.campaign, deployments=quiet)))
-    assert case.hidden is not None
-    larger = replace(case.hidden, direction=np.abs(case.hidden.direction))  # a stop can lose no more damping than it has
+    """However quiet the run is: as large as its tolerance is, so large it must be."""
+    spec = next(spec for spec in board(5) if spec.kind == "nothing" and spec.runs == "films")
+    rig, film = drawn_rig(spec.chance), drawn_case(spec).campaign.deployments[0]
+    quiet = replace(film, sigma={channel: 1e-3 * s for channel, s in film.sigma.items()})
+    runs = LooseYardstick(Bench(rig, Campaign((quiet,))))
+    hidden = drawn(name, rig.true, runs.bench.reach_m, spec.chance)
+    larger = replace(hidden, direction=np.abs(hidden.direction))  # a stop can lose no more damping than it has
     amount, multiple = amount_of(larger, runs, outside=False)
-    size, wanted = np.linalg.norm(larger.at(amount).flat()) / tolerance_of(name, case.rig.true), np.sqrt(needed(larger.parameters))
+    size, wanted = np.linalg.norm(larger.at(amount).flat()) / tolerance_of(name, rig.true), np.sqrt(needed(larger.parameters))
     assert size == pytest.approx(EFFECT_SIZE * wanted)
     assert multiple == pytest.approx(EFFECT_SIZE)
 
