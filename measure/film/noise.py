@@ -43,7 +43,7 @@ _AT_FIRST = 10.0
 
 
 @dataclass(frozen=True)
-class ChannelNoise:
+class FilmNoise:
     """Noise of one channel.
 
     Attributes
@@ -79,12 +79,12 @@ def noise_table(trajectory: Trajectory | None) -> list[dict[str, Any]]:
     Returns
     -------
     list of dict
-        The fields of `ChannelNoise` for each channel; empty without a trajectory or with fewer than 40 frames.
+        The fields of `FilmNoise` for each channel; empty without a trajectory or with fewer than 40 frames.
     """
     return [] if trajectory is None else [asdict(one) for one in channel_noises(trajectory)]
 
 
-def channel_noises(trajectory: Trajectory) -> list[ChannelNoise]:
+def channel_noises(trajectory: Trajectory) -> list[FilmNoise]:
     """Measure the noise of every channel that was observed in 40 frames or more.
 
     A channel is taken to be a motion whose jerk is white, and noise of one memory:
@@ -101,7 +101,7 @@ def channel_noises(trajectory: Trajectory) -> list[ChannelNoise]:
 
     Returns
     -------
-    list of ChannelNoise
+    list of FilmNoise
     """
     channels = [channel for channel, values in trajectory.channels.items() if np.isfinite(values).sum() >= _FEWEST]
     if not channels:
@@ -120,7 +120,7 @@ def channel_noises(trajectory: Trajectory) -> list[ChannelNoise]:
     for c, channel in enumerate(channels):
         factor, lag1, lag1_sigma = _highest(likelihood[:, c], scale[:, c])
         stated = float(np.nanmedian(trajectory.sigma[channel])) if channel in trajectory.sigma else np.nan
-        found.append(ChannelNoise(channel, factor * float(units[c]), lag1, lag1_sigma, stated, len(seen)))
+        found.append(FilmNoise(channel, factor * float(units[c]), lag1, lag1_sigma, stated, len(seen)))
     return found
 
 

@@ -11,7 +11,7 @@ import pytest
 from measure.correlation.marks import Marks
 from measure.correlation.shape_function_bias import EVEN, NODES, Response
 from measure.film.dispersion import compare_trajectories
-from measure.film.noise import ChannelNoise
+from measure.film.noise import FilmNoise
 from measure.film.one_body import Body, LeftOut
 from measure.film.summary import dispersion_lines, lines_for_people, summarise
 from measure.footage.footage import from_array
@@ -199,4 +199,4 @@ def test_numbers_of_the_platform_are_those_of_its_trajectory():
 
 
 def test_a_channel_of_noise_has_the_fields_that_the_lines_want():
-    assert {"channel", "lag1", "lag1_sigma"} <= set(ChannelNoise.__dataclass_fields__)
+    assert {"channel", "lag1", "lag1_sigma"} <= set(FilmNoise.__dataclass_fields__)
