@@ -71,7 +71,7 @@ def test_a_case_made_twice_is_the_same_to_the_byte_and_its_folder_tells_nothing(
 @pytest.mark.parametrize(("name", "error"), [("platform-mass", 6.0), ("platform-inertia", 6.9), ("stop-stiffness", 3.05)])
 def test_an_error_shows_no_more_than_its_own_tolerance_lets_it_and_nothing_where_it_is_none(name: str, error: float):
     spec = next(spec for spec in board(5) if spec.kind == "nothing" and spec.runs == "films")
-    rig, films = drawn_rig(spec.chance), drawn_case(spec).campaign.deployments[:2]
+    rig, films = drawn_rig(spec.chance), drawn_case(spec).campaign.deployments[:1]
     runs, true = LooseYardstick(Bench(rig, Campaign(films))), rig.true
     built = {
         "platform-mass": with_mass(true, 0.03),
@@ -85,6 +85,7 @@ def test_an_error_shows_no_more_than_its_own_tolerance_lets_it_and_nothing_where
     assert 0.0 < error_shows(name, built, none, runs) <= own / np.sqrt(needed(1)) + 1e-9
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["gravity-imbalance", "air-drag"])
 def test_an_effect_shows_what_is_left_once_all_that_is_free_has_bent_to_it(name: str):
     """Of a force that the law can imitate in two films next to nothing; never more than along straight lines."""
