@@ -36,9 +36,17 @@ def ran(folder: Path, tests: str, *options: str) -> subprocess.CompletedProcess[
 def test_a_test_that_works_too_long_fails_the_run_and_one_that_only_waits_does_not(tmp_path):
     waits = ran(tmp_path, "def test_waits(): time.sleep(0.6)\n@pytest.mark.slow\ndef test_slow(): work(0.3)\n", "--time-limits")
     assert waits.returncode == 0, waits.stdout
-    works = ran(tmp_path, "def test_works(): work(0.4)\n", "--time-limits")
+    works = ran(tmp_path, "def test_works(): work(1.0)\n", "--time-limits")
     assert works.returncode == 1
-    assert "test_it.py::test_works takes 0.4 s of processor time, alone too; at most 0.2 s." in works.stdout
+    assert re.search(r"test_it.py::test_works takes \d\.\d s of a quiet processor's time, alone too; at most 0.2 s.", works.stdout)
+
+
+def test_a_test_that_takes_long_for_a_slow_machine_does_not_fail_the_run(tmp_path):
+    """The fixed sum takes hundreds of times what it should, so that this machine counts as slow."""
+    slow = "import processor_time\nprocessor_time.QUIET_S /= 300.0\n"
+    works = ran(tmp_path, slow + "def test_works(): work(1.0)\n", "--time-limits")
+    assert "limit 0.2 s  test_it.py::test_works" in works.stdout
+    assert works.returncode == 0, works.stdout
 
 
 def test_a_fixture_that_tests_share_is_not_counted_as_one_tests_own(tmp_path):

@@ -2,7 +2,8 @@
 
 Counted are this process and the children it has waited for. What is shared is not a test's own: fixtures that serve more than
 one test, and the compilation of kernels, which happens once in a clone. `--time-limits` measures tests beyond their limit once
-more, alone and warm; only what takes twice the limit even then makes the run fail.
+more, alone and warm, and counts them in seconds of a quiet machine: what a fixed sum takes before and after a test says how
+much slower this machine is just then. Only what takes twice the limit even so makes the run fail.
 """
 
 from __future__ import annotations
@@ -12,6 +13,7 @@ import resource
 import subprocess
 import sys
 import tempfile
+import time
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -20,13 +22,21 @@ from typing import Any
 import pytest
 
 PLAIN_S, SLOW_S = 5.0, 60.0  # processor time of a test without a mark, and of one marked slow
-AGAIN = 2.0  # a processor shared with others runs a test up to about twice as long
+AGAIN = 2.0  # memory and caches that are shared with others slow a test down more than the fixed sum
+TERMS, QUIET_S = 1_000_000, 0.07  # the fixed sum, and its processor time on a quiet machine of 3 to 4 GHz
 
 
 def spent_s() -> float:
     """Processor time of this process and of its ended children."""
     used = [resource.getrusage(who) for who in (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN)]
     return sum(one.ru_utime + one.ru_stime for one in used)
+
+
+def pace() -> float:
+    """How many times slower than a quiet machine this one is now; 1 where it is faster."""
+    began = time.process_time()
+    sum(number * number % 7 for number in range(TERMS))
+    return max(1.0, (time.process_time() - began) / QUIET_S)
 
 
 class Compilation:
@@ -81,13 +91,14 @@ class Clock:
 
 
 class Measuring:
-    """In each test process: measures, and sends the figures along with the reports."""
+    """In each test process: measures, and sends the figures along with the reports; in seconds of a quiet machine if asked for."""
 
-    def __init__(self) -> None:
-        self.clock = Clock()
+    def __init__(self, quiet: bool) -> None:
+        self.clock, self.quiet, self.pace = Clock(), quiet, 1.0
 
     @pytest.hookimpl(wrapper=True, tryfirst=True)
     def pytest_runtest_protocol(self, item: pytest.Item) -> Iterator[None]:
+        self.pace = pace() if self.quiet else 1.0
         self.clock.start()
         return (yield)
 
@@ -107,7 +118,9 @@ class Measuring:
     def pytest_runtest_makereport(self, item: pytest.Item) -> Any:
         report = yield
         if report.when == "teardown":
-            report.user_properties.append(("processor_s", self.clock.own() - self.clock.began - self.clock.shared))
+            took = self.clock.own() - self.clock.began - self.clock.shared
+            slower = 0.5 * (self.pace + pace()) if self.quiet else 1.0
+            report.user_properties.append(("processor_s", took / slower))
             report.user_properties += [("shared_s", list(fixture)) for fixture in self.clock.fixtures]
         return report
 
@@ -149,7 +162,8 @@ class Reporting:
             return
         over = {one.test: one for one in self.took if one.seconds > one.limit}
         still = [one for one in self._again(list(over)) if one.seconds > AGAIN * one.limit]
-        self.verdict = [f"{one.test} takes {one.seconds:.1f} s of processor time, alone too; at most {one.limit:g} s." for one in still]
+        says = "{0.test} takes {0.seconds:.1f} s of a quiet processor's time, alone too; at most {0.limit:g} s."
+        self.verdict = [says.format(one) for one in still]
         if self.verdict and session.exitstatus == pytest.ExitCode.OK:
             session.exitstatus = pytest.ExitCode.TESTS_FAILED
 
@@ -159,7 +173,7 @@ class Reporting:
         limits = {one.test: one.limit for one in self.took}
         with tempfile.TemporaryDirectory() as folder:
             file = Path(folder) / "times.json"
-            command = [Path(sys.executable).with_name("pytest"), "-q", "-p", "no:xdist", "--processor-times", file, *tests]
+            command = [Path(sys.executable).with_name("pytest"), "-q", "-p", "no:xdist", "--quiet-seconds", "--processor-times", file, *tests]
             subprocess.run(command, cwd=self.config.rootpath, capture_output=True, check=False)
             measured = json.loads(file.read_text(encoding="utf-8"))["tests"] if file.exists() else {}
         return [Took(test, seconds, limits[test]) for test, seconds in measured.items() if test in limits]
@@ -179,11 +193,12 @@ class Reporting:
 def pytest_addoption(parser: pytest.Parser) -> None:
     group = parser.getgroup("processor time")
     group.addoption("--processor-times", metavar="FILE", help="write the processor time of each test to FILE (JSON)")
+    group.addoption("--quiet-seconds", action="store_true", help="count processor time in seconds of a quiet machine")
     group.addoption("--time-limits", action="store_true", help="fail if a test takes too much processor time, measured twice")
 
 
 def pytest_configure(config: pytest.Config) -> None:
-    config.pluginmanager.register(Measuring(), "measuring-processor-time")
+    config.pluginmanager.register(Measuring(config.getoption("--quiet-seconds")), "measuring-processor-time")
     if not hasattr(config, "workerinput"):
         config.pluginmanager.register(Reporting(config), "reporting-processor-time")
 
