@@ -57,6 +57,19 @@ class ModelErrors:
         """No errors at all."""
         return cls(np.empty((rows, 0)), (), ())
 
+    @property
+    def keys(self) -> tuple[tuple[str, int], ...]:
+        """Name and place of each error."""
+        return tuple(zip(self.names, self.places, strict=True))
+
+    @classmethod
+    def possible(cls, problem: Posed) -> ModelErrors:
+        """All that a problem's model has tolerances for and deployments may show, without columns yet; not those that are fitted."""
+        known, model = {effect.name for effect in problem.effects}, problem.model
+        sizes = {kind: tolerance(model) for kind, tolerance in TOLERANCES if problem.films and kind.name not in known}
+        keys = [(kind.name, place) for kind, size in sizes.items() if np.any(size > 0.0) for place in range(len(size))]
+        return cls(np.empty((problem.measured, 0)), tuple(name for name, _ in keys), tuple(place for _, place in keys))
+
     def at(self, fit: Fitted[Posed]) -> ModelErrors:
         """The same errors at another fit."""
         kinds = [kind for kind, _ in TOLERANCES if kind.name in self.names]
@@ -86,15 +99,9 @@ def model_errors(fit: Fitted[Posed]) -> ModelErrors:
 
     One that does not show here may show elsewhere: a law that has bent may keep a rig from its stops.
     """
-    known, model = {effect.name for effect in fit.problem.effects}, fit.problem.model
-    sizes = {kind: tolerance(model) for kind, tolerance in TOLERANCES if fit.problem.films and kind.name not in known}
-    kinds = [kind for kind, size in sizes.items() if np.any(size > 0.0)]
-    every = [list(range(len(sizes[kind]))) for kind in kinds]
-    columns = _columns(fit, kinds, every)
-    if not (np.linalg.norm(columns, axis=0) > _SHOWN).any():
-        return ModelErrors.none(fit.problem.measured)
-    keys = [(kind.name, place) for kind, places in zip(kinds, every, strict=True) for place in places]
-    return ModelErrors(columns, tuple(name for name, _ in keys), tuple(place for _, place in keys))
+    errors = ModelErrors.possible(fit.problem).at(fit)
+    shows = (np.linalg.norm(errors.columns, axis=0) > _SHOWN).any()
+    return errors if shows else ModelErrors.none(fit.problem.measured)
 
 
 def tolerance_of(error: Effect | type[Effect], model: Model) -> Array:

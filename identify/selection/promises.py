@@ -232,5 +232,5 @@ def _errors(at: Weighed, both: Both, without: Collection[str] = ()) -> dict[tupl
     """Errors of the model file where an evidence has them; None where that takes it as it is."""
     if both.is_exact:
         return None
-    keys = [key for key, free in zip(at.within.keys, at.within.free(without), strict=True) if free]
+    keys = [key for key, free in zip(at.within.errors.keys, at.within.free(without), strict=True) if free]
     return dict(zip(keys, both.likelier.errors.tolist(), strict=True))

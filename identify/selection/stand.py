@@ -63,19 +63,15 @@ class Stand:
     @classmethod
     def off_by(cls, given: Problem, q: Array, known: Mapping[tuple[str, int], float]) -> Stand:
         """With errors of the model file by their names and places."""
-        zero = cls.loose(Fit(given, q, *given.jacobian(q), True))
-        sizes = np.array([known.get(key, 0.0) for key in zero.keys])
-        return zero.at(zero.with_errors(sizes), q, sizes)
-
-    @property
-    def keys(self) -> tuple[tuple[str, int], ...]:
-        """Name and place of each error."""
-        return tuple(zip(self.errors.names, self.errors.places, strict=True))
+        errors = ModelErrors.possible(given)
+        sizes = np.array([known.get(key, 0.0) for key in errors.keys])
+        unsimulated = cls(given, Fit(given, q, np.empty(0), np.empty((0, len(q))), True), errors, sizes)
+        return unsimulated.at(unsimulated.with_errors(sizes), q, sizes)
 
     @property
     def errors_by_key(self) -> dict[tuple[str, int], float]:
         """Size of each error by name and place, in tolerances."""
-        return dict(zip(self.keys, self.sizes.tolist(), strict=True))
+        return dict(zip(self.errors.keys, self.sizes.tolist(), strict=True))
 
     def free(self, without: Collection[str] = ()) -> NDArray[np.bool_]:
         """Which errors are free (q,): not those of an effect that is fitted, nor some further kinds."""

@@ -53,7 +53,7 @@ def test_a_column_is_what_an_error_does_to_the_gaps_whatever_error_is_fitted_bes
         step[place] = 1e-2
         moved = stand.with_errors(step).gaps_beside([q])[0] - stand.fit.gaps
         column = stand.errors.columns[:, place]
-        assert np.linalg.norm(moved[: problem.measured] / 1e-2 - column) <= 0.05 * np.linalg.norm(column), stand.keys[place]
+        assert np.linalg.norm(moved[: problem.measured] / 1e-2 - column) <= 0.05 * np.linalg.norm(column), stand.errors.keys[place]
 
 
 def test_errors_of_the_stops_are_free_wherever_a_search_begins(campaign):
