@@ -102,13 +102,14 @@ def _geometry_of(stand: Stand) -> Geometry:
 def _images(stand: Stand, axis: int, turned: Sequence[int]) -> Iterator[Stand]:
     """Where a search on the other side starts, four places of which any may lead to the best one of that side.
 
-    Led by ever longer films from the mirror image, and that itself; led with the centre of mass in the middle; and with the tilts kept.
+    The mirror image itself, and led from there by ever longer films; led with the centre of mass in the middle; and with the tilts kept.
     What only follows one that was led before is left out.
     """
     keys = [one.key for one in stand.fit.problem.parameters]
     image = _image(stand, axis, turned)
+    yield image
     led, courses = led_once(image, image.fit.q, image.sizes)
-    yield from (led, image)
+    yield led
     for kept in (list(turned), [k for k in turned if not keys[k].startswith(_TILTS)]):
         start = _image(stand, axis, kept, centred=True)
         other = led_beside(start, start.fit.q, start.sizes, courses)

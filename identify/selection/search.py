@@ -13,7 +13,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from identify.criteria import CLOSE, CREDIBLE, LOSES, ROUGHLY
+from identify.criteria import CLOSE, CREDIBLE, LOSES, NEAR, ROUGHLY
 from identify.estimation.horizons import solve_from_afar
 from identify.estimation.least_squares import solve, to_the_end
 from identify.estimation.multistart import Minima, released_again
@@ -277,7 +277,9 @@ class Search(Tried):
             self._keep(ahead.names, from_rest(problem, beside))
         self._keep(ahead.names, found)
         self.spent += 0 if found.fit.rms < CLOSE else _DEAD_END
-        self._base_again(self.fitted[ahead.names].weighed, self.fitted[ahead.names].log_weight > ahead.log_weight + _DEEPER)
+        is_elsewhere = self.fitted[ahead.names].log_weight > ahead.log_weight + _DEEPER
+        if is_elsewhere or len(ahead.names) == 1:  # of several names each is fitted by itself, which leads to the base
+            self._base_again(self.fitted[ahead.names].weighed, is_elsewhere)
         self.reached[ahead.names] = self.fitted[ahead.names].log_weight
         if self.reached[ahead.names] == max(self.reached.values()):  # compared as fitted: a rival may have been led on already
             self._brought_back(self.fitted[ahead.names])
@@ -288,15 +290,16 @@ class Search(Tried):
     def _with_less(self, one: Hypothesis) -> None:
         """Fit what is left of several names without each of them: the first one may have stood for the second.
 
-        Where that leads astray it is fitted from what it was promised, too. Where several names brought far more than straight lines
-        foresaw, they have led to another local minimum: then what was fitted before is brought there as well.
+        One that even straight lines from there can hardly do without is needed. Where a fit leads astray it is fitted from what it was
+        promised, too. Where several names brought far more than straight lines foresaw, they have led to another local minimum: then what
+        was fitted before is brought there as well.
         """
         led = self.led.get(one.names)
         is_elsewhere = led is not None and one.log_weight > led.log_weight + _DEEPER
         for name in one.names if len(one.names) > 1 else ():
             names = tuple(other for other in one.names if other != name)
             before = self.fitted.get(names)
-            if name == FORCES or (before is not None and not is_elsewhere):
+            if name == FORCES or (before is not None and not is_elsewhere) or self._is_needed(one, name):
                 continue
             self.say("fitting " + ", ".join(names))
             self._keep(names, without(one.weighed, name))
@@ -306,6 +309,10 @@ class Search(Tried):
                     self._fit(promised)
             elif self.fitted[names] is not before:
                 self._brought_back(self.fitted[names])
+
+    def _is_needed(self, one: Hypothesis, name: str) -> bool:
+        """Whether straight lines say that what is left without a name has no share."""
+        return one.weighed.doing_without(name).along_lines < one.weighed.along_lines - NEAR
 
     def _base_again(self, led: Weighed, is_elsewhere: bool = False) -> None:
         """The base from where an effect has led: it may lie in a wrong local minimum of the releases.

@@ -33,23 +33,29 @@ _SHARES = (1.0, 0.5, 0.2)  # of a step that are tried
 class Leg:
     """Where a stand came to with films up to some time: its log evidence, its place (k,), and the standard deviations (k,) of that.
 
-    A course has one for each time, the earliest first.
+    A course has one for each time, the earliest first. misses : whether these films are missed.
     """
 
     log_z: float
     place: Array
     deviation: Array
+    misses: bool
 
     @classmethod
     def of(cls, stand: Stand, found: Evidence) -> Leg:
         """Of a stand and its evidence."""
         first = len(found.step)
         place = np.concatenate([stand.fit.q[:first], stand.sizes[stand.free()], stand.fit.q[first:]])
-        return cls(found.log_z, place, np.sqrt(np.diag(found.covariance)))
+        return cls(found.log_z, place, np.sqrt(np.diag(found.covariance)), gap_test(stand.fit).p_value < GAP_P)
 
     def only_follows(self, other: Leg, deviation: Array) -> bool:
-        """Whether it fell far behind another, or came to where that has been, as deviations (k,) of longer films tell."""
-        return self.log_z < other.log_z - NEAR or bool(np.all(np.abs(self.place - other.place) <= TWO_SIDED_95 * deviation))
+        """Whether it fell far behind another, or came to where that has been, as deviations (k,) of longer films tell.
+
+        Films that are missed already it has to miss by less than the other: no longer film can show it to be right.
+        """
+        if self.log_z < other.log_z - (0.0 if self.misses else NEAR):
+            return True
+        return bool(np.all(np.abs(self.place - other.place) <= TWO_SIDED_95 * deviation))
 
 
 Course: TypeAlias = list[Leg]
@@ -121,18 +127,16 @@ def led_anew(one: Weighed) -> Weighed | None:
     """The same hypothesis led by ever longer films from base and releases as the model file has them, its effects as they are.
 
     Its fit began where the base had bent to what was missing, and may have stayed there. None where what it leaves is not unusual for
-    noise, where it leads to films up to their first stop that are missed, and by more than they are now, or to no likelier place.
+    noise, where it falls behind what is there now, or leads to no likelier place.
     """
     stand = one.within
-    q, sizes = stand.origin, np.zeros(len(stand.sizes))
     if gap_test(one.fit).p_value > UNUSUAL_P:
         return None
-    for horizon in horizons(stand.given)[:1]:
-        early, found = _leg(stand, q, sizes, horizon)
-        if gap_test(early.fit).p_value < GAP_P and found.log_z < _cut(stand, stand.fit.q, stand.sizes, horizon).weighed().log_z:
-            return None
-        q, sizes = early.fit.q, early.sizes
-    there = _on_other_sides(stand, *led_once(stand, q, sizes))
+    courses = [_course_of(stand)]
+    led = led_beside(stand, stand.origin, np.zeros(len(stand.sizes)), courses)
+    if led is None:
+        return None
+    there = _on_other_sides(stand, led, courses)
     if there.weighed().log_z < stand.weighed().log_z + HARDLY:
         return None
     return weighed_within(one.exact.given, there.fit.q, there.errors_by_key)
@@ -277,6 +281,12 @@ def led_beside(stand: Stand, q: Array, sizes: Array, courses: list[Course]) -> S
             return None
     there = stand.at(stand.with_errors(sizes), q, sizes)
     return stepped(there, there.weighed(), most=TO_COMPARE)[0]
+
+
+def _course_of(stand: Stand) -> Course:
+    """A stand where it is, seen with ever longer films."""
+    cuts = (_cut(stand, stand.fit.q, stand.sizes, horizon) for horizon in horizons(stand.given))
+    return [Leg.of(cut, cut.weighed()) for cut in cuts]
 
 
 def _leg(stand: Stand, q: Array, sizes: Array, horizon: float) -> tuple[Stand, Evidence]:

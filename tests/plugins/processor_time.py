@@ -173,7 +173,8 @@ class Reporting:
         limits = {one.test: one.limit for one in self.took}
         with tempfile.TemporaryDirectory() as folder:
             file = Path(folder) / "times.json"
-            command = [Path(sys.executable).with_name("pytest"), "-q", "-p", "no:xdist", "--quiet-seconds", "--processor-times", file, *tests]
+            options = ["-q", "-p", "no:xdist", "--quiet-seconds", "--processor-times", file]
+            command = [Path(sys.executable).with_name("pytest"), *options, *tests]
             subprocess.run(command, cwd=self.config.rootpath, capture_output=True, check=False)
             measured = json.loads(file.read_text(encoding="utf-8"))["tests"] if file.exists() else {}
         return [Took(test, seconds, limits[test]) for test, seconds in measured.items() if test in limits]

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from identify.criteria import NEAR
 from identify.selection import search, weighing
 from identify.selection.hypotheses import BUDGETS
 from identify.selection.search import Search
@@ -38,8 +39,10 @@ def test_a_base_that_is_far_off_is_led_by_what_a_name_has_found(monkeypatch, rms
     assert tried == ([expected] if is_tried else [])
 
 
-def hypothesis(names, log_weight) -> Any:
-    weighed = SimpleNamespace(log_z=log_weight, leaves_noise=True)
+def hypothesis(names, log_weight, loses=10.0) -> Any:
+    """loses : log evidence without one of its names, along straight lines."""
+    less = SimpleNamespace(along_lines=log_weight - loses)
+    weighed = SimpleNamespace(log_z=log_weight, along_lines=log_weight, leaves_noise=True, doing_without=lambda name: less)
     return SimpleNamespace(names=names, log_weight=log_weight, weighed=weighed, fit=SimpleNamespace(cost=1.0))
 
 
@@ -78,3 +81,18 @@ def test_a_name_fitted_alone_is_brought_to_where_two_have_led_beyond_what_they_w
     assert one.fitted[alone].log_weight == single
     assert one.fitted[both[:1]].log_weight == -390.0
     assert brought == ([alone] if single == -260.0 else [])
+
+
+@pytest.mark.parametrize(("loses", "fits"), [(NEAR - 1.0, True), (NEAR + 1.0, False)])
+def test_a_name_is_not_left_out_that_straight_lines_can_hardly_do_without(monkeypatch, loses, fits):
+    both = ("geometry-error", "handrail-contact")
+    one, left_out = searching(monkeypatch, [hypothesis(both, -240.0, loses), hypothesis(both[:1], -390.0)]), []
+
+    def without(weighed, name):
+        left_out.append(name)
+        one.fitted[both[1:]] = hypothesis(both[1:], -300.0)
+        return SimpleNamespace(log_z=-300.0)
+
+    monkeypatch.setattr(search, "without", without)
+    one._with_less(one.fitted[both])
+    assert left_out == (["geometry-error"] if fits else [])

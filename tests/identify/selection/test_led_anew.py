@@ -91,6 +91,17 @@ def test_what_falls_far_behind_another_or_comes_to_where_it_has_been_is_led_no_f
         assert (found is None) == follows
 
 
+@pytest.mark.parametrize(
+    ("log_z", "misses", "follows"),
+    [(-101.0, False, False), (-151.0, False, True), (-101.0, True, True), (-99.0, True, False), (-100.0, True, False)],
+)
+def test_where_films_are_missed_already_only_a_likelier_place_is_led_on(log_z, misses, follows):
+    """Elsewhere one that is somewhat behind may turn out to be ahead in longer films."""
+    deviation = np.ones(2)
+    other = weighing.Leg(-100.0, np.zeros(2), deviation, misses)
+    assert weighing.Leg(log_z, np.array([5.0, 0.0]), deviation, misses).only_follows(other, deviation) == follows
+
+
 @pytest.mark.parametrize(("gains", "most", "taken"), [(18, None, 18), (18, 10, 10), (40, None, 25), (0, None, 0)])
 def test_a_place_is_settled_while_steps_gain_and_compared_after_ten(monkeypatch, gains, most, taken):
     def place(step):

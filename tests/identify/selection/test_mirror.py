@@ -13,7 +13,7 @@ from identify.campaign.posing import problem_of
 from identify.campaign.runs import read_campaign
 from identify.estimation.horizons import solve_from_afar
 from identify.estimation.problem import Fit
-from identify.selection import weighing
+from identify.selection import other_side, weighing
 from identify.selection.evidence import Both
 from identify.selection.model_errors import mirrored
 from identify.selection.other_side import _image, all_sides, on_the_likelier_side
@@ -121,6 +121,35 @@ def test_a_release_is_turned_to_its_other_side_where_films_are_missed_or_met_by_
     found = weighing._on_other_sides(begun, begun, ["own"])  # type: ignore[arg-type]
     assert found.weighed().log_z == reached
     assert len(sides) == tried
+
+
+@pytest.mark.parametrize(("most", "led"), [(1, 0), (2, 1), (None, 3)])
+def test_a_search_on_the_other_side_starts_in_the_mirror_and_is_led_from_afar_only_where_more_is_asked(monkeypatch, most, led):
+    courses, places = [], []
+
+    def stepped(start, found, most=None) -> Any:
+        places.append(start.name)
+        return start, SimpleNamespace(kept=-200.0)
+
+    def place(name) -> Any:
+        return SimpleNamespace(name=name, fit=SimpleNamespace(q=None), sizes=None, weighed=lambda: None)
+
+    def led_beside(start, q, sizes, others) -> Any:
+        courses.append(start.name)
+        return place("led")
+
+    monkeypatch.setattr(other_side, "stepped", stepped)
+    monkeypatch.setattr(other_side, "led_beside", led_beside)
+    monkeypatch.setattr(other_side, "led_once", lambda *start: (led_beside(*start, []), []))
+    monkeypatch.setattr(other_side, "_image", lambda stand, axis, turned, centred=False: place("image"))
+    stand: Any = SimpleNamespace(
+        given=SimpleNamespace(mirrors=lambda: [(1, [0])]),
+        fit=SimpleNamespace(problem=SimpleNamespace(parameters=[SimpleNamespace(key="theta_x_rad")])),
+    )
+    one: Any = SimpleNamespace(within=stand, both=SimpleNamespace(within=SimpleNamespace(kept=-100.0), share_of_exact=0.0))
+    assert on_the_likelier_side(one, most) is one
+    assert places == ["image", *["led"] * led]
+    assert len(courses) == led
 
 
 @pytest.mark.slow
