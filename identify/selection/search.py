@@ -268,9 +268,11 @@ class Search(Tried):
         beside = ahead.beside.weighed
         problem, start = posed(beside, promise)
         if promise.errors is None or beside.both.is_exact:
-            found = weighed(to_the_end(solve(problem, start, loosely=True)))
-            if found.log_z + self.prior(ahead.names) < ahead.log_weight - _SHORT:
-                self._keep(ahead.names, weighed(solve_from_afar(problem, start)))
+            fit = to_the_end(solve(problem, start, loosely=True))
+            found = weighed(fit)
+            short = found.log_z + self.prior(ahead.names) < ahead.log_weight - _SHORT
+            if short and (from_afar := solve_from_afar(problem, start)).cost < fit.cost - ROUGHLY:
+                self._keep(ahead.names, weighed(from_afar))
         else:
             found = weighed_within(problem, start, promise.errors)
         if found.log_z < beside.log_z - _DEEPER and not promise.instead:

@@ -20,6 +20,8 @@ from simulate.kernel.layout import (
     INERTIA,
     LAW_SEED,
     LEG,
+    LEG_SIZE,
+    LEGS,
     MASS,
     PARAMETERS,
     POSITION,
@@ -32,7 +34,7 @@ from simulate.kernel.speed_polynomials import with_rate_worked_in
 from simulate.model.control import SampledController
 from simulate.model.effect import Effect
 from simulate.model.model import Model
-from simulate.model.rig import Geometry, altered, geometry_of, leg_lengths, per_leg
+from simulate.model.rig import Geometry, altered, geometry_of, leg_lengths
 
 CONTROLLER = "controller"
 """Name of a controller among the effects whose work is accounted for."""
@@ -130,8 +132,12 @@ def _legs(model: Model, geometry: Geometry, centre: Array, row: Array) -> Array:
             f'model "{model.name}": leg {leg} does not grow between stowed and deployed height. Check the joints and the heights.'
         )
     law, lowest = model.actuator, np.minimum(_lengths_at_release(row, base, joints - centre) - stowed, 0.0)
-    columns = (law.a_l_N_per_m, law.b_l_N, law.a_u_N_per_m, law.b_u_N, law.beta_per_m, law.initial_force_N)
-    return np.column_stack([base, joints - centre, stowed, full, lowest, *(per_leg(c) for c in columns)])
+    made = np.empty((LEGS, LEG_SIZE))
+    made[:, :3], made[:, 3:6] = base, joints - centre
+    of_leg = (stowed, full, lowest, law.a_l_N_per_m, law.b_l_N, law.a_u_N_per_m, law.b_u_N, law.beta_per_m, law.initial_force_N)
+    for place, values in enumerate(of_leg, start=6):
+        made[:, place] = values
+    return made
 
 
 @lru_cache(maxsize=64)

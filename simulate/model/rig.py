@@ -38,9 +38,11 @@ def altered(one: T, **values: Any) -> T:
     ----------
     one : an instance of a dataclass without slots. values : new values by field, of the kinds that the fields have.
     """
-    made = object.__new__(type(one))
+    made, kept = object.__new__(type(one)), one.__dict__
     fields: dict[str, Any] = type(one).__dataclass_fields__  # type: ignore[attr-defined]
-    made.__dict__.update({name: one.__dict__[name] for name in fields} | values)
+    if len(kept) != len(fields):  # what was worked out from the fields is not theirs
+        kept = {name: kept[name] for name in fields}
+    made.__dict__.update(kept, **values)
     return made
 
 
