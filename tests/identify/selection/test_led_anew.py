@@ -71,6 +71,7 @@ def test_films_that_are_missed_early_but_by_less_than_now_are_led_on(right, monk
     assert found.log_z > lost.log_z + 50.0
 
 
+@pytest.mark.slow
 def test_what_falls_far_behind_another_or_comes_to_where_it_has_been_is_led_no_farther(right):
     stand = right.within
     _, (course,) = weighing.led_once(stand, stand.fit.q, stand.sizes)
