@@ -6,11 +6,10 @@ Releases, centre of mass, legs and all other directions must change sides togeth
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from itertools import islice
 
 import numpy as np
 
-from identify.criteria import CREDIBLE, HARDLY, TO_COMPARE
+from identify.criteria import CLOSE, CREDIBLE, HARDLY, LOSES, TO_COMPARE
 from identify.estimation.problem import Fit
 from identify.selection.evidence import Both, Evidence
 from identify.selection.model_errors import mirrored
@@ -24,7 +23,7 @@ from simulate.model.rig import Geometry
 _TILTS = ("theta_x", "theta_y")  # how their keys begin
 
 
-def on_the_likelier_side(one: Weighed, most: int | None = None) -> Weighed:
+def on_the_likelier_side(one: Weighed, *, thoroughly: bool = True) -> Weighed:
     """The same hypothesis, off by errors of the model file, or a likelier one, found from its mirror image across what no film shows.
 
     To a rig that is its own mirror image both would be one. The small things that make it none tell the sides apart, but lie in
@@ -32,16 +31,20 @@ def on_the_likelier_side(one: Weighed, most: int | None = None) -> Weighed:
 
     Parameters
     ----------
-    most : from how many places on the other side the search starts; by default from all that may lead to its best one.
+    thoroughly : whether the search starts from all places on the other side that may lead to its best one; else from the image, where
+        films are close to it, and, unless that comes to a place as likely, from where ever longer films lead.
     """
     stand, found = one.within, one.both.within
     if found is None or one.both.share_of_exact > CREDIBLE:
         return one
+    begun = found.kept
     for axis, turned in stand.given.mirrors():
-        for start in islice(_images(one.within, axis, turned), most):
+        for start in _images(one.within, axis, turned, thoroughly=thoroughly):
             other, of_other = stepped(start, start.weighed(), most=TO_COMPARE)
             if of_other.kept > found.kept + HARDLY:
                 stand, found = other, of_other
+            if of_other.kept > begun - LOSES and not thoroughly:
+                break
     if stand is one.within:
         return one
     stand, found = stepped(stand, found)
@@ -99,7 +102,7 @@ def _geometry_of(stand: Stand) -> Geometry:
     return geometry
 
 
-def _images(stand: Stand, axis: int, turned: Sequence[int]) -> Iterator[Stand]:
+def _images(stand: Stand, axis: int, turned: Sequence[int], *, thoroughly: bool) -> Iterator[Stand]:
     """Where a search on the other side starts, four places of which any may lead to the best one of that side.
 
     The mirror image itself, and led from there by ever longer films; led with the centre of mass in the middle; and with the tilts kept.
@@ -107,10 +110,11 @@ def _images(stand: Stand, axis: int, turned: Sequence[int]) -> Iterator[Stand]:
     """
     keys = [one.key for one in stand.fit.problem.parameters]
     image = _image(stand, axis, turned)
-    yield image
+    if thoroughly or image.fit.rms < CLOSE:
+        yield image
     led, courses = led_once(image, image.fit.q, image.sizes)
     yield led
-    for kept in (list(turned), [k for k in turned if not keys[k].startswith(_TILTS)]):
+    for kept in (list(turned), [k for k in turned if not keys[k].startswith(_TILTS)]) if thoroughly else ():
         start = _image(stand, axis, kept, centred=True)
         other = led_beside(start, start.fit.q, start.sizes, courses)
         if other is not None:

@@ -91,11 +91,11 @@ class Search(Tried):
         """Look for a hypothesis on the other side of what no film shows, once; where it is likelier there, all beside it is weighed anew.
 
         Where the base leaves noise and no name is worth a fit there is no need to: a likelier base would change no verdict. Where it leaves
-        a gap, names may close it: then only one place on the other side is started from.
+        a gap, names may close it: then the other side is not searched thoroughly.
         """
         self.turned.add(names)
         before = self.fitted[names].weighed
-        after = on_the_likelier_side(before, most=None if before.leaves_noise and not names else 1)
+        after = on_the_likelier_side(before, thoroughly=before.leaves_noise and not names)
         if after is before:
             return
         self._keep(names, after)

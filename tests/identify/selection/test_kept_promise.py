@@ -90,7 +90,7 @@ def test_before_a_name_is_added_the_others_are_looked_for_on_the_other_side(monk
     search.ahead = {one: SimpleNamespace(names=one, log_weight=-45.0, promise=True, beside=None) for one in ALONE | BESIDE}  # type: ignore[misc]
     fits, before = [], search.fitted[("a",)].weighed
     after = replace_log_z(before) if is_likelier else before
-    monkeypatch.setattr("identify.selection.search.on_the_likelier_side", lambda one, most: after)
+    monkeypatch.setattr("identify.selection.search.on_the_likelier_side", lambda one, thoroughly: after)
     monkeypatch.setattr(search, "_keep", lambda names, found: None)
     monkeypatch.setattr(search, "_fit", lambda ahead: fits.append(ahead.names))
     search._fit_or_turn(search.ahead[("a", "b")])

@@ -123,19 +123,28 @@ def test_a_release_is_turned_to_its_other_side_where_films_are_missed_or_met_by_
     assert len(sides) == tried
 
 
-@pytest.mark.parametrize(("most", "led"), [(1, 0), (2, 1), (None, 3)])
-def test_a_search_on_the_other_side_starts_in_the_mirror_and_is_led_from_afar_only_where_more_is_asked(monkeypatch, most, led):
-    courses, places = [], []
+@pytest.mark.parametrize(
+    ("thoroughly", "rms", "behind", "stepped_from"),
+    [
+        (False, 1.2, 2.0, ["image"]),
+        (False, 1.2, 10.0, ["image", "led"]),
+        (False, 3.0, 2.0, ["led"]),
+        (True, 3.0, 2.0, ["image", "led", "led", "led"]),
+    ],
+)
+def test_the_other_side_is_led_to_from_afar_where_the_mirror_image_is_far_off_or_less_likely(
+    monkeypatch, thoroughly, rms, behind, stepped_from
+):
+    places = []
 
     def stepped(start, found, most=None) -> Any:
         places.append(start.name)
-        return start, SimpleNamespace(kept=-200.0)
+        return start, SimpleNamespace(kept=-100.0 - behind)
 
     def place(name) -> Any:
-        return SimpleNamespace(name=name, fit=SimpleNamespace(q=None), sizes=None, weighed=lambda: None)
+        return SimpleNamespace(name=name, fit=SimpleNamespace(q=None, rms=rms), sizes=None, weighed=lambda: None)
 
     def led_beside(start, q, sizes, others) -> Any:
-        courses.append(start.name)
         return place("led")
 
     monkeypatch.setattr(other_side, "stepped", stepped)
@@ -147,9 +156,8 @@ def test_a_search_on_the_other_side_starts_in_the_mirror_and_is_led_from_afar_on
         fit=SimpleNamespace(problem=SimpleNamespace(parameters=[SimpleNamespace(key="theta_x_rad")])),
     )
     one: Any = SimpleNamespace(within=stand, both=SimpleNamespace(within=SimpleNamespace(kept=-100.0), share_of_exact=0.0))
-    assert on_the_likelier_side(one, most) is one
-    assert places == ["image", *["led"] * led]
-    assert len(courses) == led
+    assert on_the_likelier_side(one, thoroughly=thoroughly) is one
+    assert places == stepped_from
 
 
 @pytest.mark.slow
