@@ -127,10 +127,11 @@ def led_anew(one: Weighed) -> Weighed | None:
     """The same hypothesis led by ever longer films from base and releases as the model file has them, its effects as they are.
 
     Its fit began where the base had bent to what was missing, and may have stayed there. None where what it leaves is not unusual for
-    noise, where it falls behind what is there now, or leads to no likelier place.
+    noise, where no film reaches its stop, behind which there are other places, or where it falls behind what is there now or leads to no
+    likelier place.
     """
     stand = one.within
-    if gap_test(one.fit).p_value > UNUSUAL_P:
+    if gap_test(one.fit).p_value > UNUSUAL_P or not horizons(stand.given):
         return None
     courses = [_course_of(stand)]
     led = led_beside(stand, stand.origin, np.zeros(len(stand.sizes)), courses)

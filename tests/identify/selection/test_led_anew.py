@@ -46,6 +46,13 @@ def test_a_fit_that_leaves_noise_is_led_nowhere(right, monkeypatch):
     assert led_anew(right) is None
 
 
+def test_films_that_reach_no_stop_are_led_nowhere(right, monkeypatch):
+    monkeypatch.setattr(weighing, "led_beside", None)
+    lost = astray(right)
+    early = replace(lost.within, given=lost.within.given.until(0.9 * horizons(lost.within.given)[0]))
+    assert led_anew(replace(lost, exact=early, within=early)) is None
+
+
 def test_films_that_are_missed_before_their_first_stop_are_led_no_farther(right, monkeypatch):
     legs = []
 
