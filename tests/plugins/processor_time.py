@@ -199,7 +199,7 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 
 
 def pytest_configure(config: pytest.Config) -> None:
-    config.pluginmanager.register(Measuring(config.getoption("--quiet-seconds")), "measuring-processor-time")
+    config.pluginmanager.register(Measuring(bool(config.getoption("--quiet-seconds"))), "measuring-processor-time")
     if not hasattr(config, "workerinput"):
         config.pluginmanager.register(Reporting(config), "reporting-processor-time")
 

@@ -149,7 +149,7 @@ def test_the_other_side_is_led_to_from_afar_where_the_mirror_image_is_far_off_or
 
     monkeypatch.setattr(other_side, "stepped", stepped)
     monkeypatch.setattr(other_side, "led_beside", led_beside)
-    monkeypatch.setattr(other_side, "led_once", lambda *start: (led_beside(*start, []), []))
+    monkeypatch.setattr(other_side, "led_once", lambda start, q, sizes: (led_beside(start, q, sizes, []), []))
     monkeypatch.setattr(other_side, "_image", lambda stand, axis, turned, centred=False: place("image"))
     stand: Any = SimpleNamespace(
         given=SimpleNamespace(mirrors=lambda: [(1, [0])]),
