@@ -25,7 +25,7 @@ ENOUGH, ROUGHLY = 0.05, 1.0
 standard error where fits are only compared."""
 
 NEAR = 50.0
-"""Sums of squares, in the same unit, so close that either of two fits may turn out the deeper one when taken to its end."""
+"""Sums of squares, in the same unit, or log evidence, so close that either of two fits may be the better one when taken to its end."""
 
 CLOSE = 1.5
 """Root mean square of the gap over the noise below which straight lines lead where they say, and a fit is worth being taken to its end."""

@@ -31,8 +31,8 @@ def on_the_likelier_side(one: Weighed, *, thoroughly: bool = True) -> Weighed:
 
     Parameters
     ----------
-    thoroughly : whether the search starts from all places on the other side that may lead to its best one; else from the image, where
-        films are close to it, and, unless that comes to a place as likely, from where ever longer films lead.
+    thoroughly : whether the search starts from all places on the other side that may lead to its best one. Else it starts from the image,
+        if films are close to it; and if that leads to no place as likely, from where ever longer films lead.
     """
     stand, found = one.within, one.both.within
     if found is None or one.both.share_of_exact > CREDIBLE:

@@ -280,7 +280,7 @@ class Search(Tried):
         self._keep(ahead.names, found)
         self.spent += 0 if found.fit.rms < CLOSE else _DEAD_END
         is_elsewhere = self.fitted[ahead.names].log_weight > ahead.log_weight + _DEEPER
-        if is_elsewhere or len(ahead.names) == 1:  # of several names each is fitted by itself, which leads to the base
+        if is_elsewhere or len(ahead.names) == 1:  # several stand beside one that has led the base already
             self._base_again(self.fitted[ahead.names].weighed, is_elsewhere)
         self.reached[ahead.names] = self.fitted[ahead.names].log_weight
         if self.reached[ahead.names] == max(self.reached.values()):  # compared as fitted: a rival may have been led on already

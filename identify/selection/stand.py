@@ -28,7 +28,6 @@ from measure.common.arrays import Array
 from simulate.effects import StoredForcePerRun
 from simulate.files.model_file import add_effects
 from simulate.model.effect import Effect
-from simulate.model.model import Model
 
 _PRICE = 3.0  # of an error that is let free, at most, in log evidence: it is known twenty times better than its tolerance
 
@@ -65,8 +64,9 @@ class Stand:
         """With errors of the model file by their names and places."""
         errors = ModelErrors.possible(given)
         sizes = np.array([known.get(key, 0.0) for key in errors.keys])
-        unsimulated = cls(given, Fit(given, q, np.empty(0), np.empty((0, len(q))), True), errors, sizes)
-        return unsimulated.at(unsimulated.with_errors(sizes), q, sizes)
+        problem = _off_by(given, errors, sizes)
+        fit = Fit(problem, q, *problem.jacobian(q), True)
+        return cls(given, fit, errors.at(fit), sizes, is_fresh=True)
 
     @property
     def errors_by_key(self) -> dict[tuple[str, int], float]:
@@ -162,12 +162,7 @@ class Stand:
 
     def with_errors(self, sizes: Array) -> Problem:
         """The problem with the model file off by other sizes of its errors."""
-        effects = self.errors.effects(self.given, sizes)
-
-        def off(model: Model) -> Model:
-            return add_effects(model, effects)
-
-        return self.given.with_model(off) if effects else self.given
+        return _off_by(self.given, self.errors, sizes)
 
     def at(self, problem: Problem, q: Array, sizes: Array) -> Stand:
         """Simulated anew elsewhere, with new linear pieces."""
@@ -212,6 +207,12 @@ class Stand:
         likelihood = sum(log_likelihood(of.whitened(gaps[b.rows], spacing(b.samples))) for of, b in zip(noise, blocks, strict=True))
         beyond = q[first:] / self.columns.spread
         return likelihood - 0.5 * float(known @ known + sizes @ sizes + beyond @ beyond)
+
+
+def _off_by(given: Problem, errors: ModelErrors, sizes: Array) -> Problem:
+    """A problem with its model file off by sizes (q,) of some errors."""
+    effects = errors.effects(given, sizes)
+    return given.with_model(lambda model: add_effects(model, effects)) if effects else given
 
 
 @dataclass(frozen=True)

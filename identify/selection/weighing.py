@@ -51,7 +51,7 @@ class Leg:
     def only_follows(self, other: Leg, deviation: Array) -> bool:
         """Whether it fell far behind another, or came to where that has been, as deviations (k,) of longer films tell.
 
-        Films that are missed already it has to miss by less than the other: no longer film can show it to be right.
+        Where it misses the films already it has to be as likely as the other: longer films cannot show it to be right.
         """
         if self.log_z < other.log_z - (0.0 if self.misses else NEAR):
             return True

@@ -23,7 +23,7 @@ import pytest
 
 PLAIN_S, SLOW_S = 5.0, 60.0  # processor time of a test without a mark, and of one marked slow
 AGAIN = 2.0  # memory and caches that are shared with others slow a test down more than the fixed sum
-TERMS, QUIET_S = 1_000_000, 0.07  # the fixed sum, and its processor time on a quiet machine of 3 to 4 GHz
+TERMS, QUIET_S = 1_000_000, 0.07  # the fixed sum, and its processor time on a machine that counts as quiet
 
 
 def spent_s() -> float:

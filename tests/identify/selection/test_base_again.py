@@ -83,6 +83,43 @@ def test_a_name_fitted_alone_is_brought_to_where_two_have_led_beyond_what_they_w
     assert brought == ([alone] if single == -260.0 else [])
 
 
+@pytest.mark.parametrize(
+    ("names", "reached", "again"),
+    [(("ripple",), -240.0, True), (("backlash", "ripple"), -240.0, False), (("backlash", "ripple"), -200.0, True)],
+)
+def test_the_base_is_weighed_anew_from_one_name_and_from_several_only_where_they_have_led_elsewhere(monkeypatch, names, reached, again):
+    one, tried = fitting(monkeypatch, names, weighed_as={0.0: reached}), []
+    monkeypatch.setattr(one, "_base_again", lambda led, is_elsewhere: tried.append(is_elsewhere))
+    one._fit(ahead_of(names, -240.0))
+    assert tried == ([reached == -200.0] if again else [])
+
+
+@pytest.mark.parametrize(("cost", "kept"), [(95.0, -230.0), (99.5, -260.0)])
+def test_a_fit_that_stays_short_of_its_promise_is_tried_from_afar_and_kept_where_that_is_a_better_fit(monkeypatch, cost, kept):
+    one = fitting(monkeypatch, ("ripple",), weighed_as={100.0: -260.0, cost: -230.0}, cost=100.0, from_afar=cost)
+    monkeypatch.setattr(one, "_base_again", lambda led, is_elsewhere: None)
+    one._fit(ahead_of(("ripple",), -240.0))
+    assert one.fitted[("ripple",)].log_weight == kept
+
+
+def ahead_of(names, log_weight) -> Any:
+    beside = SimpleNamespace(weighed=SimpleNamespace(both=SimpleNamespace(is_exact=True), log_z=-300.0))
+    return SimpleNamespace(names=names, log_weight=log_weight, promise=SimpleNamespace(errors=None, instead=""), beside=beside)
+
+
+def fitting(monkeypatch, names, weighed_as, cost=0.0, from_afar=0.0) -> Any:
+    """A search whose fits end at these sums of squares; weighed_as : log evidence by sum of squares."""
+    one = searching(monkeypatch, [hypothesis((), -300.0), hypothesis(names, -1000.0)])
+    monkeypatch.setattr(search, "posed", lambda beside, promise: (None, None))
+    monkeypatch.setattr(search, "solve", lambda problem, start, loosely: SimpleNamespace(cost=cost, rms=1.0))
+    monkeypatch.setattr(search, "to_the_end", lambda fit: fit)
+    monkeypatch.setattr(search, "solve_from_afar", lambda problem, start: SimpleNamespace(cost=from_afar, rms=1.0))
+    monkeypatch.setattr(search, "weighed", lambda fit: SimpleNamespace(log_z=weighed_as[fit.cost], fit=fit))
+    monkeypatch.setattr(one, "_brought_back", lambda found: found)
+    monkeypatch.setattr(one, "_with_less", lambda found: None)
+    return one
+
+
 @pytest.mark.parametrize(("loses", "fits"), [(NEAR - 1.0, True), (NEAR + 1.0, False)])
 def test_a_name_is_not_left_out_that_straight_lines_can_hardly_do_without(monkeypatch, loses, fits):
     both = ("geometry-error", "handrail-contact")
