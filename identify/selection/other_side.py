@@ -9,7 +9,7 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from identify.criteria import CLOSE, CREDIBLE, HARDLY, LOSES, TO_COMPARE
+from identify.criteria import CREDIBLE, HARDLY, LOSES, TO_COMPARE
 from identify.estimation.problem import Fit
 from identify.selection.evidence import Both, Evidence
 from identify.selection.model_errors import mirrored
@@ -110,7 +110,7 @@ def _images(stand: Stand, axis: int, turned: Sequence[int], *, thoroughly: bool)
     """
     keys = [one.key for one in stand.fit.problem.parameters]
     image = _image(stand, axis, turned)
-    if thoroughly or image.fit.rms < CLOSE:
+    if thoroughly or not image.misses:
         yield image
     led, courses = led_once(image, image.fit.q, image.sizes)
     yield led

@@ -70,7 +70,7 @@ class Search(Tried):
             self._turn(())
         while True:
             worth = [one for one in self.ahead.values() if self._is_worth_a_fit(one)]
-            if worth and () not in self.turned:
+            if () not in self.turned and self._doubts_the_base:
                 self._turn(())
             elif worth and self.spent < self.budget.fits:
                 self._fit_or_turn(max(worth, key=lambda one: one.log_weight))
@@ -79,10 +79,16 @@ class Search(Tried):
             else:
                 return
 
+    @property
+    def _doubts_the_base(self) -> bool:
+        """Whether names that were fitted, or a force without a name, are likelier than none: on the other side none may be needed."""
+        unnamed = [one.log_weight for one in self.ahead.values() if one.promise is None]
+        return max([self.foremost.log_weight, *unnamed]) > self.fitted[()].log_weight
+
     def _fit_or_turn(self, ahead: Ahead) -> None:
         """Fit a hypothesis; before a name is added to the foremost ones, look for these on the other side: there it may not be needed."""
         names = self.foremost.names
-        if names in self.turned or not set(names) < set(ahead.names):
+        if not names or names in self.turned or not set(names) < set(ahead.names):
             self._fit(ahead)
         else:
             self._turn(names)
@@ -90,8 +96,8 @@ class Search(Tried):
     def _turn(self, names: Names) -> None:
         """Look for a hypothesis on the other side of what no film shows, once; where it is likelier there, all beside it is weighed anew.
 
-        Where the base leaves noise and no name is worth a fit there is no need to: a likelier base would change no verdict. Where it leaves
-        a gap, names may close it: then the other side is not searched thoroughly.
+        Where the base leaves noise and nothing is likelier there is no need to: a likelier base would change no verdict. Where it leaves a
+        gap, names may close it: then the other side is not searched thoroughly.
         """
         self.turned.add(names)
         before = self.fitted[names].weighed
@@ -111,7 +117,7 @@ class Search(Tried):
 
         Where the budget is spent and the films are still far off, nothing more is.
         """
-        if self.spent >= self.budget.fits and one.fit.rms >= CLOSE and one.names:
+        if self.spent >= self.budget.fits and one.weighed.stand.misses and one.names:
             return False
         return len(one.names) < 2 or halves(min((less.fit for less in self._with_one_less(one.names)), key=lambda fit: fit.rms), one.fit)
 
@@ -213,7 +219,7 @@ class Search(Tried):
         for at, reached in stands_of(one.weighed) if further else [(one.weighed, one.weighed.along_lines)]:
             found = list(promises(at, self.catalogue))
             self._weigh(one, found if further else (), reached)
-            if further and at is not one.weighed and one.fit.rms < CLOSE and self._misses_something(one):
+            if further and at is not one.weighed and not one.weighed.stand.misses and self._misses_something(one):
                 near = nearly_as_good(at, one.weighed.exact.given, found)
                 self.due |= {tuple(sorted({*one.names, promise.name})) for promise in near}
                 self._weigh(one, near, reached)
@@ -278,7 +284,7 @@ class Search(Tried):
         if found.log_z < beside.log_z - _DEEPER and not promise.instead:
             self._keep(ahead.names, from_rest(problem, beside))
         self._keep(ahead.names, found)
-        self.spent += 0 if found.fit.rms < CLOSE else _DEAD_END
+        self.spent += _DEAD_END if found.stand.misses else 0
         is_elsewhere = self.fitted[ahead.names].log_weight > ahead.log_weight + _DEEPER
         if is_elsewhere or len(ahead.names) == 1:  # several stand beside one that has led the base already
             self._base_again(self.fitted[ahead.names].weighed, is_elsewhere)

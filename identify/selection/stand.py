@@ -13,13 +13,12 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from identify.criteria import ANYWHERE, SURE_MISFIT, TWO_SIDED_95
+from identify.criteria import ANYWHERE, CLOSE, TWO_SIDED_95
 from identify.estimation.least_squares import updated_slopes
 from identify.estimation.noise_model import ChannelNoise, log_likelihood, spacing
 from identify.estimation.problem import Fit, Problem
-from identify.gap.gap_test import is_noise
+from identify.gap.gap_test import leaves_noise
 from identify.gap.linear_pieces import Channel, Columns, Lines
-from identify.gap.misfit import misfit_of
 from identify.gap.signatures import Signature, columns_of_shapes
 from identify.selection.evidence import ROUNDS, Both, Evidence, evidence
 from identify.selection.first_look import FirstLook
@@ -186,6 +185,11 @@ class Stand:
         fit = Fit(problem, q, gaps, updated[:, :k], self.fit.converged)
         return replace(self, fit=fit, errors=replace(self.errors, columns=updated[:m, k:]), sizes=sizes, is_fresh=False)
 
+    @cached_property
+    def misses(self) -> bool:
+        """Whether the measurements are far off: by more than their noise, which may be larger than it is said to be."""
+        return self.fit.rms >= CLOSE and not leaves_noise(self.fit, self.weighed().noise)
+
     def borne_out(self, found: Evidence) -> Evidence:
         """An evidence along straight lines from here, with what these promise beyond the simulation at this very place.
 
@@ -324,20 +328,8 @@ class Weighed:
 
     @cached_property
     def leaves_noise(self) -> bool:
-        """Whether what it leaves, as simulated, is noise: noise forgets within a few samples, and does not come again in every cycle."""
-        gaps, blocks = self.fit.gaps, self.fit.problem.blocks
-        left = [of.whitened(gaps[b.rows], spacing(b.samples)) for of, b in zip(self.evidence.noise, blocks, strict=True)]
-        return is_noise(left) and not self._comes_again
-
-    @property
-    def _comes_again(self) -> bool:
-        """Whether loops have a gap as large as their noise that comes again in every cycle."""
-        loops = [loop.data for loop in self.fit.problem.loops]
-        if not loops:
-            return False
-        left = misfit_of(loops, self.fit.residuals_N)
-        over = left.repeated_N / np.array([data.force_sigma_N for data in loops])
-        return bool(left.significance > SURE_MISFIT and np.max(over) > 1.0)
+        """Whether what it leaves, as simulated, is noise."""
+        return leaves_noise(self.fit, self.evidence.noise)
 
     @cached_property
     def covariance(self) -> Array:

@@ -15,7 +15,7 @@ from identify.estimation.horizons import before_the_stops, horizons
 from identify.estimation.least_squares import laid_out, solve, to_the_end
 from identify.estimation.noise_model import ChannelNoise
 from identify.estimation.problem import Fit, Problem
-from identify.gap.gap_test import gap_test
+from identify.gap.gap_test import gap_test, leaves_noise
 from identify.selection.evidence import Both, Evidence
 from identify.selection.model_errors import sizes_in_tolerances
 from identify.selection.stand import Stand, Weighed
@@ -46,7 +46,7 @@ class Leg:
         """Of a stand and its evidence."""
         first = len(found.step)
         place = np.concatenate([stand.fit.q[:first], stand.sizes[stand.free()], stand.fit.q[first:]])
-        return cls(found.log_z, place, np.sqrt(np.diag(found.covariance)), gap_test(stand.fit).p_value < GAP_P)
+        return cls(found.log_z, place, np.sqrt(np.diag(found.covariance)), not leaves_noise(stand.fit, found.noise))
 
     def only_follows(self, other: Leg, deviation: Array) -> bool:
         """Whether it fell far behind another, or came to where that has been, as deviations (k,) of longer films tell.
@@ -97,7 +97,7 @@ def weighed_within(given: Problem, q: Array, errors: Mapping[tuple[str, int], fl
     within, found = stepped(stand, stand.weighed())
     short = solve(given, within.fit.q, most_steps=_FEW_STEPS, enough=ROUGHLY, loosely=True)
     exact = Stand.exact(short)
-    exact, of_exact = settled(exact, found.noise) if short.rms < CLOSE else (exact, exact.weighed(found.noise))
+    exact, of_exact = (exact, exact.weighed(found.noise)) if exact.misses else settled(exact, found.noise)
     return Weighed(exact, within, Both(of_exact, found if within.lines().errors.shape[1] else None))
 
 
@@ -175,7 +175,7 @@ def stands_of(one: Weighed) -> list[tuple[Weighed, float]]:
     the law may have bent to what is missing, where no loops hold it, they are taken from the law of the model file, too. Beside names
     that leave noise a further one is small.
     """
-    exact, far = one.exact.fit, one.fit.rms >= CLOSE and bool(one.fit.problem.films)
+    exact, far = one.exact.fit, one.stand.misses and bool(one.fit.problem.films)
     bends = not one.fit.problem.loops
     stands, problem = [(one, one.along_lines)], before_the_stops(exact.problem)
     is_small = bool(one.names) and one.leaves_noise
@@ -217,7 +217,7 @@ def settled(stand: Stand, noise: tuple[ChannelNoise, ...] = ()) -> tuple[Stand, 
     probability of measurements and parameters. Where nothing is added to the model and films are far off, they are met up to the first stop
     first, and then ever further.
     """
-    if len(stand.sizes) and not stand.names and stand.fit.rms > CLOSE:
+    if len(stand.sizes) and not stand.names and stand.misses:
         stand = _from_afar(stand)
     return stepped(stand, stand.weighed(noise))
 
@@ -225,20 +225,20 @@ def settled(stand: Stand, noise: tuple[ChannelNoise, ...] = ()) -> tuple[Stand, 
 def _from_afar(stand: Stand) -> Stand:
     """A stand led by ever longer films, from where it is; where that leaves a gap also from the model file as it is."""
     led, courses = led_once(stand, stand.fit.q, stand.sizes)
-    if led.fit.rms < CLOSE:
-        return _on_other_sides(stand, led, courses)
-    from_file = led_beside(stand, stand.origin, np.zeros(len(stand.sizes)), courses)
-    return _likelier(_on_other_sides(stand, led, courses), from_file)
+    if led.misses:
+        led = _likelier(led, led_beside(stand, stand.origin, np.zeros(len(stand.sizes)), courses))
+    return _on_other_sides(stand, led, courses)
 
 
 def _on_other_sides(stand: Stand, led: Stand, courses: list[Course]) -> Stand:
     """A stand as it was led, or a likelier one.
 
-    Where films are missed, or met by improbable errors of the model file, it is led from each release turned to the other side, as far as
-    its film does not show it. Where films are missed the first one that leads on ends the search: names may close the rest.
+    Where films are missed, or met by an improbable law, releases or errors of the model file, it is led from each release turned to the
+    other side, as far as its film does not show it. Where films are missed the first one that leads on ends the search: names may close the
+    rest.
     """
-    missed = led.fit.rms >= CLOSE
-    if not missed and chi2.sf(float(led.sizes @ led.sizes), len(led.sizes)) >= GAP_P:
+    missed, off = led.misses, np.concatenate([led.fit.gaps[led.known], led.sizes])
+    if not missed and chi2.sf(float(off @ off), len(off)) >= GAP_P:
         return led
     begun = led.weighed().log_z
     for turned in _mirrored(led.fit):

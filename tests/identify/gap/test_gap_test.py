@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -15,6 +16,7 @@ from identify.estimation.least_squares import solve
 from identify.estimation.noise_model import LARGEST_LAG1, spacing
 from identify.gap.gap_test import Series, gap_test, is_noise, p_words, slow_p
 from identify.gap.localise import locate
+from identify.loops.differentiation import rounding_of
 from measure.tables.loop import Loop
 from simulate.effects import HubInertia, ViscousFriction
 from simulate.files.model_file import read_model
@@ -70,18 +72,22 @@ def test_a_missing_friction_is_a_gap_and_goes_with_speed():
 
 
 KINDS = ("white", "memory 0.5", "memory 0.8", "heavy tails", "quantised", "30 % missing")
+BOTH = "memory 0.8, quantised"
+STEPS = {"quantised": 1.0, BOTH: 1.5}
 
 
 def noise(kind, chance, count=250):
     """One series of noise of a kind, with the distances of its samples."""
-    rho = {"memory 0.5": 0.5, "30 % missing": 0.5, "memory 0.8": 0.8}.get(kind, 0.0)
+    rho = {"memory 0.5": 0.5, "30 % missing": 0.5, "memory 0.8": 0.8, BOTH: 0.8}.get(kind, 0.0)
     drawn = chance.standard_t(3, count + 50) if kind == "heavy tails" else chance.normal(size=count + 50)
     made = lfilter([1.0], [1.0, -rho], drawn)[50:]
-    if kind == "quantised":
+    rounding = 0.0
+    if kind in STEPS:
         ramp = np.linspace(0.0, 40.0, count)
-        made = np.round(made + ramp) - ramp
+        rounded = np.round((made + ramp) / STEPS[kind]) * STEPS[kind]
+        made, rounding = rounded - ramp, rounding_of(rounded, 1.0)
     kept = np.sort(chance.choice(count, int(0.7 * count), replace=False)) if kind == "30 % missing" else np.arange(count)
-    return Series(made[kept], spacing(kept))
+    return Series(made[kept], spacing(kept), rounding)
 
 
 def p_values(kind, draws, seed):
@@ -95,6 +101,16 @@ def test_noise_of_every_kind_is_called_a_gap_as_rarely_as_is_said(kind):
     found = p_values(kind, 20, 11)
     assert np.sum(found < 0.05) <= 4  # more of 20 happen once in 390 times
     assert found.min() > 1e-4
+
+
+def test_noise_with_a_memory_that_was_rounded_is_noise_as_far_as_its_rounding_is_known():
+    chance = np.random.default_rng(11)
+    campaigns = [[[noise(BOTH, chance) for _ in range(4)] for _ in range(3)] for _ in range(20)]
+    found = np.array([slow_p(rows) for rows in campaigns])
+    assert np.sum(found < 0.05) <= 5
+    assert found.min() > 1e-4
+    unknown = [[[replace(one, rounding=0.0) for one in series] for series in rows] for rows in campaigns[:5]]
+    assert np.median([slow_p(rows) for rows in unknown]) < 1e-3
 
 
 @pytest.mark.calibrate

@@ -71,7 +71,7 @@ def test_films_that_are_missed_before_their_first_stop_are_led_no_farther(right,
 @pytest.mark.slow
 def test_films_that_are_missed_early_but_by_less_than_now_are_led_on(right, monkeypatch):
     """Loud noise or outliers may make what is left before the first stop look like a gap; the place is better all the same."""
-    monkeypatch.setattr(weighing, "gap_test", lambda fit: SimpleNamespace(p_value=0.0))
+    monkeypatch.setattr(weighing, "leaves_noise", lambda fit, noise: False)
     lost = astray(right)
     found = led_anew(lost)
     assert found is not None
@@ -121,3 +121,10 @@ def test_a_place_is_settled_while_steps_gain_and_compared_after_ten(monkeypatch,
     stand, found = weighing.stepped(place(0), begun, **({} if most is None else {"most": most}))  # type: ignore[arg-type]
     assert (stand.step, found.step) == (taken, taken)
     assert TO_COMPARE == 10
+
+
+@pytest.mark.parametrize(("louder", "wave", "misses"), [(1.0, 0.0, False), (3.0, 0.0, False), (1.0, 20.0, True), (3.0, 20.0, True)])
+def test_films_are_missed_by_more_than_their_noise_however_large_that_is_said_to_be(right, louder, wave, misses):
+    fit = right.within.fit
+    gaps = louder * fit.gaps + wave * np.sin(np.arange(len(fit.gaps)) / 20.0)
+    assert replace(right.within, fit=replace(fit, gaps=gaps)).misses == misses

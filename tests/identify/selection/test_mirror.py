@@ -92,29 +92,35 @@ def test_a_mirror_turns_round_what_no_film_shows(campaign):
     assert mirrors(874, ("z_m",)) == [(0, across_x), (1, across_y)]
 
 
-def led_to(log_z, rms, sizes) -> Any:
-    return SimpleNamespace(fit=SimpleNamespace(rms=rms), sizes=np.asarray(sizes), weighed=lambda: SimpleNamespace(log_z=log_z))
+def led_to(log_z, misses, sizes, release) -> Any:
+    """A stand with two errors of the model file, whose gaps are one measured value and two numbers of its release."""
+    fit = SimpleNamespace(gaps=np.array([9.0, *release]))
+    found = SimpleNamespace(log_z=log_z)
+    return SimpleNamespace(fit=fit, misses=misses, known=np.array([1, 2]), sizes=np.asarray(sizes), weighed=lambda: found)
 
 
 @pytest.mark.parametrize(
-    ("rms", "sizes", "reached", "tried"),
+    ("misses", "sizes", "release", "reached", "tried"),
     [
-        (1.1, [1.0, -1.0], -100.0, 0),  # met, by errors as probable as any
-        (1.1, [5.0, -4.0], -60.0, 3),  # met, by improbable ones
-        (1.7, [1.0, -1.0], -30.0, 2),  # missed: until one leads on
-        (1.1, [4.0, 4.0], -60.0, 3),
+        (False, [1.0, -1.0], [1.0, 0.5], -100.0, 0),  # met, by errors and releases as probable as any
+        (False, [5.0, -4.0], [0.0, 0.0], -60.0, 3),  # met, by improbable errors
+        (False, [0.0, 1.0], [5.0, -4.0], -60.0, 3),  # met, by an improbable release
+        (True, [1.0, -1.0], [0.0, 0.0], -30.0, 2),  # missed: until one leads on
     ],
 )
-def test_a_release_is_turned_to_its_other_side_where_films_are_missed_or_met_by_improbable_errors(monkeypatch, rms, sizes, reached, tried):
+def test_a_release_is_turned_to_its_other_side_where_films_are_missed_or_met_by_what_is_improbable(
+    monkeypatch, misses, sizes, release, reached, tried
+):
     """Three films: the first one's other side is where the course has been, the second's brings 70, or 40 where films are met."""
-    begun, gain, sides = led_to(-100.0, rms, sizes), 70.0 if rms > 1.5 else 40.0, []
+    begun, gain, sides = led_to(-100.0, misses, sizes, release), 70.0 if misses else 40.0, []
 
     def led_beside(stand, turned, nothing, courses) -> Any:
         assert np.array_equal(nothing, np.zeros(2))
         assert courses == ["own", *sides]
         sides.append(turned)
         courses.append(turned)
-        return {0: None, 1: led_to(-100.0 + gain, rms, sizes), 2: led_to(-101.0, rms, sizes)}[turned]
+        further = {1: led_to(-100.0 + gain, misses, sizes, release), 2: led_to(-101.0, misses, sizes, release)}
+        return further.get(turned)
 
     monkeypatch.setattr(weighing, "_mirrored", lambda fit: iter(range(3)))
     monkeypatch.setattr(weighing, "led_beside", led_beside)
@@ -123,17 +129,27 @@ def test_a_release_is_turned_to_its_other_side_where_films_are_missed_or_met_by_
     assert len(sides) == tried
 
 
+@pytest.mark.parametrize(("misses", "turned"), [(True, -50.0), (False, -100.0)])
+def test_of_two_places_to_which_films_led_the_likelier_one_is_turned_to_its_other_side(monkeypatch, misses, turned):
+    first, from_file = led_to(-100.0, misses, [0.0], [0.0, 0.0]), led_to(-50.0, True, [0.0], [0.0, 0.0])
+    monkeypatch.setattr(weighing, "led_once", lambda stand, q, sizes: (first, []))
+    monkeypatch.setattr(weighing, "led_beside", lambda stand, q, sizes, courses: from_file)
+    monkeypatch.setattr(weighing, "_on_other_sides", lambda stand, led, courses: led)
+    stand: Any = SimpleNamespace(fit=SimpleNamespace(q=None), sizes=np.zeros(1), origin=None)
+    assert weighing._from_afar(stand).weighed().log_z == turned
+
+
 @pytest.mark.parametrize(
-    ("thoroughly", "rms", "behind", "stepped_from"),
+    ("thoroughly", "misses", "behind", "stepped_from"),
     [
-        (False, 1.2, 2.0, ["image"]),
-        (False, 1.2, 10.0, ["image", "led"]),
-        (False, 3.0, 2.0, ["led"]),
-        (True, 3.0, 2.0, ["image", "led", "led", "led"]),
+        (False, False, 2.0, ["image"]),
+        (False, False, 10.0, ["image", "led"]),
+        (False, True, 2.0, ["led"]),
+        (True, True, 2.0, ["image", "led", "led", "led"]),
     ],
 )
 def test_the_other_side_is_led_to_from_afar_where_the_mirror_image_is_far_off_or_less_likely(
-    monkeypatch, thoroughly, rms, behind, stepped_from
+    monkeypatch, thoroughly, misses, behind, stepped_from
 ):
     places = []
 
@@ -142,7 +158,7 @@ def test_the_other_side_is_led_to_from_afar_where_the_mirror_image_is_far_off_or
         return start, SimpleNamespace(kept=-100.0 - behind)
 
     def place(name) -> Any:
-        return SimpleNamespace(name=name, fit=SimpleNamespace(q=None, rms=rms), sizes=None, weighed=lambda: None)
+        return SimpleNamespace(name=name, fit=SimpleNamespace(q=None), misses=misses, sizes=None, weighed=lambda: None)
 
     def led_beside(start, q, sizes, others) -> Any:
         return place("led")

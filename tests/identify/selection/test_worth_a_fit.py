@@ -88,3 +88,42 @@ def test_in_the_place_of_a_name_that_brought_far_more_than_promised_what_says_as
     one.weighed = SimpleNamespace(along_lines=-45.0, gain_of=lambda name: 237.0)
     search._weigh_in_place(one, "handrail-contact")
     assert search.due == due
+
+
+@pytest.mark.parametrize(
+    ("leaves_noise", "named", "unnamed", "turned"),
+    [
+        (True, -101.0, -103.0, 0),  # what leaves noise and is likeliest stays so on whatever side
+        (True, -99.0, -103.0, 1),
+        (True, -101.0, -99.0, 1),
+        (False, -101.0, -103.0, 1),
+    ],
+)
+def test_nothing_is_looked_for_on_the_other_side_only_where_something_is_likelier_or_it_leaves_a_gap(
+    monkeypatch, leaves_noise, named, unnamed, turned
+):
+    """A name is promised as much as nothing, and comes to `named`."""
+    search, sides, nothing = Search({}, lambda names: 0.0, BUDGETS["normal"], lambda text: None), [], hypothesis((), -100.0)
+    nothing.weighed.leaves_noise = leaves_noise
+
+    def fit(ahead) -> None:
+        search.fitted[ahead.names] = hypothesis(ahead.names, named)
+        search.seen_from.add(ahead.names)
+
+    def look(one) -> None:
+        search.seen_from.add(one.names)
+        search.ahead = {one.names: one for one in (promised(("ripple",), -100.0), promised(("missing-force",), unnamed, None))}
+
+    def keep(names, found) -> None:
+        search.fitted[names] = nothing
+
+    def turn(names) -> None:
+        sides.append(names)
+        search.turned.add(names)
+
+    for name, stub in {"_fit": fit, "_look_from": look, "_keep": keep, "_turn": turn, "_brought_back": lambda one: one}.items():
+        monkeypatch.setattr(search, name, stub)
+    monkeypatch.setattr(search_module, "weighed", lambda base: None)
+    search.run(None)  # type: ignore[arg-type]
+    assert sides == [()] * turned
+    assert ("ripple",) in search.fitted
