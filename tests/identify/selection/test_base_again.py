@@ -111,10 +111,10 @@ def fitting(monkeypatch, names, weighed_as, cost=0.0, from_afar=0.0) -> Any:
     """A search whose fits end at these sums of squares; weighed_as : log evidence by sum of squares."""
     one = searching(monkeypatch, [hypothesis((), -300.0), hypothesis(names, -1000.0)])
     monkeypatch.setattr(search, "posed", lambda beside, promise: (None, None))
-    monkeypatch.setattr(search, "solve", lambda problem, start, loosely: SimpleNamespace(cost=cost, rms=1.0))
+    monkeypatch.setattr(search, "solve", lambda problem, start, loosely: SimpleNamespace(cost=cost))
     monkeypatch.setattr(search, "to_the_end", lambda fit: fit)
-    monkeypatch.setattr(search, "solve_from_afar", lambda problem, start: SimpleNamespace(cost=from_afar, rms=1.0))
-    monkeypatch.setattr(search, "weighed", lambda fit: SimpleNamespace(log_z=weighed_as[fit.cost], fit=fit))
+    monkeypatch.setattr(search, "solve_from_afar", lambda problem, start: SimpleNamespace(cost=from_afar))
+    monkeypatch.setattr(search, "weighed", lambda fit: SimpleNamespace(log_z=weighed_as[fit.cost], stand=SimpleNamespace(misses=False)))
     monkeypatch.setattr(one, "_brought_back", lambda found: found)
     monkeypatch.setattr(one, "_with_less", lambda found: None)
     return one
