@@ -96,7 +96,7 @@ class Series:
     rounding: float = 0.0
 
 
-def noise_of(series: Sequence[Series]) -> tuple[float, float]:
+def memory_of(series: Sequence[Series]) -> tuple[float, float]:
     """Correlation rho of neighbouring samples of the noise but for its rounding, and its variance.
 
     From its differences: their variance is 2 (1 - rho) times that of the noise, and neighbours correlate by -(1 - rho) / 2. Rounding adds
@@ -138,7 +138,7 @@ class _Powers:
 
 
 def _powers(series: Sequence[Series]) -> _Powers:
-    own = ChannelNoise(noise_of(series)[0])
+    own = ChannelNoise(memory_of(series)[0])
     found = [power for one in series if (power := power_of(own.whitened(one.gaps, one.apart))) is not None]
     fast = sum(power.fast for power in found) / max(sum(power.fast_n for power in found), 1)
     return _Powers(sum(power.slow for power in found), sum(power.slow_n for power in found), max(fast, _LEAST_NOISE**2))
@@ -148,7 +148,7 @@ def _drawn_ratio(channels: Sequence[Sequence[Series]], share: float, chance: np.
     """Slow over fast power of noise with the memory and the missing samples of these channels, of a share of their length."""
     slow = slow_n = 0.0
     for series in channels:
-        rho, variance = noise_of(series)
+        rho, variance = memory_of(series)
         power = _powers([_noise_like(one, rho, variance, share, chance) for one in series])
         slow, slow_n = slow + power.slow / power.noise, slow_n + power.slow_n
     return slow / slow_n

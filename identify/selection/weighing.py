@@ -33,7 +33,7 @@ _SHARES = (1.0, 0.5, 0.2)  # of a step that are tried
 class Leg:
     """Where a stand came to with films up to some time: its log evidence, its place (k,), and the standard deviations (k,) of that.
 
-    A course has one for each time, the earliest first. misses : whether these films are missed.
+    A course has one for each time, the earliest first. misses : whether more than noise is left of these films.
     """
 
     log_z: float
