@@ -113,6 +113,14 @@ def test_noise_with_a_memory_that_was_rounded_is_noise_as_far_as_its_rounding_is
     assert np.median([slow_p(rows) for rows in unknown]) < 1e-3
 
 
+def test_rounding_that_is_coarser_than_what_differs_from_sample_to_sample_is_no_noise():
+    chance = np.random.default_rng(15)
+    rows = [[noise("memory 0.5", chance) for _ in range(3)] for _ in range(2)]
+    coarse = [[replace(one, rounding=2.0) for one in series] for series in rows]
+    assert slow_p(coarse) == slow_p(rows)
+    assert slow_p([[replace(one, rounding=0.5) for one in series] for series in rows]) != slow_p(rows)
+
+
 @pytest.mark.calibrate
 @pytest.mark.parametrize("kind", KINDS)
 def test_noise_of_every_kind_over_two_hundred_campaigns(kind):
