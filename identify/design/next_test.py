@@ -93,9 +93,21 @@ def _predicted(best: _Side, rivals: Mapping[str, _Side], condition: Condition, *
 
 def _chance(best: Fit, rival: _Side, shown: Sequence[Array]) -> float:
     """How likely a test that shows so much tells the two apart, whichever is true."""
-    before = float(np.sum(rival.fit.free_of_parameters((best.gaps - rival.fit.gaps)[:, None]) ** 2))
+    before = float(np.sum(rival.fit.free_of_parameters(apart(best, rival.fit)[:, None]) ** 2))
     if_best, if_rival = shown
     return chance_of_split(rival.fit.cost - best.cost, before, (if_best, if_rival))
+
+
+def apart(best: Fit, rival: Fit) -> Array:
+    """By how much the gaps of another fit differ from a rival's, (m,) in its rows; the other lacks what an effect knows of itself."""
+    shared, gaps = len(best.gaps) - _known_of_effects(best), -rival.gaps
+    gaps[:shared] += best.gaps[:shared]
+    return gaps
+
+
+def _known_of_effects(fit: Fit) -> int:
+    """How many parameters of its effects have a prior; these stand last."""
+    return sum(bool(np.isfinite(one.spread)) for one in fit.problem.parameters[fit.problem.first_effect :])
 
 
 def chance_of_split(lead: float, before: float, shown: tuple[Array, Array]) -> float:

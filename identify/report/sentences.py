@@ -7,8 +7,10 @@ from identify.gap.dragged import Dragged, dragged, in_words
 from identify.selection.explanation import Explanation
 from identify.selection.model_errors import FORCES
 from identify.selection.verdict import Finding
+from simulate.effects import GeometryError
 
 _WORTH_A_WORD = 0.5  # of a tolerance
+_MEASURED = {GeometryError.name: "the coordinates of the joints", FORCES: "the stored force before each run"}
 
 
 def sentence(found: Explanation) -> str:
@@ -117,6 +119,8 @@ def next_experiment(found: Explanation) -> str | None:
         if best.surest < LIKELY:
             return f"No single further test is likely to tell {name} from its rivals; {words} would split off {split} of cases."
         return f"To tell {name} from its rivals, add {words}; predicted to split off {split} of cases."
+    if measured := _measured_instead(found):
+        return f"Measure {' and '.join(measured)}: no further run tells that as well."
     rivals = ", ".join(found.findings[0].equivalents) if found.verdict == "class" else ""
     if found.weight_of_nothing is not None and not rivals:
         return f"Add further runs like these, or others that show more of it: whether {found.findings[0].name} is there at all is not sure."
@@ -125,6 +129,14 @@ def next_experiment(found: Explanation) -> str | None:
     if found.verdict == "unknown":
         return f"Add {_other_condition(found)}: a force that follows time, place or speed moves differently then."
     return None
+
+
+def _measured_instead(found: Explanation) -> list[str]:
+    """What of a class can be measured without a deployment."""
+    if found.verdict != "class":
+        return []
+    doubted = {found.findings[0].name, *found.findings[0].equivalents}
+    return [words for name, words in _MEASURED.items() if name in doubted]
 
 
 def _other_condition(found: Explanation) -> str:

@@ -19,6 +19,7 @@ from identify.campaign.posing import problem_of
 from identify.campaign.run import Run
 from identify.criteria import CLEAR_LEAD, FEW_PARAMETERS, LARGER_PART, ROUGHLY
 from identify.design.detection_limits import detection_limits
+from identify.design.further_test import NextTest
 from identify.design.next_test import next_tests
 from identify.draft.draft import draft
 from identify.draft.effect_file import Origin, free_name
@@ -39,7 +40,7 @@ from identify.selection.other_side import all_sides
 from identify.selection.search import Search
 from identify.selection.unknown_force import simulated
 from identify.selection.verdict import Finding, Names, Verdict, doing_without, is_unnamed, may_be_nothing, verdict_of
-from simulate.effects import CATALOGUE
+from simulate.effects import CATALOGUE, GeometryError
 from simulate.files.model_file import add_effects
 from simulate.model.effect import Effect
 from simulate.model.model import Model
@@ -150,7 +151,7 @@ def _explained(
         _along_time(search) if verdict.word != "no-gap" and problem.films else None,
         drafted,
         detection_limits(search.beside_foremost(), search.prior, problem.measures),
-        next_tests(after, rivals) if rivals else (),
+        _next_tests(after, rivals, verdict),
         (*said.weighed.stand.moved, *(slight[name] for name in said.names if name in slight and name not in verdict.names)),
     )
 
@@ -259,8 +260,14 @@ def _ranking(search: Search, weights: Mapping[Names, float]) -> tuple[Ranked, ..
     return tuple(sorted(rows, key=lambda row: -row.weight))
 
 
+def _next_tests(after: Fit, rivals: Mapping[str, Fit], verdict: Verdict) -> tuple[NextTest, ...]:
+    """Tests that would split a class; none is foreseen with joints that are off, which are measured, and bend to any deployment."""
+    foreseen = {name: fit for name, fit in rivals.items() if name != GeometryError.name}
+    return next_tests(after, foreseen) if foreseen and GeometryError.name not in verdict.names else ()
+
+
 def _rivals(search: Search, verdict: Verdict) -> dict[str, Fit]:
-    """Fits of what may stand in the place of a single name; joints and forces of runs have no parameters of their own to foresee with."""
+    """Fits of what may stand in the place of a single name; forces of runs have no fit of their own."""
     if verdict.word != "class":
         return {}
     (name,) = verdict.names

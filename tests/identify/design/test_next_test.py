@@ -11,11 +11,19 @@ from identify.campaign.posing import problem_of
 from identify.campaign.runs import read_campaign
 from identify.criteria import LIKELY, RIVAL_P, STRONG_BIC
 from identify.design.further_test import Condition, NextTest
-from identify.design.next_test import chance_of_split, left_over, likely_parameters, likely_releases, worth_a_closer_look
+from identify.design.next_test import (
+    apart,
+    chance_of_split,
+    left_over,
+    likely_parameters,
+    likely_releases,
+    worth_a_closer_look,
+)
 from identify.estimation.horizons import solve_from_afar
 from identify.estimation.least_squares import laid_out, solve
+from identify.estimation.problem import Fit
 from identify.report.sentences import next_experiment
-from simulate.effects import HubInertia, PowerLawFriction, ViscousFriction
+from simulate.effects import AirDrag, GeometryError, HubInertia, PowerLawFriction, ViscousFriction
 from simulate.files.model_file import read_model
 
 DEMO = Path(__file__).resolve().parents[3] / "datasets" / "demo"
@@ -147,3 +155,22 @@ def test_a_guess_is_looked_at_closely_if_it_promises_more_and_longer_where_nothi
     assert not worth_a_closer_look(guess(0.6), [guess(0.5)] * 6)
     assert worth_a_closer_look(guess(0.95), [guess(0.85)] * 2)
     assert not worth_a_closer_look(guess(0.95), [guess(0.85)] * 3)
+
+
+def test_joints_that_are_off_and_a_drag_are_told_apart_by_what_both_say_of_the_same_measurements(campaign, fitted):
+    """Each coordinate of a joint has a tolerance of its own, which the drag has not: that is no measurement."""
+    base = fitted(campaign(None, 96, loops=(), deployments=({},), hold_out=False))
+    drag, joints = (at_rest(base, effect) for effect in (AirDrag(), GeometryError()))
+    assert len(joints.gaps) == len(drag.gaps) + 36
+    for best, rival in ((drag, joints), (joints, drag)):
+        found = apart(best, rival)
+        assert len(found) == len(rival.gaps)
+        assert np.abs(found).max() < 0.02  # both are the base
+
+
+def at_rest(base, effect):
+    """A fit with one effect more, at nought."""
+    problem = base.problem.with_another(effect)
+    q = np.concatenate([base.q, np.zeros(len(problem.parameters) - len(base.q))])
+    gaps, slopes = problem.jacobian(q)
+    return Fit(problem, q, gaps, slopes, True)

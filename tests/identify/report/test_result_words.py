@@ -50,6 +50,20 @@ def test_a_class_that_cannot_exclude_nothing_says_so(verdict, nothing, said):
 @pytest.mark.parametrize(
     ("rivals", "says"),
     [
+        (("geometry-error",), "Measure the coordinates of the joints: no further run tells that as well."),
+        (
+            ("pulley-inertia", "stored-force-per-run", "geometry-error"),
+            "Measure the coordinates of the joints and the stored force before each run: no further run tells that as well.",
+        ),
+    ],
+)
+def test_what_can_be_measured_without_a_deployment_is(rivals, says):
+    assert next_experiment(class_of("class", 0.0, rivals)) == says
+
+
+@pytest.mark.parametrize(
+    ("rivals", "says"),
+    [
         ((), "Add further runs like these, or others that show more of it: whether platform-mass is there at all is not sure."),
         (
             ("pulley-inertia",),
