@@ -120,7 +120,7 @@ def next_experiment(found: Explanation) -> str | None:
             return f"No single further test is likely to tell {name} from its rivals; {words} would split off {split} of cases."
         return f"To tell {name} from its rivals, add {words}; predicted to split off {split} of cases."
     if measured := _measured_instead(found):
-        return f"Measure {' and '.join(measured)}: no further run tells that as well."
+        return f"Measure {' and '.join(measured)}; that needs no further deployment."
     rivals = ", ".join(found.findings[0].equivalents) if found.verdict == "class" else ""
     if found.weight_of_nothing is not None and not rivals:
         return f"Add further runs like these, or others that show more of it: whether {found.findings[0].name} is there at all is not sure."

@@ -261,9 +261,9 @@ def _ranking(search: Search, weights: Mapping[Names, float]) -> tuple[Ranked, ..
 
 
 def _next_tests(after: Fit, rivals: Mapping[str, Fit], verdict: Verdict) -> tuple[NextTest, ...]:
-    """Tests that would split a class; none is foreseen with joints that are off, which are measured, and bend to any deployment."""
-    foreseen = {name: fit for name, fit in rivals.items() if name != GeometryError.name}
-    return next_tests(after, foreseen) if foreseen and GeometryError.name not in verdict.names else ()
+    """Tests that would split a class; none is predicted with joints that are off: their 36 coordinates bend to any deployment."""
+    others = {name: fit for name, fit in rivals.items() if name != GeometryError.name}
+    return next_tests(after, others) if others and GeometryError.name not in verdict.names else ()
 
 
 def _rivals(search: Search, verdict: Verdict) -> dict[str, Fit]:

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -12,6 +14,7 @@ from scipy.signal import lfilter
 
 from identify.campaign.posing import problem_of
 from identify.campaign.run import Run
+from identify.estimation.fit import Block
 from identify.estimation.least_squares import solve
 from identify.estimation.noise_model import LARGEST_LAG1, spacing
 from identify.gap.gap_test import Series, gap_test, is_noise, p_words, slow_p
@@ -111,6 +114,25 @@ def test_noise_with_a_memory_that_was_rounded_is_noise_as_far_as_its_rounding_is
     assert found.min() > 1e-4
     unknown = [[[replace(one, rounding=0.0) for one in series] for series in rows] for rows in campaigns[:5]]
     assert np.median([slow_p(rows) for rows in unknown]) < 1e-3
+
+
+def test_a_fit_is_tested_with_the_rounding_of_each_channel():
+    chance = np.random.default_rng(16)
+    one = noise(BOTH, chance)
+    block = Block("a film", "z_m", slice(0, 250), np.arange(250), one.rounding)
+    problem = SimpleNamespace(blocks=(block,), first_nuisance=0, first_zero=0)
+    fit: Any = SimpleNamespace(problem=problem, part=lambda block: one.gaps, determined=0.0, q=np.empty(0), rms=1.0)
+    assert gap_test(fit).slow_p == slow_p([[one]])
+    assert gap_test(fit).slow_p != slow_p([[replace(one, rounding=0.0)]])
+
+
+def test_a_loop_knows_by_how_much_of_its_noise_its_force_was_rounded():
+    (run, _), step = loops(3), 1e-3
+    rounded = Run(replace(run.table, force_N=np.round(run.table.force_N / step) * step))
+    (block,) = problem_of(MODEL, [rounded]).blocks
+    (loop,) = problem_of(MODEL, [rounded]).loops
+    assert block.rounding == pytest.approx(step / np.sqrt(12.0) / loop.data.force_sigma_N)
+    assert [one.rounding for one in problem_of(MODEL, [run]).blocks] == [0.0]
 
 
 def test_rounding_that_is_coarser_than_what_differs_from_sample_to_sample_is_no_noise():

@@ -50,10 +50,10 @@ def test_a_class_that_cannot_exclude_nothing_says_so(verdict, nothing, said):
 @pytest.mark.parametrize(
     ("rivals", "says"),
     [
-        (("geometry-error",), "Measure the coordinates of the joints: no further run tells that as well."),
+        (("geometry-error",), "Measure the coordinates of the joints; that needs no further deployment."),
         (
             ("pulley-inertia", "stored-force-per-run", "geometry-error"),
-            "Measure the coordinates of the joints and the stored force before each run: no further run tells that as well.",
+            "Measure the coordinates of the joints and the stored force before each run; that needs no further deployment.",
         ),
     ],
 )

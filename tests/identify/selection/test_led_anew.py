@@ -127,4 +127,6 @@ def test_a_place_is_settled_while_steps_gain_and_compared_after_ten(monkeypatch,
 def test_films_are_missed_by_more_than_their_noise_however_large_that_is_said_to_be(right, louder, wave, misses):
     fit = right.within.fit
     gaps = louder * fit.gaps + wave * np.sin(np.arange(len(fit.gaps)) / 20.0)
-    assert replace(right.within, fit=replace(fit, gaps=gaps)).misses == misses
+    there = replace(right.within, fit=replace(fit, gaps=gaps))
+    assert there.misses == misses
+    assert weighing.Leg.of(there, there.weighed()).misses == misses
