@@ -17,7 +17,7 @@ from scipy import special
 from identify.criteria import DEGREES
 from measure.common.arrays import Array
 
-LARGEST_LAG1 = 0.75
+LARGEST_LAG1 = 0.85
 SMALLEST_SCALE = 0.3  # of the noise that the fast part of a channel shows
 _ROUNDS = 4
 _PER_SIGMA = 1.4826
@@ -69,30 +69,58 @@ def log_likelihood(innovations: Array) -> float:
     return len(innovations) * _LOG_T - 0.5 * (DEGREES + 1.0) * float(np.sum(np.log1p(innovations**2 / DEGREES)))
 
 
-def estimated(residual: Array, apart: Array, taken: float = 0.0, start: ChannelNoise | None = None) -> ChannelNoise:
+@dataclass(frozen=True)
+class Taken:
+    """What a fit has taken from the noise of a channel: so many parameters, and with them mostly what was slow in it.
+
+    variance : (n,) of what the fit makes of each sample. beside : (n,) its covariance with that of the sample before; of the first nought.
+    """
+
+    count: float
+    variance: Array
+    beside: Array
+
+    @classmethod
+    def nothing(cls, n: int) -> Taken:
+        """By a fit that has no parameters here."""
+        return cls(0.0, np.zeros(n), np.zeros(n))
+
+    @classmethod
+    def by(cls, columns: Array, covariance: Array, count: float) -> Taken:
+        """By parameters of columns (n, k) and a covariance (k, k), of which these samples have determined so many."""
+        spread = columns @ covariance
+        beside = np.zeros(len(columns))
+        beside[1:] = np.einsum("ij,ij->i", spread[1:], columns[:-1])
+        return cls(count, np.einsum("ij,ij->i", spread, columns), beside)
+
+
+def estimated(residual: Array, apart: Array, taken: Taken | None = None, start: ChannelNoise | None = None) -> ChannelNoise:
     """Memory and scale that suit a residual (n,) best, by a few rounds of reweighting (EM for Student's t).
+
+    A residual is smaller than the noise by what a fit has taken from it, and forgets sooner: that is given back, so that the noise suits
+    best with the parameters integrated out (restricted likelihood: Harville 1977).
 
     Parameters
     ----------
     apart : see `spacing`.
-    taken : how many parameters a fit has spent on these samples; a residual is that much smaller than the noise.
     start : noise that is nearly right, from which one round is enough.
     """
+    taken = taken or Taken.nothing(len(residual))
     if len(residual) < 4:
         return ChannelNoise(0.0, max(1.0, float(np.sqrt(np.mean(residual**2))) if len(residual) else 1.0))
-    share = len(residual) / max(len(residual) - taken, 0.5 * len(residual))
+    share = len(residual) / max(len(residual) - taken.count, 0.5 * len(residual))
     noise = start or ChannelNoise(0.0, max(_PER_SIGMA * float(np.median(np.abs(residual))), SMALLEST_SCALE))
     for _ in range(_ROUNDS if start is None else 1):
-        noise = _reestimated(noise, residual, apart, share)
+        noise = _reestimated(noise, residual, apart, share, taken)
     return noise
 
 
-def _reestimated(noise: ChannelNoise, residual: Array, apart: Array, share: float) -> ChannelNoise:
+def _reestimated(noise: ChannelNoise, residual: Array, apart: Array, share: float, taken: Taken) -> ChannelNoise:
     beside = np.flatnonzero(apart == 1.0)
     count = weights(noise.whitened(residual, apart))
     trusted = np.minimum(count[beside], count[beside - 1])
-    power = float(np.sum(trusted * residual[beside - 1] ** 2))
-    product = float(np.sum(trusted * residual[beside - 1] * residual[beside]))
+    power = float(np.sum(trusted * (residual[beside - 1] ** 2 + taken.variance[beside - 1])))
+    product = float(np.sum(trusted * (residual[beside - 1] * residual[beside] + taken.beside[beside])))
     lag1 = float(np.clip(product / power if power > 0.0 else 0.0, 0.0, LARGEST_LAG1))
     unit = ChannelNoise(lag1, 1.0).whitened(residual, apart)
     scale = float(np.sqrt(share * np.mean(weights(unit / noise.scale) * unit**2)))

@@ -11,7 +11,7 @@ A the whitened columns with the priors below them. Bounds cut the normal posteri
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 
@@ -21,7 +21,7 @@ from scipy import linalg, special
 
 from identify.criteria import DEGREES, NOTHING, WITHIN
 from identify.estimation.covariance import Factored
-from identify.estimation.noise_model import ChannelNoise, estimated, log_likelihood, weights
+from identify.estimation.noise_model import ChannelNoise, Taken, estimated, log_likelihood, weights
 from identify.gap.linear_pieces import Columns, Lines, Part
 from measure.common.arrays import Array
 
@@ -138,8 +138,8 @@ def evidence(
         normal = Normal.of(white, counts, precision)
         found = normal.step(white, counts, pull)
         residuals = [part.residual(found) for part in parts]
-        spent = normal.spent(white)
-        noise = tuple(estimated(r, part.channel.apart, k, n) for r, part, k, n in zip(residuals, parts, spent, noise, strict=True))
+        taken = normal.taken(parts)
+        noise = tuple(estimated(r, part.channel.apart, of, n) for r, part, of, n in zip(residuals, parts, taken, noise, strict=True))
         white = [White.of(part, n) for part, n in zip(parts, noise, strict=True)]
         left = tuple(one.residual(found) for one in white)
         counts = [weights(one) for one in left]
@@ -223,11 +223,12 @@ class Normal:
             right[one.places] += one.values.T @ (count * one.gaps)
         return -self.factored.solve(right)
 
-    def spent(self, white: Sequence[White]) -> list[float]:
-        """How many parameters each channel has determined; what its prior holds takes nothing from the noise (MacKay 2003, chapter 28)."""
+    def taken(self, parts: Sequence[Part]) -> Iterator[Taken]:
+        """What the parameters take from the noise of each channel; what its prior holds takes nothing (MacKay 2003, chapter 28)."""
         covariance = self.factored.solve(np.eye(len(self.factored.size)))
-        pairs = zip(self.by_channel, white, strict=True)
-        return [float(np.sum(own * covariance[np.ix_(one.places, one.places)])) for own, one in pairs]
+        for own, part in zip(self.by_channel, parts, strict=True):
+            of_part = covariance[np.ix_(part.places, part.places)]
+            yield Taken.by(part.values, of_part, float(np.sum(own * of_part)))
 
 
 def _informed(white: Sequence[White], precision: Array) -> Factored:

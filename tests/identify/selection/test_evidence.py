@@ -63,6 +63,22 @@ def test_the_colour_of_the_noise_is_found_under_the_right_hypothesis_and_not_und
     assert evidence(at).noise[0].lag1 > 0.4
 
 
+def test_a_fit_that_follows_slow_noise_neither_hides_its_memory_nor_trusts_itself_too_much():
+    """Twelve slow parameters and 150 samples: what the fit takes of the noise is what the noise remembers."""
+    n, lag1 = 150, 0.7
+    followed = 20.0 * np.cos(np.pi * np.arange(n)[:, None] * (np.arange(12) + 0.5) / n)
+    chance, memories, off = np.random.default_rng(11), [], []
+    for _ in range(60):
+        noise = coloured(chance, lag1)[-n:]
+        channel = Channel(slice(0, n), spacing(np.arange(n)))
+        at = Lines(noise, followed, np.empty((n, 0)), np.zeros(0), np.zeros(12), 0.01 * np.eye(12), (channel,))
+        found = evidence(at)
+        memories.append(found.noise[0].lag1)
+        off.append(found.step / np.sqrt(np.diag(found.covariance)))
+    assert np.mean(memories) == pytest.approx(lag1, abs=0.06)
+    assert 0.88 < np.mean(np.abs(off) < 1.96) < 0.99
+
+
 def test_a_tolerance_of_the_model_file_swallows_what_it_can_explain():
     """An effect that looks like an error of the model file has no evidence while the error is within its tolerance."""
     at = drawn(np.random.default_rng(8), wave=0.2)
