@@ -6,6 +6,9 @@ Around a fit the measurements say of a table's forces F, base and releases and a
 
 with A the information and A^-1 b the forces that suit best. A form f(x; p) takes the place of F; its amplitudes follow in one step, its
 shapes by a search from several starts. Forms are compared by  gain - parameters x ln(samples),  as in the BIC.
+
+A force on the platform may act off its centre of mass, at an arm a: F along one axis and a F as a moment go with one course then, of which
+A_ff + a (A_fm + A_mf) + a^2 A_mm  and  b_f + a b_m  are the information and the drive.
 """
 
 from __future__ import annotations
@@ -15,7 +18,8 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
-from scipy.optimize import minimize
+from numpy.typing import NDArray
+from scipy.optimize import minimize, minimize_scalar
 
 from identify.criteria import ENOUGH
 from identify.draft.forms import FORMS, Form, sum_of
@@ -27,6 +31,8 @@ from measure.common.arrays import Array
 _SEARCHED = 3  # starts from which shapes are searched on
 _ADDED_TO = 3  # forms to which another one is added
 _CLOSE_ENOUGH = 1e-3  # of the places' extent, for a shape: the form is fitted to the measurements themselves afterwards
+_ANGLES = 36  # at which an arm is tried, from a moment by itself over a force by itself to the moment turned round
+_MOMENT = 2  # the axis of the moment; those before it are of forces
 _WORTH_MORE = 2.0  # times what noise brings that a form leaves, from which on another one is added
 
 
@@ -34,7 +40,8 @@ _WORTH_MORE = 2.0  # times what noise brings that a form leaves, from which on a
 class Chosen:
     """A form for a table. values : (k,) its parameters. score : gain less the price of its parameters.
 
-    axis : of what acts on the platform: upwards, to the side, or a moment.
+    axis : of what acts on the platform: upwards, to the side, or a moment. arm_m : at which a force acts there, None for one at the centre
+    of mass.
     """
 
     table: Unnamed
@@ -42,6 +49,7 @@ class Chosen:
     values: Array
     score: float
     axis: int = 0
+    arm_m: float | None = None
 
     @property
     def shapes(self) -> Array:
@@ -58,33 +66,67 @@ def chosen_forms(tables: Sequence[Unnamed], samples: float, within: float = np.i
     within : a score so far below the best one is not asked for: what cannot come nearer is left out.
     """
     found: dict[int, Chosen] = {}
-    for place, axis, seen in sorted(_all_seen(tables), key=lambda row: -row[2].most):
+    for place, axis, seen in sorted(_all_seen(tables, samples), key=lambda row: -row[2].most):
         best = max((one.score for one in found.values()), default=-np.inf)
-        if seen.most - float(np.log(samples)) < best - within:
+        if seen.most - seen.price_of(1, samples) < best - within:
             break
         one = _best_on(tables[place], seen, samples)
         if one is not None and (place not in found or one.score > found[place].score):
-            found[place] = replace(one, axis=axis)
+            found[place] = replace(one, axis=axis, arm_m=seen.arm_m)
     return sorted(found.values(), key=lambda one: -one.score)
 
 
-def _all_seen(tables: Sequence[Unnamed]) -> Iterator[tuple[int, int, _Seen]]:
-    """Which table, which axis of it, and what was measured there."""
+def _all_seen(tables: Sequence[Unnamed], samples: float) -> Iterator[tuple[int, int, _Seen]]:
+    """Which table, which axis of it, and what was measured there; of a force at an arm where that says more than its price."""
     for place, table in enumerate(tables):
-        is_platform = isinstance(table.table, ForceTable)
-        for axis in range(AXES) if is_platform else range(isinstance(table.table, LegTable)):
-            first = axis * KNOTS
-            used = (table.places >= first) & (table.places < (first + KNOTS if is_platform else np.inf))
-            if used.any():
-                x = _places(table)[table.places[used] - first]
-                yield place, axis, _Seen(x, table.information[np.ix_(used, used)], table.drive[used])
+        alone = {}
+        for axis in range(AXES) if isinstance(table.table, ForceTable) else range(isinstance(table.table, LegTable)):
+            rows = _rows_of(table, axis)
+            if len(rows):
+                alone[axis] = _Seen(_x_of(table, rows), table.information[np.ix_(rows, rows)], table.drive[rows])
+                yield place, axis, alone[axis]
+        for axis in [axis for axis in alone if axis < _MOMENT and _MOMENT in alone]:
+            seen = _off_centre(table, axis)
+            if seen is not None and seen.most > max(alone[axis].most, alone[_MOMENT].most) + seen.price_of(0, samples):
+                yield place, axis, seen
+
+
+def _rows_of(table: Unnamed, axis: int) -> NDArray[np.intp]:
+    """Rows of an axis of a table on the platform, or all rows of one in the legs."""
+    return np.flatnonzero(table.places // KNOTS == axis) if isinstance(table.table, ForceTable) else np.arange(len(table.places))
+
+
+def _x_of(table: Unnamed, rows: NDArray[np.intp]) -> Array:
+    """Places of the variable of some rows, (n,)."""
+    assert isinstance(table.table, LegTable | ForceTable)
+    return table.table.places[table.places[rows] % KNOTS]
+
+
+def _off_centre(table: Unnamed, axis: int) -> _Seen | None:
+    """What was measured of a force along an axis that makes a moment at the likeliest arm; None where the two share no places."""
+    force, moment = _rows_of(table, axis), _rows_of(table, _MOMENT)
+    shared = np.intersect1d(table.places[force] % KNOTS, table.places[moment] % KNOTS)
+    if not len(shared):
+        return None
+    f, m = (rows[np.isin(table.places[rows] % KNOTS, shared)] for rows in (force, moment))
+    of_f, of_m, mixed = (table.information[np.ix_(rows, others)] for rows, others in ((f, f), (m, m), (f, m)))
+    size = float(np.sqrt(np.trace(of_f) / np.trace(of_m)))
+
+    def at(angle: float) -> _Seen:
+        arm = size * float(np.tan(angle))
+        information = of_f + arm * (mixed + mixed.T) + arm**2 * of_m
+        return _Seen(_x_of(table, f), information, table.drive[f] + arm * table.drive[m], arm)
+
+    step = np.pi / _ANGLES
+    best = max(np.arange(1, _ANGLES) * step - 0.5 * np.pi, key=lambda angle: at(angle).most)
+    return at(minimize_scalar(lambda angle: -at(angle).most, bounds=(best - step, best + step), method="bounded").x)
 
 
 def _best_on(table: Unnamed, seen: _Seen, samples: float) -> Chosen | None:
     """The best form of a table, or sum of that and another one; on the platform of one axis."""
     x = seen.x
     known = [form for form in FORMS if _makes_sense(form, table, x)]
-    ends, price = (float(x[0]), float(x[-1])), float(np.log(samples))
+    ends = (float(x[0]), float(x[-1]))
     tried = [one for form in known if (one := _fitted(form, seen, table, samples, form.starts(*ends))) is not None]
     tried.sort(key=lambda one: -one.score)
     if not tried or tried[0].score >= seen.most - _WORTH_MORE * len(x):
@@ -93,16 +135,11 @@ def _best_on(table: Unnamed, seen: _Seen, samples: float) -> Chosen | None:
     for first in tried[:_ADDED_TO]:
         for form in known:
             both = sum_of(first.form, form)
-            if both.parameters < len(x) and seen.most - both.parameters * price > best.score:
+            if both.parameters < len(x) and seen.most - seen.price_of(both.parameters, samples) > best.score:
                 starts = [(*first.shapes.tolist(), *shapes) for shapes in form.starts(*ends)]
                 one = _fitted(both, seen, table, samples, starts)
                 best = one if one is not None and one.score > best.score else best
     return best
-
-
-def _places(table: Unnamed) -> Array:
-    assert isinstance(table.table, LegTable | ForceTable)
-    return table.table.places
 
 
 def _makes_sense(form: Form, table: Unnamed, x: Array) -> bool:
@@ -116,11 +153,16 @@ def _makes_sense(form: Form, table: Unnamed, x: Array) -> bool:
 
 @dataclass(frozen=True)
 class _Seen:
-    """What was measured of the forces at places x, (n,)."""
+    """What was measured of the forces at places x, (n,), at an arm if they act off the centre of mass."""
 
     x: Array
     information: Array
     drive: Array
+    arm_m: float | None = None
+
+    def price_of(self, parameters: int, samples: float) -> float:
+        """What a form of so many parameters has to gain; the arm is one more."""
+        return (parameters + (self.arm_m is not None)) * float(np.log(samples))
 
     @cached_property
     def most(self) -> float:
@@ -148,7 +190,7 @@ def _fitted(form: Form, seen: _Seen, table: Unnamed, samples: float, starts: Seq
     gain, amplitudes = seen.gain(form, shapes)
     if gain <= 0.0:
         return None
-    return Chosen(table, form, np.array([*amplitudes, *shapes]), gain - form.parameters * float(np.log(samples)))
+    return Chosen(table, form, np.array([*amplitudes, *shapes]), gain - seen.price_of(form.parameters, samples))
 
 
 def _searched(form: Form, seen: _Seen, shapes: tuple[float, ...], first: float, last: float) -> tuple[float, ...]:

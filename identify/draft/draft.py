@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 
+import numpy as np
+
 from identify.draft.choice import Chosen, chosen_forms
 from identify.draft.effect_file import Origin, Variable, effect_from, formula_text, source_of
 from identify.estimation.problem import Fit
@@ -11,6 +13,7 @@ from identify.gap.leg_force import LegTable
 from identify.gap.platform_force import ForceTable
 from identify.gap.unnamed import Unnamed
 from identify.selection.explanation import Drafted
+from identify.selection.findings import noise_of_channels
 from identify.selection.stand import Weighed
 from identify.selection.weighing import from_sizes, led_anew
 
@@ -43,13 +46,16 @@ def draft(beside: Weighed, left: Fit, tables: Sequence[Unnamed], held_out: Calla
 def _tried(beside: Weighed, chosen: Chosen, before: float | None, held_out: Callable[[Fit], float | None], origin: Origin) -> Drafted:
     table = chosen.table.table
     assert isinstance(table, LegTable | ForceTable)
-    variable, span = Variable.of(table, chosen.axis), (float(table.places[0]), float(table.places[-1]))
-    source = source_of(chosen.form, chosen.values, variable, span, origin)
+    arm = [] if chosen.arm_m is None else [chosen.arm_m]
+    variable, span = Variable.of(table, chosen.axis, has_arm=bool(arm)), (float(table.places[0]), float(table.places[-1]))
+    values = np.array([*chosen.values, *arm])
+    source = source_of(chosen.form, values, variable, span, origin)
     effect = effect_from(source)()
     problem = beside.exact.given.with_another(effect)
-    found = from_sizes(problem, beside, (chosen.values - effect.flat()) / effect.typical(problem.measures))
+    found = from_sizes(problem, beside, (values - effect.flat()) / effect.typical(problem.measures))
     anew = led_anew(found)
-    fit = (found if anew is None else found.better_of(anew)).fit
+    best = found if anew is None else found.better_of(anew)
+    fit = best.fit
     drafted = fit.problem.effects_at(fit.q)[-1]
     return Drafted(
         variable,
@@ -58,4 +64,5 @@ def _tried(beside: Weighed, chosen: Chosen, before: float | None, held_out: Call
         fit,
         before,
         held_out(fit),
+        noise_of_channels(best) if best.leaves_noise else (),
     )

@@ -8,6 +8,8 @@ from dataclasses import dataclass
 from itertools import chain, count
 from types import ModuleType
 
+import numpy as np
+
 from identify.draft.forms import Form
 from identify.gap.leg_force import LegTable
 from identify.gap.platform_force import ForceTable
@@ -29,18 +31,22 @@ _WIDEST = 100.0  # times the drafted amplitude: its bounds
 
 @dataclass(frozen=True)
 class Variable:
-    """What a force goes with. in_legs : whether it acts in every leg. axis : on the platform upwards, along x, or as a moment about y."""
+    """What a force goes with. in_legs : whether it acts in every leg. axis : on the platform upwards, along x, or as a moment about y.
+
+    has_arm : whether it acts off the centre of mass; its last parameter is the arm then, moment over force.
+    """
 
     name: str
     in_legs: bool
     axis: int = 0
+    has_arm: bool = False
 
     @classmethod
-    def of(cls, table: LegTable | ForceTable, axis: int = 0) -> Variable:
+    def of(cls, table: LegTable | ForceTable, axis: int = 0, *, has_arm: bool = False) -> Variable:
         """The variable of a table."""
         if isinstance(table, LegTable):
             return cls("elongation" if table.words == "elongation" else "leg speed", True)
-        return cls(table.words, False, axis)
+        return cls(table.words, False, axis, has_arm)
 
     @property
     def unit(self) -> str:
@@ -57,12 +63,13 @@ class Variable:
         """In words."""
         if self.in_legs:
             return f"a force in each leg that goes with its {self.name.removeprefix('leg ')}"
-        return f"a {self.kind} on the platform that goes with the {self.name}"
+        off = ", off its centre of mass," if self.has_arm else ""
+        return f"a {_KINDS[self.axis]} on the platform{off} that goes with the {self.name}"
 
     @property
     def kind(self) -> str:
         """What acts, in words."""
-        return "force along the leg" if self.in_legs else _KINDS[self.axis]
+        return "force along the leg" if self.in_legs else _KINDS[self.axis] + " at an arm" * self.has_arm
 
     @property
     def quantity(self) -> str:
@@ -78,7 +85,8 @@ class Variable:
 def formula_text(form: Form, values: Sequence[float] | Array, variable: Variable) -> str:
     """The formula for people, in the variable's own symbol: `-0.4 v / (1 + (v / 0.12)^2) N`."""
     marked = form.text.replace("exp", "\0").replace("x", variable.symbol).replace("\0", "exp")
-    return marked.format(*(f"{value:.3g}" for value in values)) + (" m" if variable.is_moment else "")
+    arm = f" at an arm of {values[-1]:.3g} m" if variable.has_arm else ""
+    return marked.format(*(f"{value:.3g}" for value in values)) + (" m" if variable.is_moment else arm)
 
 
 @dataclass(frozen=True)
@@ -103,6 +111,7 @@ def source_of(form: Form, values: Sequence[float] | Array, variable: Variable, s
     values : (k,) the parameters as drafted. span : first and last place of the variable.
     """
     rows = [*_amplitudes(form, values, variable, origin.measures), *_shapes(form, values, variable, span, origin.measures)]
+    rows += [_arm(values[-1], origin.measures)] if variable.has_arm else []
     kind, formula = _formula(form, variable)
     return _TEMPLATE.format(
         title=f"Drafted: {variable.where}.",
@@ -136,13 +145,19 @@ def _amplitudes(form: Form, values: Sequence[float] | Array, variable: Variable,
 
 def _shapes(form: Form, values: Sequence[float] | Array, variable: Variable, span: tuple[float, float], measures: Measures) -> list[str]:
     rows = []
-    for shape, value in zip(form.shapes, values[len(form.amplitudes) :], strict=True):
+    for shape, value in zip(form.shapes, values[len(form.amplitudes) :], strict=False):
         key = f"{shape.name}_{variable.unit}"
         ratio = measures.of(unit_of(key))
         low, high = shape.bounds(*span)
         typical = 0.1 * (span[1] - span[0] if shape.is_place else abs(value))
         rows.append(_row(key, value, low / ratio, high / ratio, typical / ratio, shape.doc))
     return rows
+
+
+def _arm(value: float, measures: Measures) -> str:
+    size = max(abs(value), 1e-12) / measures.of(unit_of("arm_m"))
+    at = float(np.copysign(size, value))
+    return _row("arm_m", at, -_WIDEST * size, _WIDEST * size, 0.1 * size, "moment about y over force")
 
 
 def _row(key: str, value: float, low: float, high: float, typical: float, doc: str) -> str:
@@ -156,7 +171,9 @@ def _formula(form: Form, variable: Variable) -> tuple[str, str]:
         return "LegEffect", _LEG.format(x=x, code=form.code)
     x = {"time": "t", "height": "pose[2]", "speed": "twist[2]"}[variable.name]
     unit = "N m" if variable.is_moment else "N"
-    return "PlatformEffect", _PLATFORM.format(x=x, code=form.code, kind=variable.kind, place=_PLACES[variable.axis], unit=unit)
+    moment = _MOMENT.format(arm=form.parameters) if variable.has_arm else ""
+    kind, place = variable.kind, _PLACES[variable.axis]
+    return "PlatformEffect", _PLATFORM.format(x=x, code=form.code, kind=kind, place=place, unit=unit, moment=moment)
 
 
 _LEG = '''    @staticmethod
@@ -168,7 +185,10 @@ _PLATFORM = '''    @staticmethod
     def platform_wrench(t: float, pose: Any, twist: Any, p: Any, wrench: Any) -> None:
         """Adds the {kind}, {unit}."""
         x = {x}
-        wrench[{place}] += {code}'''
+        force = {code}
+        wrench[{place}] += force{moment}'''
+_MOMENT = """
+        wrench[4] += p[{arm}] * force"""
 _TEMPLATE = '''"""{title} {about}
 
 It describes what is missing, and is not a cause: rename it once its physics is known.

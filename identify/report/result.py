@@ -15,7 +15,7 @@ from identify.gap.localise import force_in_loops, locate
 from identify.gap.size import gap_size
 from identify.loops.covariates import hint, shares
 from identify.report.sentences import left_sentence, moved_far, next_experiment, noise_sentence, sentence
-from identify.selection.explanation import Explanation, Ranked, gap_left
+from identify.selection.explanation import Explanation, Ranked, gap_left, of_kind
 from identify.selection.verdict import Finding
 
 _PLACES = 12
@@ -114,17 +114,12 @@ def _gaps(found: Explanation) -> dict[str, Any]:
         "by_run": by_run(found),
     }
     if found.held:
+        over = of_kind(found.noise, [held.before for held in found.held])
         gaps["held_out"] = {
-            "before": {"rms_over_noise": gap_left(*(held.before for held in found.held)) / _of_kind(found)},
-            "after": {"rms_over_noise": gap_left(*(held.after for held in found.held)) / _of_kind(found)},
+            "before": {"rms_over_noise": gap_left(*(held.before for held in found.held)) / over},
+            "after": {"rms_over_noise": gap_left(*(held.after for held in found.held)) / over},
         }
     return gaps
-
-
-def _of_kind(found: Explanation) -> float:
-    """Noise over what tables were taken to have, of the channels of runs held out as of those that took part; never less than that."""
-    channels = {block.channel for held in found.held for block in held.before.problem.blocks}
-    return max(1.0, float(np.median([one.over for one in found.noise if one.channel in channels] or [1.0])))
 
 
 def by_run(found: Explanation) -> list[dict[str, Any]]:
@@ -182,7 +177,7 @@ def _draft(found: Explanation) -> dict[str, Any] | None:
         "kind": drafted.variable.kind,
         "parameters": dict(zip(drafted.effect.flat_names(), drafted.effect.flat().tolist(), strict=True)),
         "at_bound": drafted.at_bound,
-        "gap": {"before": gap_left(found.after), "after": gap_left(drafted.fit)},
+        "gap": {"before": found.over_noise(found.after), "after": found.over_noise(drafted.fit)},
         "held_out": None if drafted.before is None else {"before": drafted.before, "after": drafted.after},
         "in_extended_model": drafted.carries_over,
         "sentence": drafted.sentence,

@@ -32,7 +32,7 @@ from identify.gap.dragged import lost
 from identify.gap.leg_force import LegForce
 from identify.gap.platform_force import ForceAlongTime, ForceTable, MissingForce
 from identify.gap.unnamed import Unnamed
-from identify.selection.explanation import Drafted, Explanation, Held, NoiseOfChannel, Ranked, gap_left, share_closed
+from identify.selection.explanation import Drafted, Explanation, Held, NoiseOfChannel, Ranked, gap_left, of_kind, share_closed
 from identify.selection.findings import findings_of, noise_of_channels
 from identify.selection.hypotheses import BUDGETS, MODEL_ERRORS, Budget, Hypothesis, Say, halves, log_prior
 from identify.selection.model_errors import FORCES, slight_errors
@@ -122,8 +122,6 @@ def _explained(
     held = tuple(_held(run, before, after) for run in runs if run.hold_out)
     if verdict.names and any(one.grows for one in held):
         verdict = replace(verdict, word="no-gap" if may_be_nothing(verdict.weights) and leaves_noise else "unknown", names=())
-    if verdict.word in ("unknown", "partly"):
-        noise = _as_measured(noise)
     is_base = verdict.word == "unknown" or (verdict.word == "no-gap" and not set(foremost.names) <= set(slight))
     said = nothing if is_base else foremost
     if said is nothing:
@@ -135,6 +133,8 @@ def _explained(
     rivals = _rivals(search, verdict)
     missing, in_legs = _left(search, after, verdict, say) if verdict.word in ("unknown", "partly") else (None, None)
     drafted = _drafted(search, said, after, verdict, runs, say) if verdict.word in ("unknown", "partly") else None
+    if verdict.word in ("unknown", "partly"):
+        noise = drafted.noise if drafted is not None and drafted.noise else _as_measured(noise)
     return Explanation(
         verdict.word,
         verdict.weights,
@@ -241,7 +241,12 @@ def _drafted(search: Search, said: Hypothesis, after: Fit, verdict: Verdict, run
 
     about = f"Made from {', '.join(run.name for run in runs if not run.hold_out)} and {after.problem.model.name}."
     taken = {*search.catalogue, *(effect.name for effect in after.problem.effects)}
-    return draft(said.weighed, after, search.tables_beside(verdict.names), gap, Origin(free_name(taken), about, after.problem.measures))
+    origin = Origin(free_name(taken), about, after.problem.measures)
+    found = draft(said.weighed, after, search.tables_beside(verdict.names), gap, origin)
+    if found is None or found.before is None or found.after is None:
+        return found
+    over = of_kind(found.noise, [fits[-1] for fits in known.values()])
+    return replace(found, before=found.before / over, after=found.after / over)
 
 
 def _along_time(search: Search) -> MissingForce | None:

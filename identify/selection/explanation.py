@@ -45,6 +45,12 @@ def rms_over_noise(fit: Fit, noise: Sequence[NoiseOfChannel]) -> float:
     return gap_size(fit.gaps[one.rows] / one.over for one in noise)
 
 
+def of_kind(noise: Sequence[NoiseOfChannel], apart: Sequence[Fit]) -> float:
+    """Noise over what tables were taken to have, of the channels of runs that took no part as of those that did; never less than that."""
+    channels = {block.channel for fit in apart for block in fit.problem.blocks}
+    return max(1.0, float(np.median([one.over for one in noise if one.channel in channels] or [1.0])))
+
+
 def share_closed(before: Fit, after: Fit, noise: Sequence[NoiseOfChannel]) -> float:
     """Part of the excess over noise that goes, 0 to 1."""
     was, is_now = rms_over_noise(before, noise) ** 2, rms_over_noise(after, noise) ** 2
@@ -55,7 +61,8 @@ def share_closed(before: Fit, after: Fit, noise: Sequence[NoiseOfChannel]) -> fl
 @dataclass(frozen=True)
 class Drafted:
     """A drafted effect. source : the text of its file. fit : base, releases, what is named, and it. before, after : gaps of the runs held
-    out without and with it, root mean square over the noise, none where no run was held out."""
+    out without and with it, root mean square over the noise, none where no run was held out. noise : of each channel beside it, none where
+    it leaves more than noise."""
 
     variable: Variable
     formula: str
@@ -63,6 +70,7 @@ class Drafted:
     fit: Fit
     before: float | None
     after: float | None
+    noise: tuple[NoiseOfChannel, ...] = ()
 
     @property
     def effect(self) -> Effect:

@@ -18,20 +18,30 @@ VARIABLES = [
     Variable("speed", False),
     Variable("height", False, 1),
     Variable("time", False, 2),
+    Variable("time", False, 1, has_arm=True),
+    Variable("height", False, 0, has_arm=True),
 ]
 ALL_FORMS = [*FORMS, sum_of(FORMS[-1], FORMS[-3]), sum_of(FORMS[0], FORMS[5])]
 LARGE = Measures(force=50.0, length=3.0, time=2.0)
 
 
-def values_of(form):
-    """Some numbers for a form: amplitudes of both signs, shapes within the variable's range."""
+ARM_M = -0.07
+
+
+def values_of(form, variable):
+    """Some numbers for a form: amplitudes of both signs, shapes within the variable's range, an arm behind them where it has one."""
+    arm = [ARM_M] if variable.has_arm else []
+    return [*_of(form), *arm]
+
+
+def _of(form):
     return [*(0.3 * (-1.0) ** i for i in range(len(form.amplitudes))), *([0.5] if form.shapes else []), *([0.1] * (len(form.shapes) - 1))]
 
 
 @pytest.mark.parametrize("variable", VARIABLES, ids=lambda one: f"{one.kind} {one.name}")
 @pytest.mark.parametrize("form", ALL_FORMS, ids=lambda one: one.name)
 def test_the_file_holds_the_formula_and_its_method_computes_it(form, variable):
-    values = values_of(form)
+    values = values_of(form, variable)
     kind = effect_from(source_of(form, values, variable, (0.1, 0.9), Origin("drafted", "Made for a test.", LARGE)))
     effect = kind().with_flat(np.array(values))
     assert formula_text(form, values, variable) in (kind.__doc__ or "")
@@ -50,13 +60,16 @@ def force_of(effect, variable, x):
     pose[2] = x if variable.name == "height" else 0.0
     twist[2] = x if variable.name == "speed" else 0.0
     effect.platform_wrench(x if variable.name == "time" else 0.0, pose, twist, p, wrench)
-    assert np.count_nonzero(wrench) <= 1
-    return wrench[(2, 0, 4)[variable.axis]]
+    force = wrench[(2, 0, 4)[variable.axis]]
+    if variable.has_arm:
+        assert wrench[4] == pytest.approx(ARM_M * force)
+    assert np.count_nonzero(wrench) <= 1 + variable.has_arm
+    return force
 
 
 @pytest.mark.parametrize("form", FORMS, ids=lambda one: one.name)
 def test_bounds_hold_what_was_drafted_on_a_rig_of_any_size(form):
-    values = np.array(values_of(form))
+    values = np.array(values_of(form, Variable("elongation", True)))
     kind = effect_from(source_of(form, values, Variable("elongation", True), (0.1, 0.9), Origin("drafted", "", LARGE)))
     low, high = np.array(list(kind.bounds(None, LARGE).values())).T
     assert (low < values).all()

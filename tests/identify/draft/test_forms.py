@@ -8,7 +8,7 @@ import pytest
 from identify.draft.choice import chosen_forms
 from identify.draft.forms import FORMS, sum_of
 from identify.gap.leg_force import ForceAlongElongation, ForceAlongLegSpeed
-from identify.gap.platform_force import KNOTS, ForceAlongHeight
+from identify.gap.platform_force import KNOTS, ForceAlongHeight, ForceAlongTime
 from identify.gap.unnamed import Unnamed
 
 SIGMA_N = 0.01
@@ -97,6 +97,40 @@ def test_a_force_to_the_side_is_told_from_one_upwards():
     assert found.axis == 1
     assert found.form.name == "bump"
     assert chosen_forms([up], 2000.0)[0].axis == 0
+
+
+ARMS = [(0, 0.05), (1, 0.05), (1, -0.2)]
+
+
+def of_three_axes(table, force, moment, axis, seed, tie=0.0):
+    """A table whose three axes were measured with noise; of a moment and the force along an axis only a mixture is known well."""
+    chance, k, made = np.random.default_rng(seed), 3 * KNOTS, np.zeros(3 * KNOTS)
+    made[axis * KNOTS : (axis + 1) * KNOTS], made[2 * KNOTS :] = force, moment
+    sigma = np.concatenate([np.full(2 * KNOTS, SIGMA_N), np.full(KNOTS, 0.1 * SIGMA_N)])
+    ties = np.eye(k)
+    ties[2 * KNOTS :, axis * KNOTS : (axis + 1) * KNOTS] = tie * np.eye(KNOTS)
+    root = ties / sigma[:, None]
+    information, seen_of = root.T @ root, root @ made + chance.normal(size=k)
+    return Unnamed(table, 0.0, np.arange(k), np.linalg.solve(root, seen_of), sigma, 1.0, information, root.T @ seen_of)
+
+
+@pytest.mark.parametrize("tie", [0.0, 0.1])
+@pytest.mark.parametrize(("axis", "arm_m"), ARMS)
+def test_a_force_off_the_centre_of_mass_is_found_with_its_arm(axis, arm_m, tie):
+    table = ForceAlongTime.over(0.0, 0.6)
+    force = -0.1 * np.sin(4.0 * np.pi * table.places) ** 2
+    found = chosen_forms([of_three_axes(table, force, arm_m * force, axis, 5, tie)], 500.0)[0]
+    assert found.axis == axis
+    assert found.arm_m == pytest.approx(arm_m, rel=0.25)
+    assert np.sqrt(np.mean((force - found.form.force(table.places, found.values)) ** 2)) < SIGMA_N
+
+
+@pytest.mark.parametrize(("force", "moment", "axis"), [(0.1, 0.0, 1), (0.0, 0.01, 2)])
+def test_a_force_without_a_moment_and_a_moment_without_a_force_have_no_arm(force, moment, axis):
+    table = ForceAlongTime.over(0.0, 0.6)
+    course = np.sin(4.0 * np.pi * table.places) ** 2
+    found = chosen_forms([of_three_axes(table, force * course, moment * course, 1, 6)], 500.0)[0]
+    assert (found.axis, found.arm_m) == (axis, None)
 
 
 @pytest.mark.parametrize("seed", range(20))

@@ -1,0 +1,39 @@
+"""A draft of a force that no catalogue holds, from files to a formula that a run held out bears out."""
+
+from __future__ import annotations
+
+import pytest
+from board.outside import SideWind
+
+from identify.campaign.posing import problem_of
+from identify.campaign.runs import read_campaign
+from identify.draft.draft import draft
+from identify.draft.effect_file import Origin
+from identify.estimation.horizons import solve_from_afar
+from identify.estimation.least_squares import laid_out, solve
+from identify.selection.explanation import gap_left
+from identify.selection.unknown_force import unnamed_forces
+from identify.selection.weighing import weighed
+from simulate.files.model_file import read_model
+
+
+@pytest.mark.slow
+def test_a_draught_from_the_side_is_drafted_with_the_arm_at_which_it_acts(campaign):
+    folder = campaign(SideWind(-0.12), 811, loops=())
+    model, runs = read_model(folder / "model.toml"), read_campaign([folder / "campaign.toml"])
+    problem = problem_of(model, [run for run in runs if not run.hold_out], "")
+    apart = problem_of(model, [run for run in runs if run.hold_out], "")
+
+    def held_out(fit):
+        alone = apart.with_effects(fit.problem.effects)
+        return gap_left(solve(alone, laid_out(fit, alone), free=range(alone.first_nuisance, alone.first_effect)))
+
+    base = weighed(solve_from_afar(problem))
+    found = draft(base, base.fit, unnamed_forces(base), held_out, Origin("drafted", "Made for a test.", problem.measures))
+    assert found is not None
+    assert found.before is not None
+    assert found.after is not None
+    assert (found.variable.kind, found.variable.name) == ("lateral force at an arm", "time")
+    assert found.effect.flat()[-1] == pytest.approx(0.05, abs=0.01)
+    assert found.before - found.after > 0.7 * (found.before - 1.0) > 0.3
+    assert [one.over for one in found.noise] == pytest.approx([1.0] * len(problem.blocks), abs=0.25)
