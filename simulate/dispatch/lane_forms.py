@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dis
 import hashlib
 from contextlib import suppress
 from pathlib import Path
@@ -43,6 +44,8 @@ def form_for_all(formula: Any, kind: str) -> Any:
 
     Compiled code is kept by the formula's name and by what stands in its file.
     """
+    if any("JUMP_IF" in one.opname for one in dis.get_instructions(formula)):
+        return None
     register_jitable(formula)
     with suppress(NumbaError):
         return _kept(_TOGETHER[kind], formula, kind)
