@@ -44,7 +44,7 @@ def form_for_all(formula: Any, kind: str) -> Any:
 
     Compiled code is kept by the formula's name and by what stands in its file.
     """
-    if any("JUMP_IF" in one.opname for one in dis.get_instructions(formula)):
+    if any("JUMP" in one.opname and "_IF_" in one.opname for one in dis.get_instructions(formula)):
         return None
     register_jitable(formula)
     with suppress(NumbaError):
