@@ -94,7 +94,7 @@ class Search(Tried):
             self._turn(names)
 
     def _turn(self, names: Names) -> None:
-        """Look for a hypothesis on the other side of what no film shows, once; where it is likelier there, all beside it is weighed anew.
+        """Look for a hypothesis on the other side of what no film shows, once; from a much likelier place all beside it is weighed anew.
 
         Where the base leaves noise and nothing is likelier there is no need to: a likelier base would change no verdict. Where it leaves a
         gap, names may close it: then the other side is not searched thoroughly.
@@ -102,14 +102,15 @@ class Search(Tried):
         self.turned.add(names)
         before = self.fitted[names].weighed
         after = on_the_likelier_side(before, thoroughly=before.leaves_noise and not names)
-        if after is before:
+        if after is not before:
+            self._keep(names, after)
+        if after.log_z <= before.log_z + _DEEPER:
             return
-        self._keep(names, after)
         for weighed_there in (self.ahead, self.tables, self.promised):
             for other in [other for other in weighed_there if set(names) <= set(other)]:
                 del weighed_there[other]
         self.due = {other for other in self.due if not set(names) <= set(other)}
-        if names and after.log_z > before.log_z + _DEEPER:
+        if names:
             self._base_again(after, is_elsewhere=True)
 
     def _leads_on(self, one: Hypothesis) -> bool:
@@ -203,11 +204,12 @@ class Search(Tried):
         return one.log_weight > led.log_weight - max(_ALIKE * (led.log_weight - led.beside.log_weight), self.budget.least)
 
     def _keep(self, names: Names, found: Weighed) -> None:
-        """Keep a fit, or the better one of two of the same names."""
+        """Keep a fit, or the better one of two of the same names; only from a much likelier place all else is weighed anew."""
         known = self.fitted.get(names)
         one = Hypothesis(names, found if known is None else known.weighed.better_of(found), self.prior(names))
         if known is None or one.log_weight > known.log_weight:
             self.fitted[names] = one
+        if known is None or one.log_weight > known.log_weight + _DEEPER:
             self.seen_from.discard(names)
             self.brought_back.discard(names)
 

@@ -181,13 +181,20 @@ def stands_of(one: Weighed) -> list[tuple[Weighed, float]]:
     is_small = bool(one.names) and one.leaves_noise
     if is_small or not (far or (bends and is_bent(one.fit))):
         return stands
-    near = weighed(solve(problem, exact.q)) if problem is not exact.problem else one
+    near = _with_films_of(one, problem) if problem is not exact.problem else one
     if far and near is not one:
         stands.append((near, near.along_lines))
     if not bends:
         return stands
     given = along_lines(with_law_as_given(near.exact.fit))
     return [*stands, (given, max(near.along_lines, given.along_lines))]
+
+
+def _with_films_of(one: Weighed, problem: Problem) -> Weighed:
+    """The same with the shorter films of a problem; with errors of the model file from where these are: they were led there already."""
+    if one.both.is_exact:
+        return weighed(solve(problem, one.exact.fit.q))
+    return weighed_within(problem, one.within.fit.q, one.within.errors_by_key)
 
 
 def is_bent(fit: Fit) -> bool:

@@ -10,7 +10,7 @@ import pytest
 
 from identify.selection.evidence import Both
 from identify.selection.findings import _on_all_sides, _over_all, _Part
-from identify.selection.hypotheses import BUDGETS
+from identify.selection.hypotheses import BUDGETS, Hypothesis
 from identify.selection.search import Search
 from identify.selection.stand import Stand
 from identify.selection.weighing import settled
@@ -83,22 +83,35 @@ def hypothesis(names, log_weight) -> Any:
 ALONE, BESIDE = {("viscous-friction",)}, {("a", "b"), ("a", "c")}
 
 
-@pytest.mark.parametrize(("is_likelier", "left"), [(True, ALONE), (False, ALONE | BESIDE)])
-def test_before_a_name_is_added_the_others_are_looked_for_on_the_other_side(monkeypatch, is_likelier, left):
+@pytest.mark.parametrize(("gain", "left"), [(20.0, ALONE), (5.0, ALONE | BESIDE), (0.0, ALONE | BESIDE)])
+def test_before_a_name_is_added_the_others_are_looked_for_on_the_other_side(monkeypatch, gain, left):
     search = Search({}, lambda names: 0.0, BUDGETS["normal"], lambda text: None)
     search.fitted = {(): hypothesis((), -100.0), ("a",): hypothesis(("a",), -50.0)}
     search.ahead = {one: SimpleNamespace(names=one, log_weight=-45.0, promise=True, beside=None) for one in ALONE | BESIDE}  # type: ignore[misc]
-    fits, before = [], search.fitted[("a",)].weighed
-    after = replace_log_z(before) if is_likelier else before
+    fits, kept, bases = [], [], []
+    before = search.fitted[("a",)].weighed
+    after = SimpleNamespace(leaves_noise=True, log_z=before.log_z + gain) if gain else before
     monkeypatch.setattr("identify.selection.search.on_the_likelier_side", lambda one, thoroughly: after)
-    monkeypatch.setattr(search, "_keep", lambda names, found: None)
+    monkeypatch.setattr(search, "_keep", lambda names, found: kept.append(found))
+    monkeypatch.setattr(search, "_base_again", lambda led, is_elsewhere: bases.append(led))
     monkeypatch.setattr(search, "_fit", lambda ahead: fits.append(ahead.names))
     search._fit_or_turn(search.ahead[("a", "b")])
     assert fits == []
     assert set(search.ahead) == left
+    assert kept == ([after] if gain else [])
+    assert bases == ([after] if left == ALONE else [])
     search._fit_or_turn(SimpleNamespace(names=("a", "b")))  # type: ignore[arg-type]
     assert fits == [("a", "b")]
 
 
-def replace_log_z(one) -> Any:
-    return SimpleNamespace(leaves_noise=one.leaves_noise, log_z=one.log_z + 1.0)
+@pytest.mark.parametrize(("gain", "is_anew"), [(-1.0, False), (5.0, False), (20.0, True)])
+def test_only_from_a_much_likelier_place_all_else_is_weighed_anew(gain, is_anew):
+    search = Search({}, lambda names: 0.0, BUDGETS["normal"], lambda text: None)
+    found = SimpleNamespace(log_z=-50.0 + gain)
+    known = SimpleNamespace(log_z=-50.0, better_of=lambda other: max(known, other, key=lambda one: one.log_z))
+    search.fitted[("a",)] = Hypothesis(("a",), known, 0.0)  # type: ignore[arg-type]
+    search.seen_from, search.brought_back = {("a",)}, {("a",)}
+    search._keep(("a",), found)  # type: ignore[arg-type]
+    assert search.fitted[("a",)].weighed is (found if gain > 0.0 else known)
+    assert (("a",) not in search.seen_from) == is_anew
+    assert (("a",) not in search.brought_back) == is_anew
