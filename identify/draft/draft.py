@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from typing import TypeAlias
 
 import numpy as np
 
@@ -12,23 +13,24 @@ from identify.estimation.problem import Fit
 from identify.gap.leg_force import LegTable
 from identify.gap.platform_force import ForceTable
 from identify.gap.unnamed import Unnamed
-from identify.selection.explanation import Drafted
+from identify.selection.explanation import Drafted, gap_left
 from identify.selection.findings import noise_of_channels
 from identify.selection.stand import Weighed
 from identify.selection.weighing import from_sizes, led_anew
 
+HeldOut: TypeAlias = Callable[[Fit], Sequence[Fit]]
 MOST_TRIED = 2  # variables whose form is fitted by full simulation
 _LEAST_SCORE = 0.0
 _LESS_WELL = 10.0  # of the sum of squares: a variable so much worse is not tried beside the best
 
 
-def draft(beside: Weighed, left: Fit, tables: Sequence[Unnamed], held_out: Callable[[Fit], float | None], origin: Origin) -> Drafted | None:
+def draft(beside: Weighed, left: Fit, tables: Sequence[Unnamed], held_out: HeldOut, origin: Origin) -> Drafted | None:
     """Draft the force that is missing beside a hypothesis. Base, releases and the errors of the model file are free beside it.
 
     Parameters
     ----------
     left : the fit that leaves what is missing. tables : the forces without a name that were weighed beside it.
-    held_out : the gap of the runs that took no part under a fit, root mean square over the noise; None where there are none.
+    held_out : makes of a fit those of the runs that took no part, with its base and effects.
     origin : what it is made from, for the file.
 
     Returns
@@ -38,12 +40,12 @@ def draft(beside: Weighed, left: Fit, tables: Sequence[Unnamed], held_out: Calla
     """
     found = [one for one in chosen_forms(tables, left.effective_samples, _LESS_WELL) if one.score > _LEAST_SCORE]
     near = [one for one in found[:MOST_TRIED] if one.score > found[0].score - _LESS_WELL]
-    before = held_out(left) if near else None
+    before = held_out(left) if near else ()
     tried = [_tried(beside, one, before, held_out, origin) for one in near]
-    return min(tried, key=lambda one: one.fit.cost if one.after is None else one.after, default=None)
+    return min(tried, key=lambda one: gap_left(*one.held_with) if one.held_with else one.fit.cost, default=None)
 
 
-def _tried(beside: Weighed, chosen: Chosen, before: float | None, held_out: Callable[[Fit], float | None], origin: Origin) -> Drafted:
+def _tried(beside: Weighed, chosen: Chosen, before: Sequence[Fit], held_out: Callable[[Fit], Sequence[Fit]], origin: Origin) -> Drafted:
     table = chosen.table.table
     assert isinstance(table, LegTable | ForceTable)
     arm = [] if chosen.arm_m is None else [chosen.arm_m]
@@ -62,7 +64,7 @@ def _tried(beside: Weighed, chosen: Chosen, before: float | None, held_out: Call
         formula_text(chosen.form, drafted.flat(), variable),
         source_of(chosen.form, drafted.flat(), variable, span, origin),
         fit,
-        before,
-        held_out(fit),
+        tuple(before),
+        tuple(held_out(fit)),
         noise_of_channels(best) if best.leaves_noise else (),
     )

@@ -11,8 +11,6 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
-import numpy as np
-
 from identify.campaign.load_cell_zeros import Tare, zeros_differ
 from identify.campaign.noiseless import with_noise_where_none
 from identify.campaign.posing import problem_of
@@ -28,11 +26,12 @@ from identify.estimation.least_squares import laid_out, solve
 from identify.estimation.multistart import released_again
 from identify.estimation.parameters import Change
 from identify.estimation.problem import Fit, Problem
+from identify.gap.bent_law import with_law_as_given
 from identify.gap.dragged import lost
 from identify.gap.leg_force import LegForce
 from identify.gap.platform_force import ForceAlongTime, ForceTable, MissingForce
 from identify.gap.unnamed import Unnamed
-from identify.selection.explanation import Drafted, Explanation, Held, NoiseOfChannel, Ranked, gap_left, of_kind, share_closed
+from identify.selection.explanation import Drafted, Explanation, Held, NoiseOfChannel, Ranked, share_closed
 from identify.selection.findings import findings_of, noise_of_channels
 from identify.selection.hypotheses import BUDGETS, MODEL_ERRORS, Budget, Hypothesis, Say, halves, log_prior
 from identify.selection.model_errors import FORCES, slight_errors
@@ -44,8 +43,6 @@ from simulate.effects import CATALOGUE, GeometryError
 from simulate.files.model_file import add_effects
 from simulate.model.effect import Effect
 from simulate.model.model import Model
-
-_AS_GIVEN_STEPS = 8
 
 
 def explain(
@@ -139,7 +136,7 @@ def _explained(
         verdict.word,
         verdict.weights,
         findings,
-        _as_given(nothing.weighed.exact.fit),
+        with_law_as_given(nothing.weighed.exact.fit),
         before,
         after,
         noise,
@@ -173,14 +170,6 @@ def _as_far_as_known(verdict: Verdict, findings: Sequence[Finding], foremost: Hy
 def _as_measured(noise: Sequence[NoiseOfChannel]) -> tuple[NoiseOfChannel, ...]:
     """The noise that the fast part of each channel shows, where what is left is no noise."""
     return tuple(replace(one, over=1.0) for one in noise)
-
-
-def _as_given(before: Fit) -> Fit:
-    """The model file itself: base and effects as it has them, only the releases fitted."""
-    first, end = before.problem.first_nuisance, before.problem.first_effect
-    start = np.zeros(len(before.q))
-    start[first:end] = before.q[first:end]
-    return solve(before.problem, start, free=range(first, end), most_steps=_AS_GIVEN_STEPS, enough=ROUGHLY)
 
 
 def _held(run: Run, before: Fit, after: Fit) -> Held:
@@ -233,20 +222,16 @@ def _drafted(search: Search, said: Hypothesis, after: Fit, verdict: Verdict, run
     say("drafting an effect")
     known: dict[str, list[Fit]] = {run.name: [] for run in runs if run.hold_out}
 
-    def gap(fit: Fit) -> float | None:
+    def held_out(fit: Fit) -> list[Fit]:
         for run in runs:
             if run.hold_out:
                 known[run.name].append(_carried_over(fit, run, known[run.name]))
-        return gap_left(*(fits[-1] for fits in known.values())) if known else None
+        return [fits[-1] for fits in known.values()]
 
     about = f"Made from {', '.join(run.name for run in runs if not run.hold_out)} and {after.problem.model.name}."
     taken = {*search.catalogue, *(effect.name for effect in after.problem.effects)}
     origin = Origin(free_name(taken), about, after.problem.measures)
-    found = draft(said.weighed, after, search.tables_beside(verdict.names), gap, origin)
-    if found is None or found.before is None or found.after is None:
-        return found
-    over = of_kind(found.noise, [fits[-1] for fits in known.values()])
-    return replace(found, before=found.before / over, after=found.after / over)
+    return draft(said.weighed, after, search.tables_beside(verdict.names), held_out, origin)
 
 
 def _along_time(search: Search) -> MissingForce | None:

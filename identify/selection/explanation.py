@@ -60,17 +60,26 @@ def share_closed(before: Fit, after: Fit, noise: Sequence[NoiseOfChannel]) -> fl
 
 @dataclass(frozen=True)
 class Drafted:
-    """A drafted effect. source : the text of its file. fit : base, releases, what is named, and it. before, after : gaps of the runs held
-    out without and with it, root mean square over the noise, none where no run was held out. noise : of each channel beside it, none where
-    it leaves more than noise."""
+    """A drafted effect. source : the text of its file. fit : base, releases, what is named, and it. held_without, held_with : the runs held
+    out, none where there are none. noise : of each channel beside it, none where it leaves more than noise."""
 
     variable: Variable
     formula: str
     source: str
     fit: Fit
-    before: float | None
-    after: float | None
+    held_without: tuple[Fit, ...] = ()
+    held_with: tuple[Fit, ...] = ()
     noise: tuple[NoiseOfChannel, ...] = ()
+
+    @property
+    def before(self) -> float | None:
+        """Gap of the runs held out without it, root mean square over the noise; None where there are none."""
+        return gap_left(*self.held_without) / of_kind(self.noise, self.held_without) if self.held_without else None
+
+    @property
+    def after(self) -> float | None:
+        """The same with it."""
+        return gap_left(*self.held_with) / of_kind(self.noise, self.held_with) if self.held_with else None
 
     @property
     def effect(self) -> Effect:

@@ -15,6 +15,7 @@ from identify.estimation.horizons import before_the_stops, horizons
 from identify.estimation.least_squares import laid_out, solve, to_the_end
 from identify.estimation.noise_model import ChannelNoise
 from identify.estimation.problem import Fit, Problem
+from identify.gap.bent_law import is_bent, with_law_as_given
 from identify.gap.gap_test import gap_test, leaves_noise
 from identify.selection.evidence import Both, Evidence
 from identify.selection.model_errors import sizes_in_tolerances
@@ -22,7 +23,6 @@ from identify.selection.stand import Stand, Weighed
 from measure.common.arrays import Array
 
 _FEW_STEPS = 8
-_OF_RELEASES = 8  # steps of their fit to the law as given
 _MOST_STEPS = 25  # until a place is settled
 _NEAR = 0.1  # a step within so many standard deviations changes nothing
 _OF_A_LEG = 3.0  # of a log probability, that a step brings where longer films follow
@@ -195,22 +195,6 @@ def _with_films_of(one: Weighed, problem: Problem) -> Weighed:
     if one.both.is_exact:
         return weighed(solve(problem, one.exact.fit.q))
     return weighed_within(problem, one.within.fit.q, one.within.errors_by_key)
-
-
-def is_bent(fit: Fit) -> bool:
-    """Whether some number of the law is farther off than its prior lets one expect."""
-    first = fit.problem.first_nuisance
-    off = [q / one.spread for q, one in zip(fit.q[:first], fit.problem.parameters[:first], strict=True) if np.isfinite(one.spread)]
-    return bool(off) and float(np.max(np.abs(off))) > TWO_SIDED_95
-
-
-def with_law_as_given(fit: Fit) -> Fit:
-    """The law as the model file has it, releases fitted to that."""
-    problem = fit.problem
-    q = fit.q.copy()
-    q[: problem.first_nuisance] = 0.0
-    own = solve(problem, q, free=range(problem.first_nuisance, problem.first_effect), most_steps=_OF_RELEASES, enough=ROUGHLY).q
-    return Fit(problem, own, *problem.jacobian(own), True)
 
 
 def _both(exact: Evidence, within: Stand) -> Both:

@@ -11,7 +11,6 @@ from identify.draft.draft import draft
 from identify.draft.effect_file import Origin
 from identify.estimation.horizons import solve_from_afar
 from identify.estimation.least_squares import laid_out, solve
-from identify.selection.explanation import gap_left
 from identify.selection.unknown_force import unnamed_forces
 from identify.selection.weighing import weighed
 from simulate.files.model_file import read_model
@@ -26,7 +25,7 @@ def test_a_draught_from_the_side_is_drafted_with_the_arm_at_which_it_acts(campai
 
     def held_out(fit):
         alone = apart.with_effects(fit.problem.effects)
-        return gap_left(solve(alone, laid_out(fit, alone), free=range(alone.first_nuisance, alone.first_effect)))
+        return [solve(alone, laid_out(fit, alone), free=range(alone.first_nuisance, alone.first_effect))]
 
     base = weighed(solve_from_afar(problem))
     found = draft(base, base.fit, unnamed_forces(base), held_out, Origin("drafted", "Made for a test.", problem.measures))

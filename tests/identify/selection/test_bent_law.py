@@ -6,8 +6,9 @@ import pytest
 
 from identify.estimation.horizons import before_the_stops
 from identify.estimation.least_squares import solve
+from identify.gap.bent_law import with_law_as_given
 from identify.selection.promises import nearly_as_good, promises
-from identify.selection.weighing import along_lines, with_law_as_given
+from identify.selection.weighing import along_lines
 from simulate.effects import CATALOGUE, HubInertia
 
 FEW = ("hub-inertia", "leg-mass", "viscous-friction", "camera-roll", "counterweight-inertia")
