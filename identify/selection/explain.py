@@ -131,7 +131,7 @@ def _explained(
     missing, in_legs = _left(search, after, verdict, say) if verdict.word in ("unknown", "partly") else (None, None)
     drafted = _drafted(search, said, after, verdict, runs, say) if verdict.word in ("unknown", "partly") else None
     if verdict.word in ("unknown", "partly"):
-        noise = drafted.noise if drafted is not None and drafted.noise else _as_measured(noise)
+        noise = _noise_beside(drafted, noise)
     return Explanation(
         verdict.word,
         verdict.weights,
@@ -165,6 +165,11 @@ def _as_far_as_known(verdict: Verdict, findings: Sequence[Finding], foremost: Hy
         return verdict
     others = [name for name in verdict.weights if name not in (*verdict.names, "unknown", "no-gap") and " + " not in name]
     return replace(verdict, word="class", equivalents={verdict.names[0]: tuple(others[:1])})
+
+
+def _noise_beside(drafted: Drafted | None, noise: Sequence[NoiseOfChannel]) -> tuple[NoiseOfChannel, ...]:
+    """By what gaps are measured where more than noise is left: what a draft leaves, if that is noise, or what is fast in each channel."""
+    return drafted.noise if drafted is not None and drafted.noise else _as_measured(noise)
 
 
 def _as_measured(noise: Sequence[NoiseOfChannel]) -> tuple[NoiseOfChannel, ...]:

@@ -11,7 +11,7 @@ import pytest
 
 from identify.campaign.runs import read_campaign
 from identify.selection import explain
-from identify.selection.explanation import Held, gap_left
+from identify.selection.explanation import Held, NoiseOfChannel, gap_left
 
 
 @pytest.fixture
@@ -43,6 +43,15 @@ def test_a_worse_release_changes_nothing(one):
     base, run = one
     right = explain._carried_over(base, run)
     assert explain._with_release_of(right, lost(right)).cost <= right.cost
+
+
+@pytest.mark.parametrize(("beside", "over"), [(None, 1.0), ((), 1.0), ((1.4,), 1.4)])
+def test_gaps_are_measured_by_the_noise_that_a_draft_leaves_if_it_leaves_noise(beside, over):
+    def channel(size) -> NoiseOfChannel:
+        return NoiseOfChannel("run", "z_m", 1e-3, 0.5, 0.0, slice(0, 1), size)
+
+    drafted: Any = None if beside is None else SimpleNamespace(noise=tuple(map(channel, beside)))
+    assert [one.over for one in explain._noise_beside(drafted, [channel(2.0)])] == [over]
 
 
 def leaving(size) -> Any:

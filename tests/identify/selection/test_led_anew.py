@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -130,3 +131,18 @@ def test_films_are_missed_by_more_than_their_noise_however_large_that_is_said_to
     there = replace(right.within, fit=replace(fit, gaps=gaps))
     assert there.misses == misses
     assert weighing.Leg.of(there, there.weighed()).misses == misses
+
+
+@pytest.mark.parametrize("is_exact", [False, True])
+def test_with_films_up_to_the_first_stop_errors_of_the_model_file_start_from_where_whole_films_have_them(monkeypatch, is_exact):
+    """They were led there already, so nothing is led again."""
+    within = SimpleNamespace(fit=SimpleNamespace(q="q of errors"), errors_by_key={("platform-mass", 0): 2.0})
+    one: Any = SimpleNamespace(
+        both=SimpleNamespace(is_exact=is_exact), within=within, exact=SimpleNamespace(fit=SimpleNamespace(q="q as it is"))
+    )
+    monkeypatch.setattr(weighing, "weighed_within", lambda *given: given)
+    monkeypatch.setattr(weighing, "solve", lambda *given: given)
+    monkeypatch.setattr(weighing, "weighed", lambda fit: fit)
+    short: Any = "shorter films"
+    expected = (short, "q as it is") if is_exact else (short, "q of errors", {("platform-mass", 0): 2.0})
+    assert weighing._with_films_of(one, short) == expected
