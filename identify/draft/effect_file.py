@@ -8,8 +8,6 @@ from dataclasses import dataclass
 from itertools import chain, count
 from types import ModuleType
 
-import numpy as np
-
 from identify.draft.forms import Form
 from identify.gap.leg_force import LegTable
 from identify.gap.platform_force import ForceTable
@@ -156,8 +154,7 @@ def _shapes(form: Form, values: Sequence[float] | Array, variable: Variable, spa
 
 def _arm(value: float, measures: Measures) -> str:
     size = max(abs(value), 1e-12) / measures.of(unit_of("arm_m"))
-    at = float(np.copysign(size, value))
-    return _row("arm_m", at, -_WIDEST * size, _WIDEST * size, 0.1 * size, "moment about y over force")
+    return _row("arm_m", value, -_WIDEST * size, _WIDEST * size, 0.1 * size, "moment about y over force")
 
 
 def _row(key: str, value: float, low: float, high: float, typical: float, doc: str) -> str:

@@ -82,6 +82,16 @@ def test_bounds_hold_what_was_drafted_on_a_rig_of_any_size(form):
     ]
 
 
+def test_the_arm_of_a_force_stands_in_its_formula_and_is_where_the_effect_begins():
+    form = next(one for one in FORMS if one.name == "bump")
+    variable, values = Variable("time", False, 1, has_arm=True), [0.3, 0.2, 0.05, ARM_M]
+    assert formula_text(form, values, variable).endswith(" N at an arm of -0.07 m")
+    kind = effect_from(source_of(form, values, variable, (0.0, 0.6), Origin("drafted", "", LARGE)))
+    assert kind().flat().tolist() == [0.0, 0.2, 0.05, ARM_M]
+    low, high = list(kind.bounds(None, LARGE).values())[-1]
+    assert low < ARM_M < high
+
+
 def test_a_drafted_effect_is_off_by_default_and_read_by_every_command(tmp_path):
     form = next(one for one in FORMS if one.name == "falling")
     file = tmp_path / "drafted_effect.py"
