@@ -118,8 +118,9 @@ def _off_centre(table: Unnamed, axis: int) -> _Seen | None:
         return _Seen(_x_of(table, f), information, table.drive[f] + arm * table.drive[m], arm)
 
     step = np.pi / _ANGLES
-    best = max(np.arange(1, _ANGLES) * step - 0.5 * np.pi, key=lambda angle: at(angle).most)
-    return at(minimize_scalar(lambda angle: -at(angle).most, bounds=(best - step, best + step), method="bounded").x)
+    begun = max(np.arange(1, _ANGLES) * step - 0.5 * np.pi, key=lambda angle: at(angle).most)
+    best = minimize_scalar(lambda angle: -at(angle).most, bounds=(begun - step, begun + step), method="bounded")
+    return at(float(best.x))  # type: ignore[attr-defined]
 
 
 def _best_on(table: Unnamed, seen: _Seen, samples: float) -> Chosen | None:
