@@ -24,7 +24,7 @@ from scipy.optimize import minimize, minimize_scalar
 from identify.criteria import ENOUGH
 from identify.draft.forms import FORMS, Form, sum_of
 from identify.gap.leg_force import ForceAlongLegSpeed, LegTable
-from identify.gap.platform_force import AXES, KNOTS, ForceAlongSpeed, ForceTable
+from identify.gap.platform_force import AXES, KNOTS, MOVES, ForceAlongSpeed, ForceTable
 from identify.gap.unnamed import Unnamed
 from measure.common.arrays import Array
 
@@ -32,7 +32,7 @@ _SEARCHED = 3  # starts from which shapes are searched on
 _ADDED_TO = 3  # forms to which another one is added
 _CLOSE_ENOUGH = 1e-3  # of the places' extent, for a shape: the form is fitted to the measurements themselves afterwards
 _ANGLES = 36  # at which an arm is tried, from a moment by itself over a force by itself to the moment turned round
-_MOMENT = 2  # the axis of the moment; those before it are of forces
+_MOMENT = MOVES.index("theta_y_rad")  # the axis of the moment; those before it are of forces
 _WORTH_MORE = 2.0  # times what noise brings that a form leaves, from which on another one is added
 
 
@@ -66,9 +66,9 @@ def chosen_forms(tables: Sequence[Unnamed], samples: float, within: float = np.i
     within : a score so far below the best one is not asked for: what cannot come nearer is left out.
     """
     found: dict[int, Chosen] = {}
-    for place, axis, seen in sorted(_all_seen(tables, samples), key=lambda row: -row[2].most):
+    for place, axis, seen in sorted(_all_seen(tables, samples), key=lambda row: -row[2].at_best(samples)):
         best = max((one.score for one in found.values()), default=-np.inf)
-        if seen.most - seen.price_of(1, samples) < best - within:
+        if seen.at_best(samples) < best - within:
             break
         one = _best_on(tables[place], seen, samples)
         if one is not None and (place not in found or one.score > found[place].score):
@@ -164,6 +164,10 @@ class _Seen:
     def price_of(self, parameters: int, samples: float) -> float:
         """What a form of so many parameters has to gain; the arm is one more."""
         return (parameters + (self.arm_m is not None)) * float(np.log(samples))
+
+    def at_best(self, samples: float) -> float:
+        """The score that no form exceeds: that of any course for the price of a single parameter."""
+        return self.most - self.price_of(1, samples)
 
     @cached_property
     def most(self) -> float:

@@ -45,7 +45,7 @@ def draft(beside: Weighed, left: Fit, tables: Sequence[Unnamed], held_out: HeldO
     return min(tried, key=lambda one: gap_left(*one.held_with) if one.held_with else one.fit.cost, default=None)
 
 
-def _tried(beside: Weighed, chosen: Chosen, before: Sequence[Fit], held_out: Callable[[Fit], Sequence[Fit]], origin: Origin) -> Drafted:
+def _tried(beside: Weighed, chosen: Chosen, before: Sequence[Fit], held_out: HeldOut, origin: Origin) -> Drafted:
     table = chosen.table.table
     assert isinstance(table, LegTable | ForceTable)
     arm = [] if chosen.arm_m is None else [chosen.arm_m]

@@ -67,7 +67,9 @@ class Variable:
     @property
     def kind(self) -> str:
         """What acts, in words."""
-        return "force along the leg" if self.in_legs else _KINDS[self.axis] + " at an arm" * self.has_arm
+        if self.in_legs:
+            return "force along the leg"
+        return f"{_KINDS[self.axis]} at an arm" if self.has_arm else _KINDS[self.axis]
 
     @property
     def quantity(self) -> str:
@@ -143,7 +145,7 @@ def _amplitudes(form: Form, values: Sequence[float] | Array, variable: Variable,
 
 def _shapes(form: Form, values: Sequence[float] | Array, variable: Variable, span: tuple[float, float], measures: Measures) -> list[str]:
     rows = []
-    for shape, value in zip(form.shapes, values[len(form.amplitudes) :], strict=False):
+    for shape, value in zip(form.shapes, values[len(form.amplitudes) : form.parameters], strict=True):
         key = f"{shape.name}_{variable.unit}"
         ratio = measures.of(unit_of(key))
         low, high = shape.bounds(*span)

@@ -15,7 +15,7 @@ from identify.gap.localise import force_in_loops, locate
 from identify.gap.size import gap_size
 from identify.loops.covariates import hint, shares
 from identify.report.sentences import left_sentence, moved_far, next_experiment, noise_sentence, sentence
-from identify.selection.explanation import Explanation, Ranked, gap_left, of_kind
+from identify.selection.explanation import Explanation, Ranked, gap_left, noise_over_stated
 from identify.selection.verdict import Finding
 
 _PLACES = 12
@@ -114,7 +114,7 @@ def _gaps(found: Explanation) -> dict[str, Any]:
         "by_run": by_run(found),
     }
     if found.held:
-        over = of_kind(found.noise, [held.before for held in found.held])
+        over = noise_over_stated(found.noise, [held.before for held in found.held])
         gaps["held_out"] = {
             "before": {"rms_over_noise": gap_left(*(held.before for held in found.held)) / over},
             "after": {"rms_over_noise": gap_left(*(held.after for held in found.held)) / over},

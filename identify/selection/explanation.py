@@ -45,8 +45,8 @@ def rms_over_noise(fit: Fit, noise: Sequence[NoiseOfChannel]) -> float:
     return gap_size(fit.gaps[one.rows] / one.over for one in noise)
 
 
-def of_kind(noise: Sequence[NoiseOfChannel], apart: Sequence[Fit]) -> float:
-    """Noise over what tables were taken to have, of the channels of runs that took no part as of those that did; never less than that."""
+def noise_over_stated(noise: Sequence[NoiseOfChannel], apart: Sequence[Fit]) -> float:
+    """Noise of runs that took no part over what their tables were taken to have, at least one: that of the same channels elsewhere."""
     channels = {block.channel for fit in apart for block in fit.problem.blocks}
     return max(1.0, float(np.median([one.over for one in noise if one.channel in channels] or [1.0])))
 
@@ -74,12 +74,12 @@ class Drafted:
     @property
     def before(self) -> float | None:
         """Gap of the runs held out without it, root mean square over the noise; None where there are none."""
-        return gap_left(*self.held_without) / of_kind(self.noise, self.held_without) if self.held_without else None
+        return gap_left(*self.held_without) / noise_over_stated(self.noise, self.held_without) if self.held_without else None
 
     @property
     def after(self) -> float | None:
         """The same with it."""
-        return gap_left(*self.held_with) / of_kind(self.noise, self.held_with) if self.held_with else None
+        return gap_left(*self.held_with) / noise_over_stated(self.noise, self.held_with) if self.held_with else None
 
     @property
     def effect(self) -> Effect:

@@ -191,7 +191,7 @@ def stands_of(one: Weighed) -> list[tuple[Weighed, float]]:
 
 
 def _with_films_of(one: Weighed, problem: Problem) -> Weighed:
-    """The same with the shorter films of a problem; with errors of the model file from where these are: they were led there already."""
+    """The same with the films of a problem, which are shorter. Errors of the model file start from where whole films have led them."""
     if one.both.is_exact:
         return weighed(solve(problem, one.exact.fit.q))
     return weighed_within(problem, one.within.fit.q, one.within.errors_by_key)

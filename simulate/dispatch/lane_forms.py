@@ -44,6 +44,7 @@ def form_for_all(formula: Any, kind: str) -> Any:
 
     Compiled code is kept by the formula's name and by what stands in its file.
     """
+    # numba would give up as well, after a second in every process
     if any("JUMP" in one.opname and "_IF_" in one.opname for one in dis.get_instructions(formula)):
         return None
     register_jitable(formula)
