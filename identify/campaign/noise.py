@@ -8,7 +8,7 @@ import numpy as np
 
 from identify.campaign.prepared import LoopRun
 from identify.campaign.run import Run
-from identify.loops.differentiation import noise_of, quantum_of, rounding_of
+from identify.loops.differentiation import noise_of, quantum_of
 from identify.loops.loop_data import LoopData
 from measure.common.arrays import Array
 from measure.tables.trajectory import Trajectory
@@ -84,4 +84,4 @@ def whitened(gaps: Array, ways: Array) -> Array:
 def loop_run(run: Run, model: Model, data: LoopData) -> LoopRun:
     """A loop that is ready, its force as noisy as a fine load cell's at least."""
     sigma = max(data.force_sigma_N, lacking_in_force(data.time_s, data.force_N))
-    return LoopRun(run, model, replace(data, force_sigma_N=sigma), rounding_of(data.force_N, sigma))
+    return LoopRun(run, model, replace(data, force_sigma_N=sigma))

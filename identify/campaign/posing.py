@@ -14,7 +14,6 @@ from identify.campaign.prepared import Film, LoopRun
 from identify.campaign.run import Run
 from identify.estimation.parameters import Change
 from identify.estimation.problem import Problem
-from identify.loops.differentiation import rounding_of
 from identify.loops.prepare import prepare
 from measure.common.arrays import Array
 from measure.common.errors import InputError, nearest
@@ -75,8 +74,7 @@ def film_of(run: Run, model: Model) -> Film:
     time = table.time_s - clock
     expected = _onset_s(time, values[channels.index("z_m")]) if zeroed.any() and "z_m" in channels else 0.0
     by_onset = "z_m" in channels and (from_first_frame or clock != 0.0)
-    rounding = tuple(rounding_of(table.channels[name], own) for name, own in zip(channels, sigma, strict=True))
-    return Film(run, model, time, channels, values, sigma, np.isfinite(values), nominal, zeroed, expected, clock, by_onset, rounding)
+    return Film(run, model, time, channels, values, sigma, np.isfinite(values), nominal, zeroed, expected, clock, by_onset)
 
 
 def _not_counted(values: Array, sigma: Array, nominal: Array) -> Array:

@@ -26,7 +26,6 @@ class Film:
     time_s : (n,) on the clock that the release sets, as far as it is known; clock_s more is the table's own clock.
     expected_s : when the release is expected on that clock; a film that counts from its first frame began before it.
     by_onset : whether the onset of the motion says so and nothing else does; then a clock that is late says nothing.
-    rounding : of each channel over its noise, see `rounding_of`; empty where it is not known.
     """
 
     run: Run
@@ -41,7 +40,6 @@ class Film:
     expected_s: float
     clock_s: float = 0.0
     by_onset: bool = False
-    rounding: tuple[float, ...] = ()
 
     @property
     def turned(self) -> bool:
@@ -51,12 +49,11 @@ class Film:
 
 @dataclass(frozen=True)
 class LoopRun:
-    """A loop made ready. rounding : of its force over the noise, see `rounding_of`."""
+    """A loop made ready."""
 
     run: Run
     model: Model
     data: LoopData
-    rounding: float = 0.0
 
 
 def lengths_of(film: Film) -> list[int]:

@@ -24,16 +24,12 @@ _NOTHING, _UNDONE = 1e-3, 1e-6  # of the noise, by a typical size of a parameter
 
 @dataclass(frozen=True)
 class Block:
-    """Where one run and channel stands in the vector of gaps.
-
-    samples : its indices in the run's own samples. rounding : one standard deviation of what values were rounded by, in gaps.
-    """
+    """Where one run and channel stands in the vector of gaps. samples : its indices in the run's own samples."""
 
     run: str
     channel: str
     rows: slice
     samples: NDArray[np.intp]
-    rounding: float = 0.0
 
 
 class OneLoop(Protocol):

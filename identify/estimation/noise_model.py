@@ -1,57 +1,100 @@
-"""The noise of a channel: short memory, heavy tails, a scale of its own; estimated from what a fit leaves.
+"""The noise of a channel: a part with a short memory, a white part, heavy tails; estimated from what a fit leaves.
 
-    r_i = rho^d r_(i-1) + e_i,    e_i / s_i  Student t with 5 degrees of freedom,    s_i^2 = s^2 (1 - rho^(2 d)) / (1 - rho^2)
+    E[r_i r_j] = s^2 ((1 - omega) rho^d + omega [i = j]),    innovations Student t with 5 degrees of freedom
 
-d is how many samples apart two neighbours stand (a missing frame counts), s the scale of an innovation one sample apart. The
-memory is bounded: noise that remembers longer than a few samples cannot be told from a missing effect, and would swallow one.
+d is how many samples i and j are apart (a missing frame counts), omega the white share of the variance s^2. The memory is bounded: noise
+that remembers longer than a few samples cannot be told from a missing effect, and would swallow one.
 """
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
+from functools import cache
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import special
+from scipy import linalg, special
 
 from identify.criteria import DEGREES
 from measure.common.arrays import Array
 
-LARGEST_LAG1 = 0.85
+LONGEST_MEMORY = 0.85
 SMALLEST_SCALE = 0.3  # of the noise that the fast part of a channel shows
 _ROUNDS = 4
 _PER_SIGMA = 1.4826
+_STRETCH, _OF_DIFFERENCES = 5, 8  # how far apart the samples of a pair are at most; differences tell less of what is slow
+_PIECE, _LOUD = 30, 3.0  # samples of a piece, and how many times the usual power of a piece is no noise
+_MEMORIES, _WHITE = np.linspace(0.0, LONGEST_MEMORY, 35), np.linspace(0.0, 0.95, 20)
+_triangular: Any = linalg.get_lapack_funcs("tbtrs", dtype=float)  # solves banded triangular equations
 _LOG_T = float(special.gammaln((DEGREES + 1.0) / 2.0) - special.gammaln(DEGREES / 2.0) - 0.5 * np.log(DEGREES * np.pi))
 
 
 @dataclass(frozen=True)
 class ChannelNoise:
-    """The noise of one run and channel. lag1 : correlation of neighbouring samples. scale : of an innovation, in units of its sigma."""
+    """The noise of one run and channel.
 
-    lag1: float = 0.0
+    memory : correlation of neighbouring samples of the part that remembers. white : share of the variance that does not.
+    scale : of the noise, in units of its sigma.
+    """
+
+    memory: float = 0.0
+    white: float = 0.0
     scale: float = 1.0
 
     @property
-    def sigma(self) -> float:
-        """Standard deviation of the noise itself, of which an innovation is a part."""
-        return self.scale * float(np.sqrt(DEGREES / (DEGREES - 2.0) / (1.0 - self.lag1**2)))
+    def lag1(self) -> float:
+        """Correlation of neighbouring samples."""
+        return (1.0 - self.white) * self.memory
 
-    def decay(self, apart: Array) -> tuple[Array, Array]:
-        """rho^d and s_i (n,) for samples that stand `apart` (n,) from the one before; the first has none, which is infinitely far."""
-        kept = self.lag1**apart
-        return kept, self.scale * np.sqrt((1.0 - kept**2) / (1.0 - self.lag1**2))
+    @property
+    def sigma(self) -> float:
+        """Standard deviation, of which the scale of Student's t is a part."""
+        return self.scale * float(np.sqrt(DEGREES / (DEGREES - 2.0)))
 
     def whitened(self, values: Array, apart: Array) -> Array:
         """Innovations over their scales of a residual (n,), or of columns (n, k)."""
-        kept, size = self.decay(apart)
-        shape = (-1, *([1] * (values.ndim - 1)))
-        out = values / size.reshape(shape)
-        out[1:] -= (kept / size)[1:].reshape(shape) * values[:-1]
-        return out
+        return Whitening.of(self, apart).whitened(values)
 
-    def log_size(self, apart: Array) -> float:
+
+@dataclass(frozen=True)
+class Whitening:
+    """What takes the memory out of samples: all (n,) for each sample, and how the white part then still ties it to its neighbours.
+
+    kept : what is left of the sample before. size : of the innovation of the part that remembers. tied : (2, n) Cholesky factor, lower,
+    of the covariance of both parts once the memory is taken out, which reaches to neighbours only; None without a white part.
+    """
+
+    kept: Array
+    size: Array
+    tied: Array | None
+
+    @classmethod
+    def of(cls, noise: ChannelNoise, apart: Array) -> Whitening:
+        """For samples that stand `apart` (n,) from the one before; the first has none, which is infinitely far."""
+        kept = noise.memory**apart
+        unit = np.sqrt(1.0 - kept**2)
+        return cls(kept, noise.scale * unit, cls._tied(noise.white, kept, unit) if noise.white > 0.0 and noise.memory > 0.0 else None)
+
+    @staticmethod
+    def _tied(white: float, kept: Array, unit: Array) -> Array:
+        rows = np.zeros((2, len(kept)))
+        rows[0] = 1.0 - white + white * (1.0 + kept**2) / unit**2
+        rows[1, :-1] = -white * kept[1:] / (unit[1:] * unit[:-1])
+        return np.asarray(linalg.cholesky_banded(rows, overwrite_ab=True, lower=True, check_finite=False))
+
+    def whitened(self, values: Array) -> Array:
+        """Innovations over their scales of a residual (n,), or of columns (n, k)."""
+        shape = (-1, *([1] * (values.ndim - 1)))
+        out = values / self.size.reshape(shape)
+        out[1:] -= (self.kept / self.size)[1:].reshape(shape) * values[:-1]
+        return out if self.tied is None else np.asarray(_triangular(self.tied, out, uplo="L", overwrite_b=True)[0]).reshape(values.shape)
+
+    @property
+    def log_size(self) -> float:
         """Sum of the logarithms of the scales, what whitening takes off a log likelihood."""
-        return float(np.sum(np.log(self.decay(apart)[1])))
+        return float(np.sum(np.log(self.size if self.tied is None else self.size * self.tied[0])))
 
 
 def spacing(samples: NDArray[np.intp]) -> Array:
@@ -64,6 +107,12 @@ def weights(innovations: Array) -> Array:
     return (DEGREES + 1.0) / (DEGREES + innovations**2)
 
 
+def log_probability(noise: ChannelNoise, residual: Array, apart: Array) -> float:
+    """Of a residual (n,) under a noise."""
+    whitening = Whitening.of(noise, apart)
+    return log_likelihood(whitening.whitened(residual)) - whitening.log_size
+
+
 def log_likelihood(innovations: Array) -> float:
     """Of whitened values under Student's t of scale one."""
     return len(innovations) * _LOG_T - 0.5 * (DEGREES + 1.0) * float(np.sum(np.log1p(innovations**2 / DEGREES)))
@@ -73,29 +122,26 @@ def log_likelihood(innovations: Array) -> float:
 class Taken:
     """What a fit has taken from the noise of a channel: so many parameters, and with them mostly what was slow in it.
 
-    variance : (n,) of what the fit makes of each sample. beside : (n,) its covariance with that of the sample before; of the first nought.
+    columns : (n, k) of what a step of each does to the samples. spread : (n, k), the same times the covariance of the steps.
     """
 
     count: float
-    variance: Array
-    beside: Array
+    columns: Array
+    spread: Array
 
     @classmethod
     def nothing(cls, n: int) -> Taken:
         """By a fit that has no parameters here."""
-        return cls(0.0, np.zeros(n), np.zeros(n))
+        return cls(0.0, np.empty((n, 0)), np.empty((n, 0)))
 
     @classmethod
     def by(cls, columns: Array, covariance: Array, count: float) -> Taken:
         """By parameters of columns (n, k) and a covariance (k, k), of which these samples have determined so many."""
-        spread = columns @ covariance
-        beside = np.zeros(len(columns))
-        beside[1:] = np.einsum("ij,ij->i", spread[1:], columns[:-1])
-        return cls(count, np.einsum("ij,ij->i", spread, columns), beside)
+        return cls(count, columns, columns @ covariance)
 
 
 def estimated(residual: Array, apart: Array, taken: Taken | None = None, start: ChannelNoise | None = None) -> ChannelNoise:
-    """Memory and scale that suit a residual (n,) best, by a few rounds of reweighting (EM for Student's t).
+    """Memory, white share and scale that suit a residual (n,) best, by a few rounds of reweighting (EM for Student's t).
 
     A residual is smaller than the noise by what a fit has taken from it, and forgets sooner: that is given back, so that the noise suits
     best with the parameters integrated out (restricted likelihood: Harville 1977).
@@ -107,21 +153,137 @@ def estimated(residual: Array, apart: Array, taken: Taken | None = None, start: 
     """
     taken = taken or Taken.nothing(len(residual))
     if len(residual) < 4:
-        return ChannelNoise(0.0, max(1.0, float(np.sqrt(np.mean(residual**2))) if len(residual) else 1.0))
+        return ChannelNoise(scale=max(1.0, float(np.sqrt(np.mean(residual**2))) if len(residual) else 1.0))
     share = len(residual) / max(len(residual) - taken.count, 0.5 * len(residual))
-    noise = start or ChannelNoise(0.0, max(_PER_SIGMA * float(np.median(np.abs(residual))), SMALLEST_SCALE))
+    noise = start or ChannelNoise(scale=max(_PER_SIGMA * float(np.median(np.abs(residual))), SMALLEST_SCALE))
     for _ in range(_ROUNDS if start is None else 1):
         noise = _reestimated(noise, residual, apart, share, taken)
     return noise
 
 
 def _reestimated(noise: ChannelNoise, residual: Array, apart: Array, share: float, taken: Taken) -> ChannelNoise:
-    beside = np.flatnonzero(apart == 1.0)
-    count = weights(noise.whitened(residual, apart))
-    trusted = np.minimum(count[beside], count[beside - 1])
-    power = float(np.sum(trusted * (residual[beside - 1] ** 2 + taken.variance[beside - 1])))
-    product = float(np.sum(trusted * (residual[beside - 1] * residual[beside] + taken.beside[beside])))
-    lag1 = float(np.clip(product / power if power > 0.0 else 0.0, 0.0, LARGEST_LAG1))
-    unit = ChannelNoise(lag1, 1.0).whitened(residual, apart)
+    trusted, places = weights(noise.whitened(residual, apart)), _places(apart)
+    values, count, columns, spread = (_placed(places, of) for of in (residual, trusted, taken.columns, taken.spread))
+    pairs = _Pairs.of(values, count, columns, spread, _STRETCH)
+    memory, white, _ = _likeliest(pairs.products, len(residual), _stretches(_STRETCH))
+    unit = ChannelNoise(memory, white).whitened(residual, apart)
     scale = float(np.sqrt(share * np.mean(weights(unit / noise.scale) * unit**2)))
-    return ChannelNoise(lag1, max(scale, SMALLEST_SCALE))
+    return ChannelNoise(memory, white, max(scale, SMALLEST_SCALE))
+
+
+def from_differences(runs: Iterable[tuple[Array, Array]]) -> ChannelNoise:
+    """The noise of a channel from the differences of neighbouring samples, in which a slow gap hardly shows.
+
+    Noise is alike everywhere. Stretches that are louder than most, where a gap is quick for a while as behind a stop, tell nothing of it.
+
+    Parameters
+    ----------
+    runs : of each run what is left (n,), and how far its samples stand apart, see `spacing`.
+    """
+    steps = [_steps(*run) for run in runs]
+    powers = [_powers(values, there) for values, there in steps]
+    seen = np.concatenate([power[np.isfinite(power)] for power in powers])
+    limit = _LOUD * float(np.median(seen)) if len(seen) else 0.0
+    product, count = np.zeros((2, _OF_DIFFERENCES + 1))
+    for (values, there), power in zip(steps, powers, strict=True):
+        quiet = there * np.repeat(power <= limit, _PIECE)[: len(there)]
+        nothing = np.empty((len(values), 0))
+        pairs = _Pairs.of(values, quiet, nothing, nothing, _OF_DIFFERENCES)
+        product, count = product + pairs.product, count + pairs.count
+    memory, white, square = _likeliest(_Pairs(product, count).products, int(count[0]), _stretches(_OF_DIFFERENCES, differences=True))
+    return ChannelNoise(memory, white, float(np.sqrt(square)))
+
+
+def _steps(gaps: Array, apart: Array) -> tuple[Array, Array]:
+    """Differences of neighbouring samples, (n,), and one where there are both of them, else nought."""
+    places = _places(apart)
+    values, there = _placed(places, gaps), _placed(places, np.ones(len(gaps)))
+    both = there[1:] * there[:-1]
+    return both * np.diff(values), both
+
+
+def _powers(values: Array, there: Array) -> Array:
+    """Mean square of the values of each piece, NaN of one that is empty."""
+    starts = np.arange(0, len(values), _PIECE)
+    count = np.add.reduceat(there, starts) if len(values) else np.zeros(0)
+    square = np.add.reduceat(values**2, starts) if len(values) else np.zeros(0)
+    return np.divide(square, count, out=np.full(len(count), np.nan), where=count > 0.0)
+
+
+@dataclass(frozen=True)
+class _Pairs:
+    """Pairs of samples 0, 1, ... apart: their products added up as far as both samples are trusted, and so their number, (d,)."""
+
+    product: Array
+    count: Array
+
+    @classmethod
+    def of(cls, values: Array, trusted: Array, columns: Array, spread: Array, farthest: int) -> _Pairs:
+        """Of a run's samples (n,), each trusted (n,) so much, those that are not there not at all, with what was `Taken` given back."""
+        product, count = np.zeros((2, farthest + 1))
+        for d in range(min(farthest + 1, len(values))):
+            later, earlier = slice(d, None), slice(0, len(values) - d)
+            both = np.minimum(trusted[later], trusted[earlier])
+            given = np.einsum("ij,ij->i", spread[later], columns[earlier])
+            product[d], count[d] = both @ (values[later] * values[earlier] + given), np.sum(both)
+        return cls(product, count)
+
+    @property
+    def products(self) -> Array:
+        """Their mean product."""
+        return self.product / np.maximum(self.count, 1e-300)
+
+
+def _places(apart: Array) -> NDArray[np.intp]:
+    return np.cumsum(np.where(np.isfinite(apart), apart, 0.0)).astype(np.intp)
+
+
+def _placed(places: NDArray[np.intp], values: Array) -> Array:
+    """Samples (n, ...) at their places in a run without holes; nothing in between."""
+    if places[-1] + 1 == len(places):
+        return values
+    out = np.zeros((places[-1] + 1, *values.shape[1:]))
+    out[places] = values
+    return out
+
+
+@dataclass(frozen=True)
+class _Stretches:
+    """For each memory and white share, (g,): what stretches of noise of variance one look like.
+
+    quadratic : (g, d), whose product with those of pairs is the square of an innovation over its size. log_size : of these
+    squares. unlikely : minus the logarithm of the prior.
+    """
+
+    quadratic: Array
+    log_size: Array
+    unlikely: Array
+
+
+@cache
+def _stretches(farthest: int, differences: bool = False) -> _Stretches:
+    """Of samples 0 to `farthest` of the noise, or of its differences.
+
+    Noise is taken for as many times less likely beforehand as it makes a mean over many samples less sure than white noise does: a memory
+    that the samples do not show is none.
+    """
+    quadratic, log_size, unlikely = [], [], []
+    for memory in _MEMORIES:
+        for white in _WHITE:
+            own = (1.0 - white) * memory ** np.arange(farthest + 2.0)
+            own[0] = 1.0
+            seen = 2.0 * own[:-1] - own[1:] - np.concatenate([own[1:2], own[:-2]]) if differences else own[:-1]
+            ahead = np.concatenate([[1.0], -linalg.solve_toeplitz(seen[:-1], seen[1:])])
+            size, at_once = float(ahead @ seen), np.correlate(ahead, ahead, "full")[farthest:]
+            quadratic.append(np.concatenate([at_once[:1], 2.0 * at_once[1:]]) / size)
+            log_size.append(np.log(size))
+            unlikely.append(0.5 * np.log(white + (1.0 - white) * (1.0 + memory) / (1.0 - memory)))
+    return _Stretches(np.array(quadratic), np.array(log_size), np.array(unlikely))
+
+
+def _likeliest(products: Array, count: int, of: _Stretches) -> tuple[float, float, float]:
+    """Memory and white share under which stretches whose pairs have such products are likeliest, and the variance of the noise."""
+    square = np.maximum(of.quadratic @ products, 1e-300)
+    best = int(np.argmin(0.5 * count * (np.log(square) + of.log_size) + of.unlikely))
+    memory, white = np.unravel_index(best, (len(_MEMORIES), len(_WHITE)))
+    return float(_MEMORIES[memory]), float(_WHITE[white]), float(square[best])

@@ -38,23 +38,18 @@ class Problem(Unknowns):
     def blocks(self) -> tuple[Block, ...]:
         """Run by run and channel by channel, the rows of the gap vector; priors stand behind them."""
         found, start = [], 0
-        for name, channel, samples, rounding in self._extents():
-            found.append(Block(name, channel, slice(start, start + len(samples)), samples, rounding))
+        for name, channel, samples in self._extents():
+            found.append(Block(name, channel, slice(start, start + len(samples)), samples))
             start += len(samples)
         return tuple(found)
 
-    def _extents(self) -> list[tuple[str, str, NDArray[np.intp], float]]:
+    def _extents(self) -> list[tuple[str, str, NDArray[np.intp]]]:
         films = [
-            (
-                film.run.name,
-                channel,
-                np.flatnonzero(film.counts[i] & (film.time_s <= self.until_s)),
-                film.rounding[i] if film.rounding else 0.0,
-            )
+            (film.run.name, channel, np.flatnonzero(film.counts[i] & (film.time_s <= self.until_s)))
             for film in self.films
             for i, channel in enumerate(film.channels)
         ]
-        return films + [(loop.run.name, "force_N", np.flatnonzero(loop.data.used), loop.rounding) for loop in self.loops]
+        return films + [(loop.run.name, "force_N", np.flatnonzero(loop.data.used)) for loop in self.loops]
 
     @property
     def measured(self) -> int:

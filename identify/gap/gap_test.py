@@ -6,18 +6,19 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy import fft, signal, stats
 
 from identify.criteria import FAST_NOISE, GAP_P, SURE_MISFIT
 from identify.estimation.fit import Fitted, Posed
-from identify.estimation.noise_model import ChannelNoise, spacing
-from identify.gap.misfit import misfit_of
+from identify.estimation.noise_model import ChannelNoise, from_differences, spacing
+from identify.gap.misfit import misfit_of, not_repeated
 from measure.common.arrays import Array
 
 _LOW_SHARE, _LOWEST_SHARE = 0.25, 0.05
 _LEAST_SAMPLES = 16
 _LEAST_FLOAT = 1e-300
-_LONGEST_MEMORY = 0.95
+_OUTLIER, _USUAL, _USUAL_SIGMAS = 5.0, 0.9, 1.645  # sigmas; the share of samples that tells sigma, and how many it is of it
 _DRAWS, _MOST_DRAWN, _SEED = 50, 20_000, 2009  # of noise, and samples of one
 _LEAST_NOISE = 0.1  # of the noise that a measurement is taken to have
 
@@ -47,12 +48,12 @@ def p_words(value: float) -> str:
 def gap_test(fit: Fitted[Posed]) -> GapTest:
     """Test a fit for a gap beyond noise.
 
-    Noise has a short memory, a missing effect moves what is slow. The memory of each channel's noise, over all runs, comes from the
-    differences of neighbouring samples, in which a slow gap does not show, less what rounding makes of them, and is taken out. Noise then
-    shakes every frequency alike: the power of the slow quarter of a cosine transform, for each degree of freedom that the fit has left, is
-    compared with that of the rest. How far the two differ by chance is seen in noise of the same memory, rounding and length that goes the
-    same way (parametric bootstrap). A noise level is hardly assumed, so a sigma that is off cannot fake a gap; only what lies below a tenth
-    of the noise is none.
+    Noise has a short memory, a missing effect moves what is slow. The memory of each channel's noise and its white share, over all runs,
+    come from the differences of neighbouring samples, in which a slow gap does not show, and are taken out. Noise then shakes every
+    frequency alike: the power of the slow quarter of a cosine transform, for each degree of freedom that the fit has left, is compared with
+    that of the rest. How far the two differ by chance is seen in noise of the same memory and length that goes the same way (parametric
+    bootstrap). A noise level is hardly assumed, so a sigma that is off cannot fake a gap; only what lies below a tenth of the noise is
+    none. Single samples that stand out from those around them are left out.
     """
     return GapTest(slow_p(_by_channel(fit), fit.determined), _release_p(fit), fit.rms)
 
@@ -62,16 +63,17 @@ def slow_p(channels: Sequence[Sequence[Series]], taken: float = 0.0) -> float:
 
     Series that are too short to tell are left out.
     """
-    long = [[one for one in series if len(one.gaps) >= _LEAST_SAMPLES] for series in channels]
-    channels = [_with_fine_rounding(series) for series in long if series]
-    found = [_powers(series) for series in channels]
+    long = [[_without_outliers(one) for one in series if len(one.gaps) >= _LEAST_SAMPLES] for series in channels]
+    channels = [series for series in long if series]
+    noises = [_noise_of(series) for series in channels]
+    found = [_powers(series, noise) for series, noise in zip(channels, noises, strict=True)]
     slow_n, count = sum(power.slow_n for power in found), sum(len(one.gaps) for series in channels for one in series)
     if not count:
         return 1.0
     freedom = max(slow_n - taken, 1.0)
     ratio = sum(power.slow / power.noise for power in found) / freedom
     chance, share = np.random.default_rng(_SEED), min(1.0, _MOST_DRAWN / count)
-    drawn = [np.log(_drawn_ratio(channels, share, chance)) for _ in range(_DRAWS)]
+    drawn = [np.log(_drawn_ratio(channels, noises, share, chance)) for _ in range(_DRAWS)]
     spread = float(np.std(drawn, ddof=1)) * float(np.sqrt(share * slow_n / freedom))
     return float(stats.norm.sf((np.log(max(ratio, 1e-300)) - share * float(np.mean(drawn))) / spread))
 
@@ -79,53 +81,52 @@ def slow_p(channels: Sequence[Sequence[Series]], taken: float = 0.0) -> float:
 def _by_channel(fit: Fitted[Posed]) -> list[list[Series]]:
     """What is left, channel by channel, of every run."""
     found: dict[str, list[Series]] = {}
+    loops = {loop.data.name: loop.data for loop in fit.problem.loops}
     for block in fit.problem.blocks:
-        found.setdefault(block.channel, []).append(Series(fit.part(block), spacing(block.samples), block.rounding))
+        gaps, loop = fit.part(block), loops.get(block.run)
+        passing = None if loop is None else not_repeated(loop, gaps)
+        found.setdefault(block.channel, []).append(Series(gaps, spacing(block.samples), passing))
     return list(found.values())
 
 
 @dataclass(frozen=True)
 class Series:
-    """What is left of a channel of a run, (n,), how many samples apart neighbours stand, see `noise_model.spacing`, and its rounding.
+    """What is left of a channel of a run, (n,), and how many samples apart neighbours stand, see `noise_model.spacing`.
 
-    rounding : one standard deviation of the error of rounding, which has no memory.
+    passing : (n,) what of it does not come again in every cycle of a loop, NaN where no cycle does; by default all.
     """
 
     gaps: Array
     apart: Array
-    rounding: float = 0.0
+    passing: Array | None = None
+
+    def of(self, keep: NDArray[np.bool_]) -> Series:
+        """Some of the samples; the others are missing."""
+        places = np.cumsum(np.where(np.isfinite(self.apart), self.apart, 0.0)).astype(int)
+        return Series(self.gaps[keep], spacing(places[keep]), None if self.passing is None else self.passing[keep])
+
+    @property
+    def noise(self) -> tuple[Array, Array]:
+        """What tells of noise alone, and how far its samples stand apart."""
+        if self.passing is None:
+            return self.gaps, self.apart
+        seen = self.of(np.isfinite(self.passing))
+        return self.passing[np.isfinite(self.passing)], seen.apart
 
 
-def memory_of(series: Sequence[Series]) -> tuple[float, float]:
-    """Correlation rho of neighbouring samples of the noise but for its rounding, and its variance.
-
-    From its differences: their variance is 2 (1 - rho) times that of the noise, and neighbours correlate by -(1 - rho) / 2. Rounding adds
-    two of its own variances to theirs, and takes one off the product of neighbours.
-    """
-    power, product, rounding, count = _of_differences(series)
-    power, product = power - 2.0 * rounding, product + rounding
-    rho = float(np.clip(1.0 + 2.0 * product / power, 0.0, _LONGEST_MEMORY)) if power > 0.0 else 0.0
-    return rho, max(power / (2.0 * (1.0 - rho) * max(count, 1)), _LEAST_NOISE**2)
+def _without_outliers(one: Series) -> Series:
+    """Without single samples that stand out from the four around them as noise hardly ever does; these become missing samples."""
+    around = np.concatenate([one.gaps[2:0:-1], one.gaps, one.gaps[-2:-4:-1]])
+    beside = np.delete(np.lib.stride_tricks.sliding_window_view(around, 5), 2, axis=1)
+    off = np.abs(one.gaps - np.median(beside, axis=1))
+    usual = float(np.quantile(off, _USUAL))
+    keep = (off <= _OUTLIER * usual / _USUAL_SIGMAS) | (usual == 0.0)
+    return one.of(keep)
 
 
-def _with_fine_rounding(series: Sequence[Series]) -> list[Series]:
-    """Without the rounding where that is coarser than what differs from sample to sample: it is no noise then."""
-    power, _, rounding, _ = _of_differences(series)
-    return list(series) if power > 2.0 * rounding else [replace(one, rounding=0.0) for one in series]
-
-
-def _of_differences(series: Sequence[Series]) -> tuple[float, float, float, int]:
-    """Sums over all differences: of their squares, of the products of neighbours, of the squares of rounding, and how many there are."""
-    power = product = rounding = 0.0
-    count = 0
-    for one in series:
-        steps, beside = np.diff(one.gaps), one.apart[1:] == 1.0
-        pairs, own = beside[1:] & beside[:-1], int(beside.sum())
-        power += float(np.sum(steps[beside] ** 2))
-        product += float(np.sum(steps[1:][pairs] * steps[:-1][pairs])) * own / max(pairs.sum(), 1)
-        rounding += own * one.rounding**2
-        count += own
-    return power, product, rounding, count
+def _noise_of(series: Sequence[Series]) -> ChannelNoise:
+    found = from_differences([one.noise for one in series])
+    return replace(found, scale=max(found.scale, _LEAST_NOISE))
 
 
 @dataclass(frozen=True)
@@ -137,32 +138,30 @@ class _Powers:
     noise: float
 
 
-def _powers(series: Sequence[Series]) -> _Powers:
-    own = ChannelNoise(memory_of(series)[0])
-    found = [power for one in series if (power := power_of(own.whitened(one.gaps, one.apart))) is not None]
+def _powers(series: Sequence[Series], noise: ChannelNoise) -> _Powers:
+    found = [power for one in series if (power := power_of(noise.whitened(one.gaps, one.apart))) is not None]
     fast = sum(power.fast for power in found) / max(sum(power.fast_n for power in found), 1)
-    return _Powers(sum(power.slow for power in found), sum(power.slow_n for power in found), max(fast, _LEAST_NOISE**2))
+    return _Powers(sum(power.slow for power in found), sum(power.slow_n for power in found), max(fast, (_LEAST_NOISE / noise.scale) ** 2))
 
 
-def _drawn_ratio(channels: Sequence[Sequence[Series]], share: float, chance: np.random.Generator) -> float:
-    """Slow over fast power of noise with the memory and the missing samples of these channels, of a share of their length."""
+def _drawn_ratio(channels: Sequence[Sequence[Series]], noises: Sequence[ChannelNoise], share: float, chance: np.random.Generator) -> float:
+    """Slow over fast power of noise of its own in each channel, with the missing samples of these, of a share of their length."""
     slow = slow_n = 0.0
-    for series in channels:
-        rho, variance = memory_of(series)
-        power = _powers([_noise_like(one, rho, variance, share, chance) for one in series])
+    for series, noise in zip(channels, noises, strict=True):
+        drawn = [_noise_like(one, noise, share, chance) for one in series]
+        power = _powers(drawn, _noise_of(drawn))
         slow, slow_n = slow + power.slow / power.noise, slow_n + power.slow_n
     return slow / slow_n
 
 
-def _noise_like(one: Series, rho: float, variance: float, share: float, chance: np.random.Generator) -> Series:
+def _noise_like(one: Series, noise: ChannelNoise, share: float, chance: np.random.Generator) -> Series:
     apart = one.apart[: max(int(share * len(one.apart)), _LEAST_SAMPLES)]
     places = np.cumsum(np.where(np.isfinite(apart), apart, 0.0)).astype(int)
-    innovations = chance.normal(0.0, np.sqrt(variance * (1.0 - rho**2)), places[-1] + 1)
-    innovations[0] /= np.sqrt(1.0 - rho**2)
-    gaps = signal.lfilter([1.0], [1.0, -rho], innovations)[places]
-    if one.rounding:
-        gaps += chance.normal(0.0, one.rounding, len(gaps))
-    return replace(one, gaps=gaps, apart=apart)
+    innovations = np.sqrt(1.0 - noise.memory**2) * chance.normal(size=places[-1] + 1)
+    innovations[0] /= np.sqrt(1.0 - noise.memory**2)
+    remembers = signal.lfilter([1.0], [1.0, -noise.memory], innovations)[places]
+    white = chance.normal(size=len(places))
+    return Series(noise.scale * (np.sqrt(1.0 - noise.white) * remembers + np.sqrt(noise.white) * white), apart)
 
 
 @dataclass(frozen=True)

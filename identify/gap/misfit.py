@@ -10,6 +10,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from identify.criteria import SAME_STROKE
 from identify.loops.loop_data import LoopData, area
@@ -69,10 +70,35 @@ def height_of(data: LoopData) -> float:
     return abs(area(data, data.force_N)) / float(np.mean(strokes)) if strokes else data.force_range_N
 
 
-def _repeated(data: LoopData, residual: Array) -> tuple[float, float, float]:
-    """Mean square of the repeated part, its variance for noise, and mean square of the whole; N^2, N^4, N^2."""
+def not_repeated(data: LoopData, residual: Array) -> Array:
+    """What a residual (n,) has beyond the mean of the other cycles of one stroke at the same place, NaN outside of such.
+
+    All of it where no cycle comes again. The nearest sample counts, so that noise keeps its memory.
+    """
+    whole, out = _whole(data, residual), np.full(len(data.force_N), np.nan)
+    for spans in (spans for spans in _alike(data) if len(spans) > 1):
+        for own in spans:
+            others = [whole[_nearest(data.time_s, own, other)] for other in spans if other != own]
+            out[slice(*own)] = whole[slice(*own)] - np.mean(others, axis=0)
+    return out[data.used] if np.any(np.isfinite(out)) else residual
+
+
+def _nearest(time_s: Array, own: tuple[int, int], other: tuple[int, int]) -> NDArray[np.intp]:
+    """For each sample of a cycle, the sample of another one that is nearest by its place in the cycle."""
+    shares = [(time - time[0]) / max(time[-1] - time[0], 1e-300) for time in (time_s[slice(*own)], time_s[slice(*other)])]
+    return np.round(np.interp(shares[0], shares[1], np.arange(*other))).astype(np.intp)
+
+
+def _whole(data: LoopData, residual: Array) -> Array:
+    """With the samples that do not count, as NaN."""
     whole = np.full(len(data.force_N), np.nan)
     whole[data.used] = residual
+    return whole
+
+
+def _repeated(data: LoopData, residual: Array) -> tuple[float, float, float]:
+    """Mean square of the repeated part, its variance for noise, and mean square of the whole; N^2, N^4, N^2."""
+    whole = _whole(data, residual)
     groups = [_by_place(data, whole, spans) for spans in _alike(data)]
     groups = [table for table in groups if len(table) > 1 and table.shape[1] >= _FEWEST]
     if not groups:

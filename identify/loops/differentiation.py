@@ -28,7 +28,6 @@ _HALVES = (3, 5, 8, 13, 21, 34, 55, 89)  # neighbours on each side that are trie
 _WIDE = 5  # neighbours on each side from which on a quintic is afforded
 _AGREEMENT = 2.0  # standard deviations
 _ENTRIES_AT_ONCE = 40_000  # what fits a processor's cache
-_OFF_LATTICE = 0.05  # of a step: printed digits of a converter's values round the step, too
 _KEPT = 0.8  # of the absolute deviations, the smaller ones; a median would jump from step to step of a quantised signal
 _KEPT_SIGMA = 0.66159  # root mean square of these for a normal distribution of one
 
@@ -138,20 +137,6 @@ def quantum_of(values: Array) -> float:
     steps = np.abs(np.diff(values))
     moved = steps[steps > 0.0]
     return float(moved.min()) if len(moved) and len(moved) < 0.9 * len(steps) else 0.0
-
-
-def lattice_of(values: Array) -> float:
-    """The step of a lattice on which all values of a signal (n,) lie, NaN apart, else zero: that of a converter or of printed digits."""
-    steps = np.diff(np.unique(values[np.isfinite(values)]))
-    if not len(steps):
-        return 0.0
-    whole = steps / steps.min()
-    return float(steps.min()) if np.all(np.abs(whole - np.round(whole)) < _OFF_LATTICE) else 0.0
-
-
-def rounding_of(values: Array, sigma: Array | float) -> float:
-    """Standard deviation of the rounding of a signal (n,) to its lattice, over its noise, one or (n,)."""
-    return lattice_of(values) / float(np.sqrt(12.0) * np.nanmedian(sigma))
 
 
 def dead_band(motion_found: Motion, quantum_m: float) -> float:

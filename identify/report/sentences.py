@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import numpy as np
+
 from identify.criteria import LIKELY
 from identify.gap.dragged import Dragged, dragged, in_words
 from identify.selection.explanation import Explanation
@@ -66,9 +68,10 @@ def _within(found: Explanation) -> str:
 
 
 def _colour(found: Explanation) -> str:
-    """The noise's memory, where it has some."""
-    most = max((one.lag1 for one in found.noise), default=0.0)
-    return f", correlated up to {most:.1f} from sample to sample" if most >= 0.15 else ""
+    """The noise's memory on an average over its channels, where it has some."""
+    rows = [one.rows.stop - one.rows.start for one in found.noise]
+    lag = float(np.average([one.lag1 for one in found.noise], weights=rows)) if rows else 0.0
+    return f", correlated by {lag:.1f} from sample to sample" if lag >= 0.15 else ""
 
 
 def _likelier(found: Explanation) -> str:

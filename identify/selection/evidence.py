@@ -21,7 +21,7 @@ from scipy import linalg, special
 
 from identify.criteria import DEGREES, NOTHING, WITHIN
 from identify.estimation.covariance import Factored
-from identify.estimation.noise_model import ChannelNoise, Taken, estimated, log_likelihood, weights
+from identify.estimation.noise_model import ChannelNoise, Taken, Whitening, estimated, log_likelihood, weights
 from identify.gap.linear_pieces import Columns, Lines, Part
 from measure.common.arrays import Array
 
@@ -164,8 +164,9 @@ class White:
     @classmethod
     def of(cls, part: Part, noise: ChannelNoise) -> White:
         """Under a noise."""
-        both = noise.whitened(np.column_stack([part.gaps, part.values]), part.channel.apart)
-        return cls(both[:, 0], both[:, 1:], part.places, noise.log_size(part.channel.apart))
+        whitening = Whitening.of(noise, part.channel.apart)
+        both = whitening.whitened(np.column_stack([part.gaps, part.values]))
+        return cls(both[:, 0], both[:, 1:], part.places, whitening.log_size)
 
     def residual(self, step: Array) -> Array:
         """Innovations after a step of all columns, (n,)."""
@@ -173,7 +174,7 @@ class White:
 
 
 def _first_noise(gaps: Array) -> ChannelNoise:
-    return ChannelNoise(0.0, max(1.0, 1.5 * float(np.median(np.abs(gaps)))))
+    return ChannelNoise(scale=max(1.0, 1.5 * float(np.median(np.abs(gaps)))))
 
 
 def parts_of(lines: Lines, own: Columns) -> list[Part]:

@@ -35,7 +35,7 @@ def noise_of_channels(found: Weighed) -> tuple[NoiseOfChannel, ...]:
     made = []
     for block, noise, left in zip(problem.blocks, found.evidence.noise, found.evidence.left, strict=True):
         far = np.abs(left) > _OUTLIER
-        over = noise.scale * float(np.sqrt(np.mean(left[~far] ** 2) / (1.0 - noise.lag1**2)))
+        over = noise.scale * float(np.sqrt(np.mean(left[~far] ** 2)))
         outliers = 100.0 * float(np.mean(far))
         sigma = over * sigmas[block.run, block.channel]
         made.append(NoiseOfChannel(block.run, block.channel, sigma, noise.lag1, outliers, block.rows, over))

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from identify.criteria import ANYWHERE, CLOSE, TWO_SIDED_95
 from identify.estimation.least_squares import updated_slopes
-from identify.estimation.noise_model import ChannelNoise, log_likelihood, spacing
+from identify.estimation.noise_model import ChannelNoise, log_probability, spacing
 from identify.estimation.problem import Fit, Problem
 from identify.gap.gap_test import leaves_noise
 from identify.gap.linear_pieces import Channel, Columns, Lines
@@ -195,11 +195,10 @@ class Stand:
 
         A stand that no step improves may still promise much: behind the stops straight lines lead nowhere.
         """
-        sizes = sum(of.log_size(spacing(b.samples)) for of, b in zip(found.noise, self.fit.problem.blocks, strict=True))
-        return replace(found, unkept=max(found.log_likelihood - self.log_probability(found.noise) + sizes, 0.0))
+        return replace(found, unkept=max(found.log_likelihood - self.log_probability(found.noise), 0.0))
 
     def log_probability(self, noise: tuple[ChannelNoise, ...]) -> float:
-        """Of measurements and parameters as simulated here, but for a constant."""
+        """Of measurements and parameters as simulated here."""
         return self._log_probability(self.fit.gaps, self.fit.q, self.sizes, noise)
 
     def log_probability_at(self, problem: Problem, q: Array, sizes: Array, noise: tuple[ChannelNoise, ...]) -> float:
@@ -208,7 +207,7 @@ class Stand:
 
     def _log_probability(self, gaps: Array, q: Array, sizes: Array, noise: tuple[ChannelNoise, ...]) -> float:
         blocks, first, known = self.fit.problem.blocks, self.fit.problem.first_effect, gaps[self.known]
-        likelihood = sum(log_likelihood(of.whitened(gaps[b.rows], spacing(b.samples))) for of, b in zip(noise, blocks, strict=True))
+        likelihood = sum(log_probability(of, gaps[b.rows], spacing(b.samples)) for of, b in zip(noise, blocks, strict=True))
         beyond = q[first:] / self.columns.spread
         return likelihood - 0.5 * float(known @ known + sizes @ sizes + beyond @ beyond)
 

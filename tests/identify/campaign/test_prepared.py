@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from identify.campaign.posing import film_of, problem_of
+from identify.campaign.posing import film_of
 from identify.campaign.run import Run
 from measure.tables.trajectory import Trajectory
 from simulate.files.model_file import read_model
@@ -34,15 +34,3 @@ def test_an_elevation_that_counts_from_the_first_frame_is_put_onto_the_stowed_he
 def test_an_elevation_that_begins_elsewhere_is_left_as_it_is():
     assert film(0.3).values[0, 0] == 0.3
     assert film(0.001).values[0, 0] == 0.001
-
-
-def test_every_channel_knows_by_how_much_of_its_noise_its_values_were_rounded():
-    chance = np.random.default_rng(5)
-    z = 0.215 + 2.0 * np.maximum(TIME - 0.02, 0.0) ** 2 + 1e-4 * chance.standard_normal(60)
-    table = Trajectory(TIME, {"z_m": np.round(z, 4), "x_m": 1e-4 * chance.standard_normal(60)}, name="one.csv")
-    ready = film_of(Run(table), read_model(RIG))
-    rounding = dict(zip(ready.channels, ready.rounding, strict=True))
-    assert rounding["z_m"] == pytest.approx(1e-4 / np.sqrt(12.0) / np.median(ready.sigma[ready.channels.index("z_m")]))
-    assert rounding["x_m"] == 0.0
-    blocks = problem_of(read_model(RIG), [Run(table)]).blocks
-    assert {block.channel: block.rounding for block in blocks} == rounding

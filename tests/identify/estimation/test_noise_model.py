@@ -5,7 +5,15 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from identify.estimation.noise_model import LARGEST_LAG1, ChannelNoise, estimated, log_likelihood, spacing
+from identify.estimation.noise_model import (
+    LONGEST_MEMORY,
+    ChannelNoise,
+    estimated,
+    from_differences,
+    log_likelihood,
+    log_probability,
+    spacing,
+)
 
 
 def noise(chance, lag1, count=3000):
@@ -19,7 +27,7 @@ def noise(chance, lag1, count=3000):
 def test_memory_and_scale_are_found(lag1):
     found = estimated(noise(np.random.default_rng(1), lag1), spacing(np.arange(3000)))
     assert found.lag1 == pytest.approx(lag1, abs=0.05)
-    assert found.scale == pytest.approx(2.0, rel=0.05)
+    assert found.scale == pytest.approx(2.0 / np.sqrt(1.0 - lag1**2), rel=0.06)
 
 
 def test_missing_samples_count_as_far_apart():
@@ -31,15 +39,54 @@ def test_missing_samples_count_as_far_apart():
 
 def test_a_drift_is_no_noise_with_a_long_memory():
     found = estimated(np.cumsum(np.random.default_rng(3).normal(size=2000)), spacing(np.arange(2000)))
-    assert found.lag1 == LARGEST_LAG1
+    assert found.memory == LONGEST_MEMORY
 
 
 def test_whitening_makes_independent_values_of_one():
     drawn = noise(np.random.default_rng(4), 0.6)
-    white = ChannelNoise(0.6, 2.0).whitened(drawn, spacing(np.arange(3000)))
+    white = ChannelNoise(0.6, scale=2.5).whitened(drawn, spacing(np.arange(3000)))
     assert np.corrcoef(white[1:], white[:-1])[0, 1] == pytest.approx(0.0, abs=0.05)
     assert np.std(white) == pytest.approx(np.sqrt(5.0 / 3.0), rel=0.1)
 
 
 def test_the_likelihood_is_that_of_students_t():
     assert log_likelihood(np.array([0.0])) == pytest.approx(np.log(0.3796), abs=1e-3)
+
+
+def both_parts(chance, count=4000):
+    """Noise of unit variance, 40 % of it white, the rest with a memory of 0.8."""
+    remembers = noise(chance, 0.8, count)
+    return np.sqrt(0.6) * remembers / np.std(remembers) + np.sqrt(0.4) * chance.standard_t(5, count) * np.sqrt(3.0 / 5.0)
+
+
+def test_a_white_part_is_told_from_one_that_remembers():
+    drawn = both_parts(np.random.default_rng(5))
+    found = estimated(drawn, spacing(np.arange(4000)))
+    assert found.memory == pytest.approx(0.8, abs=0.06)
+    assert found.white == pytest.approx(0.4, abs=0.12)  # a little less, for large values are trusted less
+    assert found.lag1 == pytest.approx(0.48, abs=0.1)
+    assert found.sigma == pytest.approx(1.0, rel=0.15)
+
+
+def test_differences_tell_the_same_noise_beneath_a_slow_gap():
+    drawn = both_parts(np.random.default_rng(6))
+    slow = 5.0 * np.sin(np.linspace(0.0, 20.0, 4000))
+    runs = [((drawn + slow)[part], spacing(np.arange(2000))) for part in (slice(0, 2000), slice(2000, None))]
+    found = from_differences(runs)
+    assert found.lag1 == pytest.approx(0.48, abs=0.1)
+    assert found.scale == pytest.approx(1.0, rel=0.15)
+
+
+def test_series_too_short_for_a_difference_have_no_noise():
+    assert from_differences([(np.zeros(1), spacing(np.arange(1)))]).scale < 1e-9
+
+
+@pytest.mark.parametrize("kept", [np.arange(60), np.array([0, 1, 4, 5, 6, 11, 12, 40])])
+def test_whitening_is_that_of_the_covariance_whatever_is_missing(kept):
+    of, apart = ChannelNoise(0.7, 0.3, 1.5), spacing(kept)
+    covariance = 1.5**2 * (0.7 * 0.7 ** np.abs(kept[:, None] - kept) + 0.3 * np.eye(len(kept)))
+    columns = np.random.default_rng(7).normal(size=(len(kept), 3))
+    white = of.whitened(columns, apart)
+    assert white.T @ white == pytest.approx(columns.T @ np.linalg.solve(covariance, columns))
+    residual, taken = columns[:, 0], log_likelihood(of.whitened(columns[:, 0], apart))
+    assert log_probability(of, residual, apart) == pytest.approx(taken - 0.5 * np.linalg.slogdet(covariance)[1])

@@ -6,13 +6,11 @@ import pytest
 from identify.loops.differentiation import (
     cycles,
     dead_band,
-    lattice_of,
     motion,
     noise_of,
     one_way,
     quantum_of,
     reversals,
-    rounding_of,
 )
 
 
@@ -121,17 +119,3 @@ def test_a_single_stroke_has_no_full_cycle():
     assert found.reversals == ()
     assert found.spans == ()
     assert np.isnan(found.frequency_Hz)
-
-
-@pytest.mark.parametrize("step", [5e-6, 0.03, 1.0])
-def test_the_step_of_a_converter_is_found_wherever_a_signal_moves_on_by_many_steps(rng, step):
-    moving = np.round((100.0 * step * np.linspace(0.0, 1.0, 300) ** 2 + step * rng.standard_normal(300)) / step) * step
-    printed = np.array([float(f"{value:.7g}") for value in moving])
-    printed[7] = np.nan
-    assert lattice_of(printed) == pytest.approx(step, rel=1e-2)
-    assert rounding_of(printed, np.full(300, 2.0 * step)) == pytest.approx(1.0 / np.sqrt(48.0), rel=1e-2)
-
-
-def test_a_signal_without_steps_and_one_that_stands_still_lie_on_no_lattice(rng):
-    assert lattice_of(rng.standard_normal(300)) == 0.0
-    assert lattice_of(np.full(300, 0.2)) == 0.0

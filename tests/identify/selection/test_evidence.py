@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from identify.estimation import noise_model
 from identify.estimation.noise_model import Taken, spacing
 from identify.gap.linear_pieces import Channel, Columns, Lines
 from identify.selection.evidence import evidence
@@ -54,7 +55,7 @@ def test_the_true_effect_has_the_largest_evidence_and_its_interval_holds(lag1):
         at = lines(drawn(chance, lag1, wave=1.0))
         true, other = (evidence(at, Columns.free(columns, 10.0)) for columns in (WAVE, BUMP))
         assert true.log_z > other.log_z + 3.0
-        assert true.log_z > evidence(at).log_z + 3.0
+        assert true.log_z > evidence(at).log_z + 2.0
         inside.append(abs(true.amounts[0] + 1.0) < 1.96 * np.sqrt(true.covariance[-1, -1]))
     assert np.mean(inside) > 0.85
 
@@ -65,27 +66,47 @@ def test_the_colour_of_the_noise_is_found_under_the_right_hypothesis_and_not_und
     assert evidence(at).noise[0].lag1 > 0.4
 
 
-FOLLOWED = [(True, 0.69, 0.94), (False, 0.53, 0.79)]
-
-
-@pytest.mark.parametrize(("given_back", "memory", "share"), FOLLOWED)
-def test_a_fit_that_follows_slow_noise_finds_its_memory_and_holds_its_intervals(monkeypatch, given_back, memory, share):
-    """Twelve slow parameters on 150 samples, with what the fit takes from the noise given back, and without, which is too sure."""
-    if not given_back:
-        monkeypatch.setattr(Taken, "by", lambda columns, covariance, count: replace(Taken.nothing(len(columns)), count=count))
-    n, lag1 = 150, 0.7
+def followed_noise(white):
+    """Memory found, and the share of 95 % intervals that hold, where twelve slow parameters follow 150 samples of noise with a memory."""
+    n, lag1 = 150, 0.7 if white == 0.0 else 0.8
     followed = 20.0 * np.cos(np.pi * np.arange(n)[:, None] * (np.arange(12) + 0.5) / n)
     chance, memories, off = np.random.default_rng(11), [], []
     for _ in range(60):
         noise = coloured(chance, lag1)[-n:]
+        noise = noise + np.sqrt(white / (1.0 - white)) * np.std(noise) * chance.normal(size=n)
         channel = Channel(slice(0, n), spacing(np.arange(n)))
         at = Lines(noise, followed, np.empty((n, 0)), np.zeros(0), np.zeros(12), 0.01 * np.eye(12), (channel,))
         found = evidence(at)
         memories.append(found.noise[0].lag1)
         off.append(found.step / np.sqrt(np.diag(found.covariance)))
-    assert np.mean(memories) == pytest.approx(memory, abs=0.006)
-    assert np.mean(np.abs(off) < 1.96) == pytest.approx(share, abs=0.006)
-    assert (abs(np.mean(memories) - lag1) < 0.06 and 0.88 < np.mean(np.abs(off) < 1.96) < 0.99) == given_back
+    return np.mean(memories), np.mean(np.abs(off) < 1.96)
+
+
+FOLLOWED = [(True, 0.68, 0.92), (False, 0.52, 0.78)]
+
+
+@pytest.mark.parametrize(("given_back", "memory", "share"), FOLLOWED)
+def test_a_fit_that_follows_slow_noise_finds_its_memory_and_holds_its_intervals(monkeypatch, given_back, memory, share):
+    """With what the fit takes from the noise given back, and without, which is too sure."""
+    if not given_back:
+        monkeypatch.setattr(Taken, "by", lambda columns, covariance, count: replace(Taken.nothing(len(columns)), count=count))
+    found, held = followed_noise(white=0.0)
+    assert found == pytest.approx(memory, abs=0.006)
+    assert held == pytest.approx(share, abs=0.006)
+    assert (abs(found - 0.7) < 0.06 and 0.88 < held < 0.99) == given_back
+
+
+@pytest.mark.parametrize(("shares", "share"), [(noise_model._WHITE, 0.83), (np.zeros(1), 0.73)])
+def test_intervals_in_noise_of_which_half_is_white_hold_better_with_both_parts_told_apart(monkeypatch, shares, share):
+    """Than as noise with one memory."""
+    monkeypatch.setattr(noise_model, "_WHITE", shares)
+    noise_model._stretches.cache_clear()
+    try:
+        held = followed_noise(white=0.5)[1]
+    finally:
+        monkeypatch.undo()
+        noise_model._stretches.cache_clear()
+    assert held == pytest.approx(share, abs=0.006)
 
 
 def test_a_tolerance_of_the_model_file_swallows_what_it_can_explain():

@@ -41,7 +41,7 @@ def test_what_base_and_releases_can_do_themselves_gains_nothing():
 
 
 def test_bounds_forbid_a_first_look_the_wrong_sign():
-    at = lines(0.1, 8)
+    at = lines(0.15, 8)
     free = FirstLook(evidence(at)).gain(Columns.free(WAVES[:, :1], 10.0))
     spread, none = np.array([10.0]), np.zeros(1)
     wrong = FirstLook(evidence(at)).gain(Columns(WAVES[:, :1], spread, none, none, np.array([np.inf])))

@@ -24,7 +24,7 @@ def test_a_promise_moves_the_exponent_and_is_kept_by_the_fit(at):
     shape = problem.effects_at(start)[0]
     assert isinstance(shape, PowerLawFriction)
     assert shape.exponent == pytest.approx(0.7, abs=0.1)
-    assert promise.log_z == pytest.approx(weighed(solve(problem, start)).log_z, abs=3.0)
+    assert promise.log_z == pytest.approx(weighed(solve(problem, start)).log_z, abs=4.0)
 
 
 def test_an_effect_that_shows_whole_is_weighed_once(at, monkeypatch):
