@@ -25,7 +25,7 @@ SMALLEST_SCALE = 0.3  # of the noise that the fast part of a channel shows
 _ROUNDS = 4
 _PER_SIGMA = 1.4826
 _STRETCH, _OF_DIFFERENCES = 5, 8  # how far apart the samples of a pair are at most; differences tell less of what is slow
-_PIECE, _LOUD = 30, 3.0  # samples of a piece, and how many times the usual power of a piece is no noise
+_PIECE, _LOUD = 30, 2.0  # samples of a piece, and how many times the usual power of a piece is no noise
 _MEMORIES, _WHITE = np.linspace(0.0, LONGEST_MEMORY, 35), np.linspace(0.0, 0.95, 20)
 _triangular: Any = linalg.get_lapack_funcs("tbtrs", dtype=float)  # solves banded triangular equations
 _LOG_T = float(special.gammaln((DEGREES + 1.0) / 2.0) - special.gammaln(DEGREES / 2.0) - 0.5 * np.log(DEGREES * np.pi))
