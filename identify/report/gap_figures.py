@@ -16,7 +16,8 @@ from measure.common.arrays import Array
 from measure.pages.figure import Band, Figure, Line, Panel
 from measure.pages.in_use import shown_as
 
-GIVEN, REFITTED, EFFECT, MEASURED, NOISE = "model as given", "force law refitted", "with the effect", "measured", "noise, 2 sigma"
+GIVEN, REFITTED, EFFECT, DRAFT = "model as given", "force law refitted", "with the effect", "with the draft"
+MEASURED, NOISE = "measured", "noise, 2 sigma"
 _FORCE_PANELS = (
     ("missing force, N", ((0, "vertical, up", "one"), (1, "lateral, x", "two"))),
     ("missing moment, N m", ((2, "about y", "three"),)),
@@ -70,11 +71,17 @@ def curve_rows(found: Explanation, variants: Mapping[str, Fit] | None = None) ->
     fits += [(EFFECT, "effect", fit, state) for state, fit in (variants or {}).items()] or (
         [(EFFECT, "effect", found.after, "")] if found.findings else []
     )
-    rows = _together(fits)
+    fits += [(DRAFT, "three", found.drafted.fit, "")] if found.drafted is not None else []
+    rows, drafts = _together(fits), found.drafted.held_with if found.drafted is not None else ()
     for held in found.held:
         own = [(REFITTED, "refitted", held.before, "")] + ([(EFFECT, "effect", held.after, "")] if found.findings else [])
+        own += [(DRAFT, "three", fit, "") for fit in drafts if _runs(fit) == _runs(held.before)]
         rows += [CurveRow(one.run, one.channel, one.stages, held_out=True) for one in _together(own)]
     return rows
+
+
+def _runs(fit: Fit) -> set[str]:
+    return {block.run for block in fit.problem.blocks}
 
 
 def _together(fits: Sequence[tuple[str, str, Fit, str]]) -> list[CurveRow]:

@@ -17,7 +17,7 @@ from identify.report.explained.alone import candidates
 from identify.report.explained.page import report_html
 from identify.report.explained.story import checks
 from identify.report.explained.variants import variants_of
-from identify.report.gap_figures import EFFECT, GIVEN, REFITTED, curve_rows, figure_of, largest
+from identify.report.gap_figures import DRAFT, EFFECT, GIVEN, REFITTED, curve_rows, figure_of, largest
 from identify.report.gap_plots import missing_force_figure
 from identify.report.phrases import PHRASES, phrase_of
 from identify.selection.verdict import Finding
@@ -40,6 +40,17 @@ def test_a_force_at_one_place_is_drawn_alone_up_to_where_it_has_no_part(shaken):
     assert axes.get_ylabel() == "missing force, N"
     assert axes.get_xlim() == pytest.approx((0.15, 0.25))
     assert [text.get_text() for text in axes.get_legend().get_texts()] == ["vertical, up"]
+
+
+def test_the_curve_of_a_draft_stands_in_every_figure(shaken):
+    """Of runs held out, too, if any."""
+    before = curve_rows(shaken)
+    held = tuple(one.after for one in shaken.held)
+    with_draft = curve_rows(replace(shaken, drafted=SimpleNamespace(fit=shaken.after, held_with=held)))
+    for row, drafted in zip(before, with_draft, strict=True):
+        assert [stage.name for stage in drafted.stages] == [*(stage.name for stage in row.stages), DRAFT]
+        lines = [line.name for panel in figure_of(drafted, name="one").panels for line in panel.lines]
+        assert lines.count(DRAFT) == 2
 
 
 def test_the_page_says_which_tables_were_given_noise(shaken):
