@@ -114,11 +114,15 @@ def test_an_effect_within_a_tolerance_of_the_model_file_is_not_detectable(name: 
     assert multiple == pytest.approx(EFFECT_SIZE)
 
 
-def test_noise_has_the_memory_and_the_size_that_it_was_asked_for():
-    noise = coloured(100_000, 0.6, np.random.default_rng(1))
+@pytest.mark.parametrize("white", [0.0, 0.4])
+def test_noise_has_the_memory_and_the_size_that_it_was_asked_for(white):
+    track = Track(0.6, 0.0, 0.0, 0.0, white)
+    noise = coloured(100_000, track, np.random.default_rng(1))
     assert np.std(noise) == pytest.approx(1.0, rel=0.02)
-    assert np.corrcoef(noise[1:], noise[:-1])[0, 1] == pytest.approx(0.6, abs=0.01)
-    assert np.corrcoef(noise[3:], noise[:-3])[0, 1] == pytest.approx(0.6**3, abs=0.02)
+    assert np.corrcoef(noise[1:], noise[:-1])[0, 1] == pytest.approx((1.0 - white) * 0.6, abs=0.01)
+    assert np.corrcoef(noise[3:], noise[:-3])[0, 1] == pytest.approx((1.0 - white) * 0.6**3, abs=0.02)
+    means = noise.reshape(200, 500).mean(axis=1)
+    assert np.std(means) == pytest.approx(track.colour / np.sqrt(500.0), rel=0.15)
 
 
 def test_a_track_counted_from_its_first_frame_begins_where_the_model_has_it():

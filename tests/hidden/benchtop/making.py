@@ -150,7 +150,7 @@ def _table(case: Case, run: Deployment | Shaking, chance: Chance) -> Any:
     if isinstance(run, Shaking):
         stroke = stroke_of(run)
         force = loop_by("ode", case.model, stroke, run.start_force_N)
-        return recorded(cell_shows(force, stroke, run, case.model.effects), stroke, run, _cell(case.track).lag1, chance)
+        return recorded(cell_shows(force, stroke, run, case.model.effects), stroke, run, _cell(case.track), chance)
     at = _condition(case, run)
     times = np.arange(round((run.time_s[-1] + AFTER_S) * 1000.0) + 1) / 1000.0
     motion = moved_by_mujoco(at, times) if case.engine == "mujoco" else moved_by_ode(at, times, "LSODA", 1e-8, 1e-10)

@@ -28,7 +28,8 @@ written by
 
 Every case has what a laboratory has without knowing: platform mass (0.5 %), inertia (5 %), centre of mass (0.5 mm), joints
 (0.3 mm), stops (30 %), stored force of each run (0.5 %), releases, a force law off by some per cent, noise with a lag-1
-correlation of 0 to 0.8 (half of it in the load cell), in some cases 1 % of outliers, 4 % of missing frames, values in steps.
+correlation of 0 to 0.8 (half of it in the load cell), in some cases 20 to 80 % of it white, 1 % of outliers, 4 % of missing
+frames, values in steps.
 Three or four deployments, the last one held out; six loops for most, films or the elevation alone for the others. Scipy's
 LSODA on a right-hand side of its own, or MuJoCo, moves the platform. *Detectable* is found as on the
 [scoreboard](scoreboard.md), along straight lines up to the stops (of what acts there behind them, too), with the tolerances free

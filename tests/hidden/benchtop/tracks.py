@@ -20,31 +20,37 @@ _FAR = 8.0  # how far an outlier lies, in sigma
 
 @dataclass(frozen=True)
 class Track:
-    """How a case is measured. lag1 : correlation from frame to frame. outliers, missing : share of frames. step : in sigma, 0 for none."""
+    """How a case is measured.
+
+    lag1 : correlation from frame to frame of noise that remembers. outliers, missing : share of frames. step : in sigma, 0 for none.
+    white : share of the noise's variance that does not remember.
+    """
 
     lag1: float
     outliers: float
     missing: float
     step: float
+    white: float = 0.0
 
     @property
     def colour(self) -> float:
         """By how much a mean over many frames is less sure than with white noise."""
-        return float(np.sqrt((1.0 + self.lag1) / (1.0 - self.lag1)))
+        return float(np.sqrt(self.white + (1.0 - self.white) * (1.0 + self.lag1) / (1.0 - self.lag1)))
 
 
 def drawn_track(chance: Chance) -> Track:
-    """Correlation 0 to 0.8; outliers, missing frames and steps in some cases."""
-    some = chance.random(3) < (0.5, 0.4, 0.3)
-    sizes = np.where(some, (0.01, 0.04, chance.uniform(0.5, 2.0)), 0.0)
+    """Correlation 0 to 0.8; outliers, missing frames, steps and a white part in some cases."""
+    some = chance.random(4) < (0.5, 0.4, 0.3, 0.4)
+    sizes = np.where(some, (0.01, 0.04, chance.uniform(0.5, 2.0), chance.uniform(0.2, 0.8)), 0.0)
     return Track(float(chance.uniform(0.0, 0.8)), *sizes.tolist())
 
 
-def coloured(n: int, lag1: float, chance: Chance) -> Array:
-    """Noise of unit size, each value correlated with the one before, (n,)."""
-    white = chance.normal(0.0, 1.0, n)
-    white[1:] *= np.sqrt(1.0 - lag1**2)
-    return np.asarray(lfilter([1.0], [1.0, -lag1], white))
+def coloured(n: int, track: Track, chance: Chance) -> Array:
+    """Noise of unit size, (n,): a part that remembers the sample before, and a white one."""
+    innovations = chance.normal(0.0, 1.0, n)
+    innovations[1:] *= np.sqrt(1.0 - track.lag1**2)
+    remembers = np.asarray(lfilter([1.0], [1.0, -track.lag1], innovations))
+    return np.sqrt(1.0 - track.white) * remembers + np.sqrt(track.white) * chance.normal(0.0, 1.0, n)
 
 
 def tracked(table: Trajectory, sigma: dict[str, float], track: Track, zeroed: bool, chance: Chance) -> Trajectory:
@@ -60,7 +66,7 @@ def tracked(table: Trajectory, sigma: dict[str, float], track: Track, zeroed: bo
 
 
 def _measured(values: Array, sigma: float, track: Track, chance: Chance) -> Array:
-    noisy = values + sigma * coloured(len(values), track.lag1, chance)
+    noisy = values + sigma * coloured(len(values), track, chance)
     hit = chance.random(len(values)) < track.outliers
     hit[0] = False
     noisy = noisy + np.where(hit, sigma * _FAR * chance.normal(0.0, 1.0, len(values)), 0.0)
@@ -68,7 +74,7 @@ def _measured(values: Array, sigma: float, track: Track, chance: Chance) -> Arra
     return np.round(noisy / step) * step if step > 0.0 else noisy
 
 
-def recorded(shown_N: Array, stroke: Stroke, run: Shaking, lag1: float, chance: Chance) -> Loop:
+def recorded(shown_N: Array, stroke: Stroke, run: Shaking, cell: Track, chance: Chance) -> Loop:
     """A loop whose load cell has coloured noise."""
-    noise = run.sigma_N * coloured(len(shown_N), lag1, chance)
+    noise = run.sigma_N * coloured(len(shown_N), cell, chance)
     return loop_of(shown_N + noise, stroke, replace(run, sigma_N=0.0), chance)
