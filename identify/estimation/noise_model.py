@@ -182,8 +182,10 @@ def from_differences(runs: Iterable[tuple[Array, Array]]) -> ChannelNoise:
     """
     steps = [_steps(*run) for run in runs]
     powers = [_powers(values, there) for values, there in steps]
-    seen = np.concatenate([power[np.isfinite(power)] for power in powers])
-    limit = _LOUD * float(np.median(seen)) if len(seen) else 0.0
+    moving = np.concatenate([power[power > 0.0] for power in powers])
+    if not len(moving):
+        return ChannelNoise(scale=0.0)
+    limit = _LOUD * float(np.median(moving))
     product, count = np.zeros((2, _OF_DIFFERENCES + 1))
     for (values, there), power in zip(steps, powers, strict=True):
         quiet = there * np.repeat(power <= limit, _PIECE)[: len(there)]
@@ -203,11 +205,12 @@ def _steps(gaps: Array, apart: Array) -> tuple[Array, Array]:
 
 
 def _powers(values: Array, there: Array) -> Array:
-    """Mean square of the values of each piece, NaN of one that is empty."""
+    """Mean square of the values of each piece, zero of one that is empty."""
     starts = np.arange(0, len(values), _PIECE)
-    count = np.add.reduceat(there, starts) if len(values) else np.zeros(0)
-    square = np.add.reduceat(values**2, starts) if len(values) else np.zeros(0)
-    return np.divide(square, count, out=np.full(len(count), np.nan), where=count > 0.0)
+    if not len(starts):
+        return np.zeros(0)
+    count, square = np.add.reduceat(there, starts), np.add.reduceat(values**2, starts)
+    return square / np.maximum(count, 1.0)
 
 
 @dataclass(frozen=True)

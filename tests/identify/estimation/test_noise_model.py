@@ -78,7 +78,15 @@ def test_differences_tell_the_same_noise_beneath_a_slow_gap():
 
 
 def test_series_too_short_for_a_difference_have_no_noise():
-    assert from_differences([(np.zeros(1), spacing(np.arange(1)))]).scale < 1e-9
+    assert from_differences([(np.zeros(1), spacing(np.arange(1)))]).scale == 0.0
+    assert from_differences([(np.ones(40), spacing(np.arange(40)))]).scale == 0.0
+
+
+def test_a_run_that_stands_still_for_long_in_coarse_steps_has_the_noise_of_where_it_moves():
+    chance, still = np.random.default_rng(8), np.zeros(200)
+    found = from_differences([(np.concatenate([still, chance.normal(size=150)]), spacing(np.arange(350)))])
+    assert found.lag1 < 0.2
+    assert 0.4 < found.scale < 1.2
 
 
 @pytest.mark.parametrize("kept", [np.arange(60), np.array([0, 1, 4, 5, 6, 11, 12, 40])])
