@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -49,11 +49,11 @@ def gap_test(fit: Fitted[Posed]) -> GapTest:
     """Test a fit for a gap beyond noise.
 
     Noise has a short memory, a missing effect moves what is slow. The memory of each channel's noise and its white share, over all runs,
-    come from the differences of neighbouring samples, in which a slow gap does not show, and are taken out. Noise then shakes every
-    frequency alike: the power of the slow quarter of a cosine transform, for each degree of freedom that the fit has left, is compared with
-    that of the rest. How far the two differ by chance is seen in noise of the same memory and length that goes the same way (parametric
-    bootstrap). A noise level is hardly assumed, so a sigma that is off cannot fake a gap; only what lies below a tenth of the noise is
-    none. Single samples that stand out from those around them are left out.
+    come from the differences of neighbouring samples, in which a slow gap hardly shows, and of a loop from what does not come again in
+    every cycle. They are taken out. Noise then shakes every frequency alike: the power of the slow quarter of a cosine transform, for each
+    degree of freedom that the fit has left, is compared with that of the rest. How far the two differ by chance is seen in noise of the
+    same memory and length that goes the same way (parametric bootstrap). A noise level is hardly assumed, so a sigma that is off cannot
+    fake a gap; only what lies below a tenth of the noise is none. Single samples that stand out from those around them are left out.
     """
     return GapTest(slow_p(_by_channel(fit), fit.determined), _release_p(fit), fit.rms)
 
@@ -63,8 +63,7 @@ def slow_p(channels: Sequence[Sequence[Series]], taken: float = 0.0) -> float:
 
     Series that are too short to tell are left out.
     """
-    long = [[_without_outliers(one) for one in series if len(one.gaps) >= _LEAST_SAMPLES] for series in channels]
-    channels = [series for series in long if series]
+    channels = [long for series in channels if (long := _long(map(_without_outliers, _long(series))))]
     noises = [_noise_of(series) for series in channels]
     found = [_powers(series, noise) for series, noise in zip(channels, noises, strict=True)]
     slow_n, count = sum(power.slow_n for power in found), sum(len(one.gaps) for series in channels for one in series)
@@ -76,6 +75,10 @@ def slow_p(channels: Sequence[Sequence[Series]], taken: float = 0.0) -> float:
     drawn = [np.log(_drawn_ratio(channels, noises, share, chance)) for _ in range(_DRAWS)]
     spread = float(np.std(drawn, ddof=1)) * float(np.sqrt(share * slow_n / freedom))
     return float(stats.norm.sf((np.log(max(ratio, 1e-300)) - share * float(np.mean(drawn))) / spread))
+
+
+def _long(series: Iterable[Series]) -> list[Series]:
+    return [one for one in series if len(one.gaps) >= _LEAST_SAMPLES]
 
 
 def _by_channel(fit: Fitted[Posed]) -> list[list[Series]]:
@@ -100,7 +103,7 @@ class Series:
     apart: Array
     passing: Array | None = None
 
-    def of(self, keep: NDArray[np.bool_]) -> Series:
+    def only(self, keep: NDArray[np.bool_]) -> Series:
         """Some of the samples; the others are missing."""
         places = np.cumsum(np.where(np.isfinite(self.apart), self.apart, 0.0)).astype(int)
         return Series(self.gaps[keep], spacing(places[keep]), None if self.passing is None else self.passing[keep])
@@ -110,7 +113,7 @@ class Series:
         """What tells of noise alone, and how far its samples stand apart."""
         if self.passing is None:
             return self.gaps, self.apart
-        seen = self.of(np.isfinite(self.passing))
+        seen = self.only(np.isfinite(self.passing))
         return self.passing[np.isfinite(self.passing)], seen.apart
 
 
@@ -121,7 +124,7 @@ def _without_outliers(one: Series) -> Series:
     off = np.abs(one.gaps - np.median(beside, axis=1))
     usual = float(np.quantile(off, _USUAL))
     keep = (off <= _OUTLIER * usual / _USUAL_SIGMAS) | (usual == 0.0)
-    return one.of(keep)
+    return one.only(keep)
 
 
 def _noise_of(series: Sequence[Series]) -> ChannelNoise:

@@ -172,6 +172,12 @@ def test_innovations_of_noise_are_noise_and_those_of_a_smooth_gap_are_none(rho):
     assert not is_noise([gap[1:] - LONGEST_MEMORY * gap[:-1]])
 
 
+def test_a_series_that_is_too_short_without_its_outliers_tells_nothing():
+    gaps = np.random.default_rng(19).normal(size=16)
+    gaps[7] = 40.0
+    assert slow_p([[Series(gaps, spacing(np.arange(16)))]]) == 1.0
+
+
 def test_a_probability_too_small_for_a_float_is_not_called_nought():
     assert p_words(0.0) == "p < 1e-300"
     assert p_words(8.14e-87) == "p = 8.1e-87"
