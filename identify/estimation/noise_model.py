@@ -267,8 +267,8 @@ class _Stretches:
 def _stretches(farthest: int, differences: bool = False) -> _Stretches:
     """Of samples 0 to `farthest` of the noise, or of its differences.
 
-    Noise is taken for as many times less likely beforehand as it makes a mean over many samples less sure than white noise does: a memory
-    that the samples do not show is none.
+    Noise is taken for as many times less likely beforehand as it makes the variance of a mean over many samples larger than white noise
+    does: a memory that the samples do not show is none.
     """
     quadratic, log_size, unlikely = [], [], []
     for memory in _MEMORIES:
@@ -280,7 +280,7 @@ def _stretches(farthest: int, differences: bool = False) -> _Stretches:
             size, at_once = float(ahead @ seen), np.correlate(ahead, ahead, "full")[farthest:]
             quadratic.append(np.concatenate([at_once[:1], 2.0 * at_once[1:]]) / size)
             log_size.append(np.log(size))
-            unlikely.append(0.5 * np.log(white + (1.0 - white) * (1.0 + memory) / (1.0 - memory)))
+            unlikely.append(np.log(white + (1.0 - white) * (1.0 + memory) / (1.0 - memory)))
     return _Stretches(np.array(quadratic), np.array(log_size), np.array(unlikely))
 
 
