@@ -60,10 +60,10 @@ class ChannelNoise:
 
 @dataclass(frozen=True)
 class Whitening:
-    """What takes the memory out of samples: all (n,) for each sample, and how the white part then still ties it to its neighbours.
+    """What makes a run's samples independent of each other.
 
-    kept : what is left of the sample before. size : of the innovation of the part that remembers. tied : (2, n) Cholesky factor, lower,
-    of the covariance of both parts once the memory is taken out, which reaches to neighbours only; None without a white part.
+    kept : (n,) how much of the sample before a sample remembers. size : (n,) scale of what is new in it. tied : (2, n) lower Cholesky
+    factor of the covariance of both parts once the memory is taken out, when only neighbours are correlated; None without a white part.
     """
 
     kept: Array
@@ -100,6 +100,11 @@ class Whitening:
 def spacing(samples: NDArray[np.intp]) -> Array:
     """How many samples each stands behind the one before, (n,), from their indices; infinity for the first."""
     return np.concatenate([[np.inf], np.diff(samples).astype(float)])[: len(samples)]
+
+
+def places_of(apart: Array) -> NDArray[np.intp]:
+    """The place of each sample in its run, (n,), from its `spacing`; the first one stands at zero."""
+    return np.cumsum(np.where(np.isfinite(apart), apart, 0.0)).astype(np.intp)
 
 
 def weights(innovations: Array) -> Array:
@@ -162,7 +167,7 @@ def estimated(residual: Array, apart: Array, taken: Taken | None = None, start: 
 
 
 def _reestimated(noise: ChannelNoise, residual: Array, apart: Array, share: float, taken: Taken) -> ChannelNoise:
-    trusted, places = weights(noise.whitened(residual, apart)), _places(apart)
+    trusted, places = weights(noise.whitened(residual, apart)), places_of(apart)
     values, count, columns, spread = (_placed(places, of) for of in (residual, trusted, taken.columns, taken.spread))
     pairs = _Pairs.of(values, count, columns, spread, _STRETCH)
     memory, white, _ = _likeliest(pairs.products, len(residual), _stretches(_STRETCH))
@@ -174,7 +179,8 @@ def _reestimated(noise: ChannelNoise, residual: Array, apart: Array, share: floa
 def from_differences(runs: Iterable[tuple[Array, Array]]) -> ChannelNoise:
     """The noise of a channel from the differences of neighbouring samples, in which a slow gap hardly shows.
 
-    Noise is alike everywhere. Stretches that are louder than most, where a gap is quick for a while as behind a stop, tell nothing of it.
+    Noise is equally loud everywhere. Pieces that are louder than most hold a gap that is quick for a while, as behind a stop; they are left
+    out.
 
     Parameters
     ----------
@@ -198,7 +204,7 @@ def from_differences(runs: Iterable[tuple[Array, Array]]) -> ChannelNoise:
 
 def _steps(gaps: Array, apart: Array) -> tuple[Array, Array]:
     """Differences of neighbouring samples, (n,), and one where there are both of them, else nought."""
-    places = _places(apart)
+    places = places_of(apart)
     values, there = _placed(places, gaps), _placed(places, np.ones(len(gaps)))
     both = there[1:] * there[:-1]
     return both * np.diff(values), both
@@ -235,10 +241,6 @@ class _Pairs:
     def products(self) -> Array:
         """Their mean product."""
         return self.product / np.maximum(self.count, 1e-300)
-
-
-def _places(apart: Array) -> NDArray[np.intp]:
-    return np.cumsum(np.where(np.isfinite(apart), apart, 0.0)).astype(np.intp)
 
 
 def _placed(places: NDArray[np.intp], values: Array) -> Array:

@@ -11,7 +11,7 @@ from scipy import fft, signal, stats
 
 from identify.criteria import FAST_NOISE, GAP_P, SURE_MISFIT
 from identify.estimation.fit import Fitted, Posed
-from identify.estimation.noise_model import ChannelNoise, from_differences, spacing
+from identify.estimation.noise_model import ChannelNoise, from_differences, places_of, spacing
 from identify.gap.misfit import misfit_of, not_repeated
 from measure.common.arrays import Array
 
@@ -87,8 +87,8 @@ def _by_channel(fit: Fitted[Posed]) -> list[list[Series]]:
     loops = {loop.data.name: loop.data for loop in fit.problem.loops}
     for block in fit.problem.blocks:
         gaps, loop = fit.part(block), loops.get(block.run)
-        passing = None if loop is None else not_repeated(loop, gaps)
-        found.setdefault(block.channel, []).append(Series(gaps, spacing(block.samples), passing))
+        own = None if loop is None else not_repeated(loop, gaps)
+        found.setdefault(block.channel, []).append(Series(gaps, spacing(block.samples), own))
     return list(found.values())
 
 
@@ -96,25 +96,25 @@ def _by_channel(fit: Fitted[Posed]) -> list[list[Series]]:
 class Series:
     """What is left of a channel of a run, (n,), and how many samples apart neighbours stand, see `noise_model.spacing`.
 
-    passing : (n,) what of it does not come again in every cycle of a loop, NaN where no cycle does; by default all.
+    not_repeated : (n,) what of it does not come again in every cycle of a loop, NaN where no cycle does; by default all.
     """
 
     gaps: Array
     apart: Array
-    passing: Array | None = None
+    not_repeated: Array | None = None
 
     def only(self, keep: NDArray[np.bool_]) -> Series:
         """Some of the samples; the others are missing."""
-        places = np.cumsum(np.where(np.isfinite(self.apart), self.apart, 0.0)).astype(int)
-        return Series(self.gaps[keep], spacing(places[keep]), None if self.passing is None else self.passing[keep])
+        own = None if self.not_repeated is None else self.not_repeated[keep]
+        return Series(self.gaps[keep], spacing(places_of(self.apart)[keep]), own)
 
     @property
     def noise(self) -> tuple[Array, Array]:
         """What tells of noise alone, and how far its samples stand apart."""
-        if self.passing is None:
+        if self.not_repeated is None:
             return self.gaps, self.apart
-        seen = self.only(np.isfinite(self.passing))
-        return self.passing[np.isfinite(self.passing)], seen.apart
+        known = np.isfinite(self.not_repeated)
+        return self.not_repeated[known], self.only(known).apart
 
 
 def _without_outliers(one: Series) -> Series:
@@ -159,7 +159,7 @@ def _drawn_ratio(channels: Sequence[Sequence[Series]], noises: Sequence[ChannelN
 
 def _noise_like(one: Series, noise: ChannelNoise, share: float, chance: np.random.Generator) -> Series:
     apart = one.apart[: max(int(share * len(one.apart)), _LEAST_SAMPLES)]
-    places = np.cumsum(np.where(np.isfinite(apart), apart, 0.0)).astype(int)
+    places = places_of(apart)
     innovations = np.sqrt(1.0 - noise.memory**2) * chance.normal(size=places[-1] + 1)
     innovations[0] /= np.sqrt(1.0 - noise.memory**2)
     remembers = signal.lfilter([1.0], [1.0, -noise.memory], innovations)[places]

@@ -71,9 +71,10 @@ def height_of(data: LoopData) -> float:
 
 
 def not_repeated(data: LoopData, residual: Array) -> Array:
-    """What a residual (n,) has beyond the mean of the other cycles of one stroke at the same place, NaN outside of such.
+    """A residual (n,) less the mean of the other cycles of the same stroke at the same place in the cycle.
 
-    All of it where no cycle comes again. The nearest sample counts, so that noise keeps its memory.
+    NaN outside of such cycles; the residual itself where no stroke is repeated. Of another cycle the nearest sample counts, as it is, so
+    that noise keeps its memory.
     """
     whole, out = _whole(data, residual), np.full(len(data.force_N), np.nan)
     for spans in (spans for spans in _alike(data) if len(spans) > 1):
@@ -90,7 +91,7 @@ def _nearest(time_s: Array, own: tuple[int, int], other: tuple[int, int]) -> NDA
 
 
 def _whole(data: LoopData, residual: Array) -> Array:
-    """With the samples that do not count, as NaN."""
+    """A residual of the samples that count, at its places in the whole record; NaN elsewhere."""
     whole = np.full(len(data.force_N), np.nan)
     whole[data.used] = residual
     return whole

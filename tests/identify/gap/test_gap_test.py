@@ -77,8 +77,8 @@ def test_the_noise_of_loops_is_told_from_what_does_not_come_again():
     fit = solve(problem_of(MODEL, loops(1, MORE)))
     (force,) = _by_channel(fit)
     assert _noise_of(force).lag1 < 0.1
-    assert _noise_of([replace(one, passing=None) for one in force]).lag1 > 0.5
-    assert slow_p([[replace(one, passing=None) for one in force]], fit.determined) > 1e-9 > gap_test(fit).slow_p
+    assert _noise_of([replace(one, not_repeated=None) for one in force]).lag1 > 0.5
+    assert slow_p([[replace(one, not_repeated=None) for one in force]], fit.determined) > 1e-9 > gap_test(fit).slow_p
 
 
 def test_a_gap_that_is_quick_for_a_while_as_behind_a_stop_is_no_noise(monkeypatch):
