@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from made_loops import loop_data, triangles
 
-from identify.gap.misfit import height_of, misfit_of
+from identify.gap.misfit import height_of, misfit_of, not_repeated
 
 HALF, CYCLES = 48, 8
 U = triangles(CYCLES, HALF)
@@ -105,3 +107,18 @@ def test_cycles_of_another_stroke_are_compared_with_their_own_kind():
     shape = np.where(np.arange(len(u)) < 8 * HALF, 1.0, -1.0) * WAVE
     mixed = loop_data(u, RECTANGLE, half=HALF)
     assert misfit_of([mixed], [shape]).repeated_N[0] == pytest.approx(0.03 / np.sqrt(2.0), rel=0.02)
+
+
+def test_without_the_other_cycles_what_comes_again_is_gone_and_noise_is_larger_by_theirs():
+    one = noise(9)
+    left = not_repeated(made(), WAVE + one)
+    whole = np.isfinite(left)
+    assert np.count_nonzero(whole) > 0.9 * len(U)
+    assert left[whole] == pytest.approx(not_repeated(made(), one)[whole], abs=1e-6)
+    assert np.std(left[whole]) == pytest.approx(0.01 * np.sqrt(1.0 + 1.0 / (len(made().cycles.spans) - 1.0)), rel=0.06)
+
+
+def test_a_loop_in_which_no_stroke_is_repeated_is_left_as_it_is():
+    whole = made()
+    once = made(cycles=replace(whole.cycles, spans=whole.cycles.spans[:1]))
+    assert not_repeated(once, WAVE) == pytest.approx(WAVE)

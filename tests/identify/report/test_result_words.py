@@ -7,8 +7,8 @@ from typing import Any
 
 import pytest
 
-from identify.report.sentences import _likelier, _or_nothing, next_experiment
-from identify.selection.explanation import Explanation
+from identify.report.sentences import _colour, _likelier, _or_nothing, next_experiment
+from identify.selection.explanation import Explanation, NoiseOfChannel
 
 
 def class_of(verdict, nothing, rivals=()) -> Any:
@@ -73,3 +73,18 @@ def test_what_can_be_measured_without_a_deployment_is(rivals, says):
 )
 def test_where_only_nothing_may_stand_in_the_place_of_a_name_further_runs_are_asked_for(rivals, says):
     assert next_experiment(class_of("class", 0.3, rivals)) == says
+
+
+@pytest.mark.parametrize(
+    ("lags", "said"),
+    [
+        ([(0.1, 300), (0.4, 100)], ", correlated by 0.2 from sample to sample"),
+        ([(0.1, 300), (0.2, 100)], ""),
+        ([(0.5, 200), (0.62, 200)], ", correlated by 0.6 from sample to sample"),
+        ([], ""),
+    ],
+)
+def test_the_memory_of_the_noise_is_said_on_an_average_over_all_samples(lags, said):
+    noise = [NoiseOfChannel("run", "z_m", 1e-4, lag, 0.0, slice(0, count), 1.0) for lag, count in lags]
+    found: Any = SimpleNamespace(noise=noise)
+    assert _colour(found) == said

@@ -20,6 +20,7 @@ from identify.report.explained.variants import variants_of
 from identify.report.gap_figures import DRAFT, EFFECT, GIVEN, REFITTED, curve_rows, figure_of, largest
 from identify.report.gap_plots import missing_force_figure
 from identify.report.phrases import PHRASES, phrase_of
+from identify.selection.explanation import Held
 from identify.selection.verdict import Finding
 from simulate.effects import CATALOGUE
 from simulate.model.effect import LegEffect, parameter
@@ -43,13 +44,16 @@ def test_a_force_at_one_place_is_drawn_alone_up_to_where_it_has_no_part(shaken):
 
 
 def test_the_curve_of_a_draft_stands_in_every_figure(shaken):
-    """Of runs held out, too, if any."""
-    before = curve_rows(shaken)
-    held = tuple(one.after for one in shaken.held)
-    with_draft = curve_rows(replace(shaken, drafted=SimpleNamespace(fit=shaken.after, held_with=held)))
-    for row, drafted in zip(before, with_draft, strict=True):
-        assert [stage.name for stage in drafted.stages] == [*(stage.name for stage in row.stages), DRAFT]
-        lines = [line.name for panel in figure_of(drafted, name="one").panels for line in panel.lines]
+    """Of runs held out, too. Here the draft is given other fits, whose curves are known."""
+    held = replace(shaken, held=(Held(shaken.before, shaken.after),))
+    drafted = SimpleNamespace(fit=shaken.as_given, held_with=(shaken.before,))
+    rows = curve_rows(replace(held, drafted=drafted))
+    assert [row.held_out for row in rows].count(True) == len(rows) // 2
+    for before, row in zip(curve_rows(held), rows, strict=True):
+        own = {stage.name: stage.curve for stage in row.stages}
+        assert list(own) == [*(stage.name for stage in before.stages), DRAFT]
+        assert np.array_equal(own[DRAFT].modelled, own[REFITTED if row.held_out else GIVEN].modelled)
+        lines = [line.name for panel in figure_of(row, name="one").panels for line in panel.lines]
         assert lines.count(DRAFT) == 2
 
 
