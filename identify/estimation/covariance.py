@@ -161,6 +161,15 @@ class Factored:
         return (np.asarray(linalg.cho_solve((self.root, True), scaled)).T / self.size).T
 
     @property
+    def inverse(self) -> Array:
+        """The inverse, (n, n)."""
+        return self.solve(np.eye(len(self.size)))
+
+    def over(self, vector: Array) -> float:
+        """The square of a vector (n,) in the measure of the matrix, v' M v."""
+        return float(np.sum((self.root.T @ (self.size * vector)) ** 2))
+
+    @property
     def log_det(self) -> float:
         """Logarithm of the determinant."""
         return 2.0 * float(np.sum(np.log(np.diag(self.root))) + np.sum(np.log(self.size)))

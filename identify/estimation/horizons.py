@@ -6,7 +6,9 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
+from scipy.ndimage import median_filter
 
+from identify.campaign.prepared import Film
 from identify.criteria import ROUGHLY
 from identify.estimation.least_squares import solve, to_the_end
 from identify.estimation.problem import Fit, Problem
@@ -14,6 +16,9 @@ from measure.common.arrays import Array
 
 _EARLY_SPREAD = 30.0  # typical sizes
 _FIRST_LEG, _NEXT_LEG = 12, 6
+_UP = 0.98  # of the way to the deployed height
+_SPANS = 20  # of a film, over which its rise is a mean
+_SPIKES = 5  # frames, of which less than half may be spikes
 
 
 def solve_from_afar(problem: Problem, start: Array | None = None, *, free: Sequence[int] | None = None, most_steps: int = 20) -> Fit:
@@ -48,13 +53,25 @@ def _last_frame_s(problem: Problem) -> float:
 
 
 def first_stop_s(problem: Problem) -> float:
-    """When the first film reaches 98 % of the deployed height, s; infinite where no elevation was seen or it never did."""
-    times = [np.inf]
-    for film in problem.films:
-        if "z_m" not in film.channels or film.model.geometry is None:
-            continue
-        geometry = film.model.geometry
-        height = geometry.stowed_height_m + 0.98 * (geometry.deployed_height_m - geometry.stowed_height_m)
-        up = np.flatnonzero(film.values[film.channels.index("z_m")] >= height)
-        times += [float(film.time_s[up[0]])] if len(up) else []
-    return min(times)
+    """When the first film reaches its stops, s; infinite where no elevation was seen or none ever does."""
+    return min([np.inf, *(_stop_s(film) for film in problem.films if "z_m" in film.channels and film.model.geometry is not None)])
+
+
+def _stop_s(film: Film) -> float:
+    """When a film reaches 98 % of the deployed height, s.
+
+    A platform that tilts meets the stops of single legs lower down: where it stays below, the time at which it rises fastest counts, if
+    its rise falls to half of that later on.
+    """
+    geometry, channel = film.model.geometry, film.channels.index("z_m")
+    assert geometry is not None
+    seen = film.counts[channel]
+    time, height = film.time_s[seen], median_filter(film.values[channel, seen], _SPIKES, mode="nearest")
+    up = np.flatnonzero(height >= geometry.stowed_height_m + _UP * (geometry.deployed_height_m - geometry.stowed_height_m))
+    if len(up):
+        return float(time[up[0]])
+    apart = max(1, len(time) // _SPANS)
+    rise = (height[apart:] - height[:-apart]) / (time[apart:] - time[:-apart])
+    fastest = int(np.argmax(rise)) if len(rise) else 0
+    slows = len(rise) > 0 and bool(np.any(rise[fastest:] < 0.5 * rise[fastest]))
+    return float(time[fastest + apart // 2]) if slows else np.inf

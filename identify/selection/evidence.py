@@ -59,12 +59,16 @@ class Evidence:
         return self.log_z - self.unkept
 
     @cached_property
-    def covariance(self) -> Array:
+    def information(self) -> Factored:
         """Of base and releases, errors and amounts, (p + q + k, p + q + k)."""
         parts = parts_of(self.lines, self.columns)
         white = [White.of(part, noise) for part, noise in zip(parts, self.noise, strict=True)]
-        precision = prior_precision(self.lines, self.columns)
-        return _informed(white, precision).solve(np.eye(len(precision)))
+        return _informed(white, prior_precision(self.lines, self.columns))
+
+    @cached_property
+    def covariance(self) -> Array:
+        """The inverse of the information."""
+        return self.information.inverse
 
 
 @dataclass(frozen=True)

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
+from functools import reduce
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,6 +22,7 @@ from identify.selection.model_errors import FORCES, as_wide, effect_spreads
 from identify.selection.stand import Stand, Weighed
 from measure.common.arrays import Array
 from simulate.model.effect import Effect
+from simulate.model.measures import Measures
 
 _SHOWN = 1e-6  # of the noise, by a typical size
 _CHORDS = 3.0  # of a size at which an effect is tried: one standard deviation of its prior
@@ -148,18 +150,48 @@ class _Shape:
 
 
 @dataclass(frozen=True)
+class _Sum(_Shape):
+    """Shapes of an effect that add up, waves of one frequency: a column of each. typical : (n,) sizes of the effect's parameters."""
+
+    parts: tuple[Effect, ...]
+    typical: Array
+
+    @classmethod
+    def of(cls, alike: Sequence[_Shape], measures: Measures) -> _Sum:
+        """Of shapes that differ in nothing else."""
+        columns = reduce(Columns.beside, (one.columns for one in alike))
+        free = Columns.free(columns.values, 1.0)
+        first = alike[0]
+        parts = tuple(one.effect for one in alike)
+        return cls(first.effect, replace(free, spread=columns.spread), first.shown, first.known, parts, first.effect.typical(measures))
+
+    def sizes(self, amounts: Array) -> Array:
+        """Where a fit of the effect starts: from all of them together."""
+        own = amounts[-self.columns.count :] * self.typical[self.shown]
+        whole = self.effect.sum_of(dict(zip(self.parts, own.tolist(), strict=True)))
+        return (whole.flat() - self.effect.flat()) / self.typical
+
+
+@dataclass(frozen=True)
 class _Looked:
-    """An effect in all its shapes, which share its prior, each with its gain at a first look, the best first."""
+    """An effect in all its shapes, which share its prior, and its gain in each at a first look, the best first.
+
+    ways : from which a fit of it may start, with their gains, the best first: its shapes, or those together that add up.
+    """
 
     shapes: tuple[_Shape, ...]
+    looks: tuple[Gain, ...]
+    ways: tuple[_Shape, ...]
     gains: tuple[Gain, ...]
 
     @classmethod
     def at(cls, at: Weighed, effect: Effect) -> _Looked | None:
         """Beside a fit; None where nothing of the effect shows."""
         shapes = _slopes(at, effect) if effect.is_linear() else _chords(at, effect)
-        found = sorted((one.looked_at(at) for one in shapes), key=lambda pair: -pair[1].log_z)
-        return cls(*zip(*found, strict=True)) if found else None
+        if not shapes:
+            return None
+        looked = _ranked(at, shapes)
+        return cls(*looked, *(_ranked(at, _sums(shapes, at.fit.problem.measures)) if effect.summed and len(shapes) > 1 else looked))
 
     @property
     def first(self) -> float:
@@ -168,24 +200,44 @@ class _Looked:
 
     def promise(self, at: Weighed, instead: str, least: float) -> Promise:
         """The effect as one promise that starts from its best shape, weighed to the end if some shape may gain `least`."""
-        pairs = zip(self.gains, self.shapes, strict=True)
+        pairs = zip(self.looks, self.shapes, strict=True)
         looks = tuple((gain, shape.shown) for gain, shape in pairs if shape.shown is not None)
-        name, few = self.shapes[0].effect.name, self.shapes[:_FEW]
-        if max(gain.most for gain in self.gains) < least and name not in at.within.errors.names:
-            log_z = at.along_lines + self._shared([gain.log_z for gain in self.gains[:_FEW]])
-            shape, sizes = self.shapes[0].effect, np.zeros(len(self.shapes[0].effect.flat()))
-            return Promise(name, instead, log_z, shape, _base(at, at.both), sizes, _errors(at, at.both), looks, self.first)
-        found = [at.beside(one.columns, {name}) for one in few]
-        log_z, best = self._shared([one.log_z for one in found]), int(np.argmax([one.log_z for one in found]))
-        shape, both = few[best], found[best]
-        sizes = shape.sizes(both.likelier.amounts)
-        if shape.hides and sizes.any():
-            log_z, both, sizes = max((log_z, both, sizes), _with_shape_free(at, shape.effect, sizes), key=lambda one: one[0])
-        return Promise(name, instead, log_z, shape.effect, _base(at, both), sizes, _errors(at, both, {name}), looks, self.first)
+        shape, few = self.ways[0].effect, self.ways[:_FEW]
+        if max(gain.most for gain in self.gains) < least and shape.name not in at.within.errors.names:
+            log_z, sizes = at.along_lines + self._shared([gain.log_z for gain in self.gains[:_FEW]]), np.zeros(len(shape.flat()))
+            return Promise(shape.name, instead, log_z, shape, _base(at, at.both), sizes, _errors(at, at.both), looks, self.first)
+        along = [at.beside(one.columns, {shape.name}) for one in few]
+        led = [self._led(at, *pair) for pair in zip(few, along, strict=True)]
+        best = int(np.argmax([log_z for log_z, _, _ in led]))
+        shape, (log_z, both, sizes) = few[best].effect, led[best]
+        log_z = max(log_z, self._shared([one.log_z for one in along]))
+        return Promise(shape.name, instead, log_z, shape, _base(at, both), sizes, _errors(at, both, {shape.name}), looks, self.first)
+
+    def _led(self, at: Weighed, way: _Shape, both: Both) -> tuple[float, Both, Array]:
+        """Where one of the ways leads: its log evidence, the evidence there, and sizes (n,) of the effect's parameters."""
+        log_z, sizes = self._shared([both.log_z]), way.sizes(both.likelier.amounts)
+        if not (way.hides and sizes.any()):
+            return log_z, both, sizes
+        return max((log_z, both, sizes), _with_shape_free(at, way.effect, sizes), key=lambda one: one[0])
 
     def _shared(self, logs: Sequence[float]) -> float:
-        """Log evidence over all shapes, of which the few that bring most count."""
-        return float(np.logaddexp.reduce(logs) - np.log(len(self.shapes)))
+        """Log evidence over all ways, of which the few that bring most count."""
+        return float(np.logaddexp.reduce(logs) - np.log(len(self.ways)))
+
+
+def _ranked(at: Weighed, shapes: Sequence[_Shape]) -> tuple[tuple[_Shape, ...], tuple[Gain, ...]]:
+    """Shapes, one or more, with what they bring at a first look, the best first."""
+    found = sorted((one.looked_at(at) for one in shapes), key=lambda pair: -pair[1].log_z)
+    return tuple(shape for shape, _ in found), tuple(gain for _, gain in found)
+
+
+def _sums(shapes: Sequence[_Shape], measures: Measures) -> list[_Sum]:
+    """Shapes that differ only in what adds up, together."""
+    alike: dict[tuple[object, ...], list[_Shape]] = {}
+    for one in shapes:
+        rest = tuple(getattr(one.effect, item.name) for item in fields(one.effect) if item.name not in one.effect.summed)
+        alike.setdefault(rest, []).append(one)
+    return [_Sum.of(group, measures) for group in alike.values()]
 
 
 def _slopes(at: Weighed, effect: Effect) -> list[_Shape]:

@@ -24,7 +24,7 @@ from measure.common.arrays import Array
 
 _FEW_STEPS = 8
 _MOST_STEPS = 25  # until a place is settled
-_NEAR = 0.1  # a step within so many standard deviations changes nothing
+_PART = 0.5  # of the gain that a step must bring, that it has to promise
 _OF_A_LEG = 3.0  # of a log probability, that a step brings where longer films follow
 _SHARES = (1.0, 0.5, 0.2)  # of a step that are tried
 
@@ -312,8 +312,8 @@ def _uphill(stand: Stand, found: Evidence, gain: float, most: int) -> tuple[Stan
 
 def _a_step_on(stand: Stand, found: Evidence, gain: float) -> Stand | None:
     """The stand a step farther; None where no step is worth it or none of them raises the log probability by the gain."""
-    step, change = _step_within(stand, found)
-    if step is None:
+    step, change, promised = _step_within(stand, found)
+    if promised < _PART * gain:
         return None
     here, (low, high) = stand.log_probability(found.noise), stand.bounds
     for share in _SHARES:
@@ -324,8 +324,11 @@ def _a_step_on(stand: Stand, found: Evidence, gain: float) -> Stand | None:
     return None
 
 
-def _step_within(stand: Stand, found: Evidence) -> tuple[Array | None, Array]:
-    """How far parameters (k,) and errors (q,) are from where an evidence has them within their bounds; None where that changes nothing."""
+def _step_within(stand: Stand, found: Evidence) -> tuple[Array, Array, float]:
+    """How far parameters (k,) and errors (q,) are from where an evidence has them within their bounds, and the log probability between.
+
+    Each by itself may be near and all together far: an amplitude and a direction stand in for each other.
+    """
     kept, first = stand.free(), len(found.step)
     last, step, change = first + int(kept.sum()), stand.step(found), np.zeros(len(stand.sizes))
 
@@ -335,5 +338,4 @@ def _step_within(stand: Stand, found: Evidence) -> tuple[Array | None, Array]:
     low, high = (between(end - stand.fit.q, np.full(last - first, side)) for end, side in zip(stand.bounds, (-np.inf, np.inf), strict=True))
     whole = within_bounds(between(step, (found.errors - stand.sizes[kept])), found.covariance, low, high)
     change[kept] = whole[first:last]
-    way = np.abs(whole) / np.sqrt(np.maximum(np.diag(found.covariance), 1e-300))
-    return (None if np.max(way, initial=0.0) < _NEAR else np.delete(whole, np.s_[first:last])), change
+    return np.delete(whole, np.s_[first:last]), change, 0.5 * found.information.over(whole)

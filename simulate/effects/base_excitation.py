@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -11,7 +12,7 @@ import numpy as np
 from simulate.model.effect import PlatformEffect, parameter
 from simulate.model.rig import Rig
 
-_FREQUENCIES_HZ = (1.0, 2.0, 3.0, *np.arange(4.5, 61.0, 1.5).tolist())  # no wider apart than a film of 0.6 s can tell
+_FREQUENCIES_HZ = (*np.arange(1.0, 30.0, 0.75).tolist(), *np.arange(30.25, 61.0, 1.5).tolist())  # as a film of 0.6 s tells
 
 
 @dataclass(frozen=True)
@@ -28,29 +29,37 @@ class BaseExcitation(PlatformEffect):
     name = "base-excitation"
     constants = 1
     directions = ("axis",)
-    acceleration_m_per_s2: float = parameter(0.0, low=0.0, high=50.0, typical=0.3, doc="amplitude of the base's acceleration, a")
+    summed = ("phase_rad", "axis")
+    acceleration_m_per_s2: float = parameter(0.0, low=-50.0, high=50.0, typical=0.3, doc="amplitude of the base's acceleration, a")
     frequency_Hz: float = parameter(5.0, low=0.1, high=200.0, typical=5.0, starts=_FREQUENCIES_HZ, doc="frequency of the base's motion, f")
-    phase_rad: float = parameter(0.0, low=-7.0, high=7.0, typical=0.5, starts=(0.0, 1.57, 3.14, -1.57), doc="phase at the release, phi")
+    phase_rad: float = parameter(0.0, low=-7.0, high=7.0, typical=0.5, starts=(0.0, 1.57), doc="phase at the release, phi")
     axis: tuple[float, ...] = parameter(
         (1.0, 0.0, 0.0),
         low=-1.0,
         high=1.0,
         typical=0.5,
-        starts=((1.0, 0.0, 0.0), (0.0, 0.0, 1.0)),
+        starts=((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)),
         doc="direction of the acceleration, n",
         mirror="shift",
     )
 
     def as_stated(self) -> BaseExcitation:
-        """With an axis of length one whose largest component is positive, and a phase within half a turn."""
+        """With an axis of length one whose largest component is positive, and its amplitude too, and a phase within half a turn."""
         axis = np.asarray(self.axis)
         length = float(np.linalg.norm(axis))
         if length == 0.0:
             return self
         side = float(np.sign(axis[np.argmax(np.abs(axis))]))
-        phase = math.remainder(self.phase_rad + (math.pi if side < 0.0 else 0.0), 2.0 * math.pi)
-        unit = tuple((side * axis / length).tolist())
-        return replace(self, acceleration_m_per_s2=self.acceleration_m_per_s2 * length, phase_rad=phase, axis=unit)
+        size = side * length * self.acceleration_m_per_s2
+        phase = math.remainder(self.phase_rad + (math.pi if size < 0.0 else 0.0), 2.0 * math.pi)
+        return replace(self, acceleration_m_per_s2=abs(size), phase_rad=phase, axis=tuple((side * axis / length).tolist()))
+
+    def sum_of(self, amounts: Mapping[BaseExcitation, float]) -> BaseExcitation:
+        """The nearest motion along one axis for several of the same frequency, which together may go round."""
+        waves = [amount * np.outer(one.axis, (math.cos(one.phase_rad), math.sin(one.phase_rad))) for one, amount in amounts.items()]
+        axes, sizes, phases = np.linalg.svd(np.sum(waves, axis=0))
+        phase, axis = math.atan2(phases[0, 1], phases[0, 0]), tuple(axes[:, 0].tolist())
+        return replace(self, acceleration_m_per_s2=float(sizes[0]), phase_rad=phase, axis=axis)
 
     def constants_of(self, model: Rig) -> tuple[float, ...]:
         """The moving mass, kg."""

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
 from typing import Any
 
 from simulate.model.effect import LegEffect, parameter
@@ -25,9 +26,16 @@ class Ripple(LegEffect):
     """
 
     name = "ripple"
+    summed = ("phase_rad",)
     force_N: float = parameter(0.0, low=-10.0, high=10.0, typical=0.01, doc="amplitude of the wave, A")
     period_m: float = parameter(0.05, low=5e-4, high=0.3, typical=0.02, starts=_PERIODS_M, doc="elongation from one wave to the next, p")
     phase_rad: float = parameter(0.0, low=-7.0, high=7.0, typical=0.5, starts=(0.0, 1.57), doc="phase of the stowed leg, phi")
+
+    def sum_of(self, amounts: Mapping[Ripple, float]) -> Ripple:
+        """One wave for several of the same period."""
+        of_sine = sum(amount * math.cos(one.phase_rad) for one, amount in amounts.items())
+        of_cosine = sum(amount * math.sin(one.phase_rad) for one, amount in amounts.items())
+        return replace(self, force_N=math.hypot(of_sine, of_cosine), phase_rad=math.atan2(of_cosine, of_sine))
 
     def stiffness(self, model: Rig) -> tuple[float, float]:
         """The steepest slope of the wave, of all legs together."""

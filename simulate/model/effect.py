@@ -113,6 +113,7 @@ class Effect(Formulas):
         constants_of(model) -> numbers               as many as `constants` says, for the formulas of a deployment
         stiffness(model) -> (N/m, N s/m)             what the formulas do not show at rest, a contact; the step follows it
         as_stated() -> effect                        the same with its numbers as one states them, each of `directions` a unit vector
+        sum_of(amounts) -> effect                    what does the same as several together, that differ in nothing but `summed`
         observe(time_s, channels) -> channels        what a camera makes of the motion
         true_time(shown_s) -> s                      the rig's time at which the camera's clock showed this
         observe_force(time_s, elongation, force)     what a load cell makes of the force
@@ -122,6 +123,7 @@ class Effect(Formulas):
     acts_on: ClassVar[str]
     constants: ClassVar[int] = 0
     directions: ClassVar[tuple[str, ...]] = ()
+    summed: ClassVar[tuple[str, ...]] = ()
 
     def __post_init__(self) -> None:
         for item, size, low, high in _limits_of(type(self)):
@@ -166,6 +168,13 @@ class Effect(Formulas):
     def as_stated(self) -> Self:
         """The same effect with its numbers as one states them; most effects have one way only."""
         return self
+
+    def sum_of(self, amounts: Mapping[Self, float]) -> Self:
+        """The effect that does what others together do, each with an amount of its first parameter; or comes nearest to that.
+
+        They differ from this one in the parameters of `summed` alone, waves in their phases; most effects have none.
+        """
+        raise NotImplementedError(f"{self.name} has no parameters that add up: {len(amounts)} shapes")
 
     def constants_of(self, model: Rig) -> tuple[float, ...]:
         """What the formulas need to know of the base model; most effects need nothing."""
