@@ -90,7 +90,8 @@ class Promise:
     shape : the effect in the shape that promises most, None for an error of the model file that has no parameters of its own.
     base : (k,) parameters of base and releases to fit it from. sizes : (n,) of the effect's own. errors : of the model file, by name and
     place, in tolerances; None where it is likelier as it is. looks : a first look at every shape, and which of its parameters show; none of
-    an effect that is not linear. first : the most log evidence of a first look.
+    an effect that is not linear. first : the most log evidence of a first look. others : from where a fit may start as well, of a wave,
+    which has a local minimum near every frequency.
     """
 
     name: str
@@ -102,3 +103,4 @@ class Promise:
     errors: Mapping[tuple[str, int], float] | None
     looks: tuple[tuple[Gain, NDArray[np.bool_]], ...] = ()
     first: float = -np.inf
+    others: tuple[Promise, ...] = ()

@@ -196,22 +196,25 @@ class _Looked:
     @property
     def first(self) -> float:
         """The most that a shape brings at a first look."""
-        return self.gains[0].log_z
+        return max(gain.log_z for gain in self.gains)
 
     def promise(self, at: Weighed, instead: str, least: float) -> Promise:
         """The effect as one promise that starts from its best shape, weighed to the end if some shape may gain `least`."""
         pairs = zip(self.looks, self.shapes, strict=True)
         looks = tuple((gain, shape.shown) for gain, shape in pairs if shape.shown is not None)
         shape, few = self.ways[0].effect, self.ways[:_FEW]
-        if max(gain.most for gain in self.gains) < least and shape.name not in at.within.errors.names:
+        if self.gains[0].most < least and shape.name not in at.within.errors.names:
             log_z, sizes = at.along_lines + self._shared([gain.log_z for gain in self.gains[:_FEW]]), np.zeros(len(shape.flat()))
             return Promise(shape.name, instead, log_z, shape, _base(at, at.both), sizes, _errors(at, at.both), looks, self.first)
         along = [at.beside(one.columns, {shape.name}) for one in few]
-        led = [self._led(at, *pair) for pair in zip(few, along, strict=True)]
-        best = int(np.argmax([log_z for log_z, _, _ in led]))
-        shape, (log_z, both, sizes) = few[best].effect, led[best]
-        log_z = max(log_z, self._shared([one.log_z for one in along]))
-        return Promise(shape.name, instead, log_z, shape, _base(at, both), sizes, _errors(at, both, {shape.name}), looks, self.first)
+        found = []
+        for way, of_way in zip(few, along, strict=True):
+            log_z, both, sizes = self._led(at, way, of_way)
+            errors = _errors(at, both, {shape.name})
+            found.append(Promise(shape.name, instead, log_z, way.effect, _base(at, both), sizes, errors, looks, self.first))
+        best, *others = sorted(found, key=lambda one: -one.log_z)
+        log_z = max(best.log_z, self._shared([one.log_z for one in along]))
+        return replace(best, log_z=log_z, others=tuple(others) if isinstance(few[0], _Sum) else ())
 
     def _led(self, at: Weighed, way: _Shape, both: Both) -> tuple[float, Both, Array]:
         """Where one of the ways leads: its log evidence, the evidence there, and sizes (n,) of the effect's parameters."""
@@ -226,8 +229,8 @@ class _Looked:
 
 
 def _ranked(at: Weighed, shapes: Sequence[_Shape]) -> tuple[tuple[_Shape, ...], tuple[Gain, ...]]:
-    """Shapes, one or more, with what they bring at a first look, the best first."""
-    found = sorted((one.looked_at(at) for one in shapes), key=lambda pair: -pair[1].log_z)
+    """Shapes, one or more, with what they bring at a first look; first what may bring most once the noise is estimated anew."""
+    found = sorted((one.looked_at(at) for one in shapes), key=lambda pair: -pair[1].most)
     return tuple(shape for shape, _ in found), tuple(gain for _, gain in found)
 
 

@@ -274,18 +274,16 @@ class Search(Tried):
         assert promise is not None
         self.led[ahead.names] = ahead
         beside = ahead.beside.weighed
-        problem, start = posed(beside, promise)
+        found = _fitted(beside, promise)
         if promise.errors is None or beside.both.is_exact:
-            fit = to_the_end(solve(problem, start, loosely=True))
-            found = weighed(fit)
             short = found.log_z + self.prior(ahead.names) < ahead.log_weight - _SHORT
-            if short and (from_afar := solve_from_afar(problem, start)).cost < fit.cost - ROUGHLY:
+            if short and (from_afar := solve_from_afar(*posed(beside, promise))).cost < found.exact.fit.cost - ROUGHLY:
                 self._keep(ahead.names, weighed(from_afar))
-        else:
-            found = weighed_within(problem, start, promise.errors)
         if found.log_z < beside.log_z - _DEEPER and not promise.instead:
-            self._keep(ahead.names, from_rest(problem, beside))
-        self._keep(ahead.names, found)
+            self._keep(ahead.names, from_rest(posed(beside, promise)[0], beside))
+        for one in (found, *(_fitted(beside, other) for other in promise.others)):
+            self._keep(ahead.names, one)
+        found = self.fitted[ahead.names].weighed
         self.spent += _DEAD_END if found.stand.misses else 0
         is_elsewhere = self.fitted[ahead.names].log_weight > ahead.log_weight + _DEEPER
         if is_elsewhere or len(ahead.names) == 1:  # several stand beside one that has led the base already
@@ -337,3 +335,11 @@ class Search(Tried):
                 self._keep((), weighed(again))
         elif nothing.weighed.both.within is not None and (is_elsewhere or not nothing.weighed.leaves_noise or halves(nothing.fit, led.fit)):
             self._keep((), weighed_within(of, q, errors_without(led, led.names)))
+
+
+def _fitted(beside: Weighed, promise: Promise) -> Weighed:
+    """A hypothesis with one name more, fitted whole from where it was promised."""
+    problem, start = posed(beside, promise)
+    if promise.errors is None or beside.both.is_exact:
+        return weighed(to_the_end(solve(problem, start, loosely=True)))
+    return weighed_within(problem, start, promise.errors)

@@ -26,7 +26,7 @@ _FEW_STEPS = 8
 _MOST_STEPS = 25  # until a place is settled
 _PART = 0.5  # of the gain that a step must bring, that it has to promise
 _OF_A_LEG = 3.0  # of a log probability, that a step brings where longer films follow
-_SHARES = (1.0, 0.5, 0.2)  # of a step that are tried
+_DAMPINGS = (0.0, 0.001, 0.1, 4.0)  # of a step that are tried, in parts of what is known of each parameter by itself
 
 
 @dataclass(frozen=True)
@@ -312,30 +312,30 @@ def _uphill(stand: Stand, found: Evidence, gain: float, most: int) -> tuple[Stan
 
 def _a_step_on(stand: Stand, found: Evidence, gain: float) -> Stand | None:
     """The stand a step farther; None where no step is worth it or none of them raises the log probability by the gain."""
-    step, change, promised = _step_within(stand, found)
-    if promised < _PART * gain:
+    way = _way_within(stand, found)
+    if 0.5 * found.information.over(way) < _PART * gain:
         return None
     here, (low, high) = stand.log_probability(found.noise), stand.bounds
-    for share in _SHARES:
-        q, sizes = np.clip(stand.fit.q + share * step, low, high), stand.sizes + share * change
+    for damping in _DAMPINGS:
+        step, change = _parted(stand, found.information.damped(way, damping))
+        q, sizes = np.clip(stand.fit.q + step, low, high), stand.sizes + change
         problem = stand.with_errors(sizes)
         if stand.log_probability_at(problem, q, sizes, found.noise) > here + gain:
             return stand.moved_to(problem, q, sizes)
     return None
 
 
-def _step_within(stand: Stand, found: Evidence) -> tuple[Array, Array, float]:
-    """How far parameters (k,) and errors (q,) are from where an evidence has them within their bounds, and the log probability between.
+def _way_within(stand: Stand, found: Evidence) -> Array:
+    """How far base and releases, errors and amounts (p + q + k,) are from where an evidence has them within their bounds."""
+    step, errors = stand.step(found), found.errors - stand.sizes[stand.free()]
+    first, wide = len(found.step), np.full(len(errors), np.inf)
+    low, high = (np.insert(end - stand.fit.q, first, side * wide) for end, side in zip(stand.bounds, (-1.0, 1.0), strict=True))
+    return within_bounds(np.insert(step, first, errors), found.covariance, low, high)
 
-    Each by itself may be near and all together far: an amplitude and a direction stand in for each other.
-    """
-    kept, first = stand.free(), len(found.step)
-    last, step, change = first + int(kept.sum()), stand.step(found), np.zeros(len(stand.sizes))
 
-    def between(of_parameters: Array, of_errors: Array) -> Array:
-        return np.concatenate([of_parameters[:first], of_errors, of_parameters[first:]])
-
-    low, high = (between(end - stand.fit.q, np.full(last - first, side)) for end, side in zip(stand.bounds, (-np.inf, np.inf), strict=True))
-    whole = within_bounds(between(step, (found.errors - stand.sizes[kept])), found.covariance, low, high)
-    change[kept] = whole[first:last]
-    return np.delete(whole, np.s_[first:last]), change, 0.5 * found.information.over(whole)
+def _parted(stand: Stand, way: Array) -> tuple[Array, Array]:
+    """The same as steps of the parameters (k,) and of the errors (q,)."""
+    kept, first, change = stand.free(), stand.fit.problem.first_effect, np.zeros(len(stand.sizes))
+    own = slice(first, first + int(kept.sum()))
+    change[kept] = way[own]
+    return np.delete(way, own), change
