@@ -206,15 +206,14 @@ class _Looked:
         if self.gains[0].most < least and shape.name not in at.within.errors.names:
             log_z, sizes = at.along_lines + self._shared([gain.log_z for gain in self.gains[:_FEW]]), np.zeros(len(shape.flat()))
             return Promise(shape.name, instead, log_z, shape, _base(at, at.both), sizes, _errors(at, at.both), looks, self.first)
-        along = [at.beside(one.columns, {shape.name}) for one in few]
+        along = sorted(((at.beside(one.columns, {shape.name}), one) for one in few), key=lambda pair: -pair[0].log_z)
         found = []
-        for way, of_way in zip(few, along, strict=True):
+        for of_way, way in along if shape.summed else along[:1]:
             log_z, both, sizes = self._led(at, way, of_way)
             errors = _errors(at, both, {shape.name})
             found.append(Promise(shape.name, instead, log_z, way.effect, _base(at, both), sizes, errors, looks, self.first))
         best, *others = sorted(found, key=lambda one: -one.log_z)
-        log_z = max(best.log_z, self._shared([one.log_z for one in along]))
-        return replace(best, log_z=log_z, others=tuple(others) if isinstance(few[0], _Sum) else ())
+        return replace(best, log_z=max(best.log_z, self._shared([one.log_z for one, _ in along])), others=tuple(others))
 
     def _led(self, at: Weighed, way: _Shape, both: Both) -> tuple[float, Both, Array]:
         """Where one of the ways leads: its log evidence, the evidence there, and sizes (n,) of the effect's parameters."""

@@ -24,9 +24,9 @@ from measure.common.arrays import Array
 
 _FEW_STEPS = 8
 _MOST_STEPS = 25  # until a place is settled
-_PART = 0.5  # of the gain that a step must bring, that it has to promise
 _OF_A_LEG = 3.0  # of a log probability, that a step brings where longer films follow
-_DAMPINGS = (0.0, 0.001, 0.1, 4.0)  # of a step that are tried, in parts of what is known of each parameter by itself
+_SHARES = (0.5, 0.2)  # of a step that are tried
+_DAMPINGS = (1e-3, 1e-2, 1.0)  # of a step, in parts of what is known of each parameter by itself
 
 
 @dataclass(frozen=True)
@@ -311,18 +311,26 @@ def _uphill(stand: Stand, found: Evidence, gain: float, most: int) -> tuple[Stan
 
 
 def _a_step_on(stand: Stand, found: Evidence, gain: float) -> Stand | None:
-    """The stand a step farther; None where no step is worth it or none of them raises the log probability by the gain."""
-    way = _way_within(stand, found)
-    if 0.5 * found.information.over(way) < _PART * gain:
+    """The stand a step farther; None where no step is worth it or none of them raises the log probability by the gain.
+
+    Where a whole step does not from linear pieces that are fresh, the best of several shorter ones is taken.
+    """
+    way, known = _way_within(stand, found), found.information
+    if 0.5 * known.over(way) < gain:
         return None
-    here, (low, high) = stand.log_probability(found.noise), stand.bounds
-    for damping in _DAMPINGS:
-        step, change = _parted(stand, found.information.damped(way, damping))
+    least, (low, high) = stand.log_probability(found.noise) + gain, stand.bounds
+
+    def tried(part: Array) -> tuple[float, Problem, Array, Array]:
+        step, change = _parted(stand, part)
         q, sizes = np.clip(stand.fit.q + step, low, high), stand.sizes + change
         problem = stand.with_errors(sizes)
-        if stand.log_probability_at(problem, q, sizes, found.noise) > here + gain:
-            return stand.moved_to(problem, q, sizes)
-    return None
+        return stand.log_probability_at(problem, q, sizes, found.noise), problem, q, sizes
+
+    best = tried(way)
+    if best[0] <= least and stand.is_fresh:
+        shorter = [*(share * way for share in _SHARES), *(known.damped(way, damping) for damping in _DAMPINGS)]
+        best = max(map(tried, shorter), key=lambda one: one[0])
+    return stand.moved_to(*best[1:]) if best[0] > least else None
 
 
 def _way_within(stand: Stand, found: Evidence) -> Array:
