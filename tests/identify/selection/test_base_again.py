@@ -42,7 +42,9 @@ def test_a_base_that_is_far_off_is_led_by_what_a_name_has_found(monkeypatch, rms
 def hypothesis(names, log_weight, loses=10.0) -> Any:
     """loses : log evidence without one of its names, along straight lines."""
     less = SimpleNamespace(along_lines=log_weight - loses)
-    weighed = SimpleNamespace(log_z=log_weight, along_lines=log_weight, leaves_noise=True, doing_without=lambda name: less)
+    weighed = SimpleNamespace(
+        log_z=log_weight, along_lines=log_weight, leaves_noise=True, doing_without=lambda name: less, stand=SimpleNamespace(misses=False)
+    )
     return SimpleNamespace(names=names, log_weight=log_weight, weighed=weighed, fit=SimpleNamespace(cost=1.0))
 
 
@@ -102,9 +104,21 @@ def test_a_fit_that_stays_short_of_its_promise_is_tried_from_afar_and_kept_where
     assert one.fitted[("ripple",)].log_weight == kept
 
 
+def test_a_wave_is_fitted_from_each_place_that_may_be_its_own_and_the_likeliest_is_kept(monkeypatch):
+    one = fitting(monkeypatch, ("ripple",), weighed_as={100.0: -260.0, 90.0: -240.0, 95.0: -250.0})
+    costs = iter([100.0, 90.0, 95.0])
+    monkeypatch.setattr(search, "solve", lambda problem, start, loosely: SimpleNamespace(cost=next(costs)))
+    monkeypatch.setattr(one, "_base_again", lambda led, is_elsewhere: None)
+    ahead, other = ahead_of(("ripple",), -260.0), SimpleNamespace(errors=None, instead="")
+    ahead.promise.others = (other, other)
+    one._fit(ahead)
+    assert one.fitted[("ripple",)].log_weight == -240.0
+    assert next(costs, None) is None
+
+
 def ahead_of(names, log_weight) -> Any:
     beside = SimpleNamespace(weighed=SimpleNamespace(both=SimpleNamespace(is_exact=True), log_z=-300.0))
-    return SimpleNamespace(names=names, log_weight=log_weight, promise=SimpleNamespace(errors=None, instead=""), beside=beside)
+    return SimpleNamespace(names=names, log_weight=log_weight, promise=SimpleNamespace(errors=None, instead="", others=()), beside=beside)
 
 
 def fitting(monkeypatch, names, weighed_as, cost=0.0, from_afar=0.0) -> Any:
@@ -114,7 +128,7 @@ def fitting(monkeypatch, names, weighed_as, cost=0.0, from_afar=0.0) -> Any:
     monkeypatch.setattr(search, "solve", lambda problem, start, loosely: SimpleNamespace(cost=cost))
     monkeypatch.setattr(search, "to_the_end", lambda fit: fit)
     monkeypatch.setattr(search, "solve_from_afar", lambda problem, start: SimpleNamespace(cost=from_afar))
-    monkeypatch.setattr(search, "weighed", lambda fit: SimpleNamespace(log_z=weighed_as[fit.cost], stand=SimpleNamespace(misses=False)))
+    monkeypatch.setattr(search, "weighed", lambda fit: SimpleNamespace(log_z=weighed_as[fit.cost], exact=SimpleNamespace(fit=fit)))
     monkeypatch.setattr(one, "_brought_back", lambda found: found)
     monkeypatch.setattr(one, "_with_less", lambda found: None)
     return one
