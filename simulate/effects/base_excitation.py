@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 
@@ -54,7 +54,7 @@ class BaseExcitation(PlatformEffect):
         phase = math.remainder(self.phase_rad + (math.pi if size < 0.0 else 0.0), 2.0 * math.pi)
         return replace(self, acceleration_m_per_s2=abs(size), phase_rad=phase, axis=tuple((side * axis / length).tolist()))
 
-    def sum_of(self, amounts: Mapping[BaseExcitation, float]) -> BaseExcitation:
+    def sum_of(self, amounts: Mapping[Self, float]) -> Self:
         """The nearest motion along one axis for several of the same frequency, which together may go round."""
         waves = [amount * np.outer(one.axis, (math.cos(one.phase_rad), math.sin(one.phase_rad))) for one, amount in amounts.items()]
         axes, sizes, phases = np.linalg.svd(np.sum(waves, axis=0))

@@ -60,6 +60,7 @@ def test_an_excitation_along_no_axis_of_the_rig_is_found_from_one_of_its_promise
     starts = (posed(shaken, one) for one in (promise, *promise.others))
     found = max((weighed(solve(problem, start, loosely=True)) for problem, start in starts), key=lambda one: one.log_z)
     (effect,) = found.fit.problem.effects_at(found.fit.q)
+    assert isinstance(effect, BaseExcitation)
     assert effect.as_stated().frequency_Hz == pytest.approx(15.8, abs=0.2)
     assert found.log_z > promise.log_z + 3.0
 
