@@ -151,9 +151,12 @@ class _Shape:
 
 @dataclass(frozen=True)
 class _Sum(_Shape):
-    """Shapes of an effect that add up, waves of one frequency: a column of each. typical : (n,) sizes of the effect's parameters."""
+    """Shapes of an effect that add up, waves of one frequency: a column of each.
 
-    parts: tuple[Effect, ...]
+    parts : (k, n) parameters of each. typical : (n,) sizes of them.
+    """
+
+    parts: Array
     typical: Array
 
     @classmethod
@@ -162,13 +165,12 @@ class _Sum(_Shape):
         columns = reduce(Columns.beside, (one.columns for one in alike))
         free = Columns.free(columns.values, 1.0)
         first = alike[0]
-        parts = tuple(one.effect for one in alike)
+        parts = np.array([one.effect.flat() for one in alike])
         return cls(first.effect, replace(free, spread=columns.spread), first.shown, first.known, parts, first.effect.typical(measures))
 
     def sizes(self, amounts: Array) -> Array:
         """Where a fit of the effect starts: from all of them together."""
-        own = amounts[-self.columns.count :] * self.typical[self.shown]
-        whole = self.effect.sum_of(dict(zip(self.parts, own.tolist(), strict=True)))
+        whole = self.effect.sum_of(self.parts, amounts[-self.columns.count :] * self.typical[0])
         return (whole.flat() - self.effect.flat()) / self.typical
 
 

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import Any, Self
+from typing import Any
 
 import numpy as np
 
+from measure.common.arrays import Array
 from simulate.model.effect import PlatformEffect, parameter
 from simulate.model.rig import Rig
 
@@ -54,11 +54,11 @@ class BaseExcitation(PlatformEffect):
         phase = math.remainder(self.phase_rad + (math.pi if size < 0.0 else 0.0), 2.0 * math.pi)
         return replace(self, acceleration_m_per_s2=abs(size), phase_rad=phase, axis=tuple((side * axis / length).tolist()))
 
-    def sum_of(self, amounts: Mapping[Self, float]) -> Self:
+    def sum_of(self, shapes: Array, amounts: Array) -> BaseExcitation:
         """The nearest motion along one axis for several of the same frequency, which together may go round."""
-        waves = [amount * np.outer(one.axis, (math.cos(one.phase_rad), math.sin(one.phase_rad))) for one, amount in amounts.items()]
-        axes, sizes, phases = np.linalg.svd(np.sum(waves, axis=0))
-        phase, axis = math.atan2(phases[0, 1], phases[0, 0]), tuple(axes[:, 0].tolist())
+        phases, axes = shapes[:, 2], shapes[:, 3:]
+        directions, sizes, parts = np.linalg.svd((amounts[:, None] * axes).T @ np.column_stack([np.cos(phases), np.sin(phases)]))
+        phase, axis = math.atan2(parts[0, 1], parts[0, 0]), tuple(directions[:, 0].tolist())
         return replace(self, acceleration_m_per_s2=float(sizes[0]), phase_rad=phase, axis=axis)
 
     def constants_of(self, model: Rig) -> tuple[float, ...]:

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import Any, Self
+from typing import Any
 
+import numpy as np
+
+from measure.common.arrays import Array
 from simulate.model.effect import LegEffect, parameter
 from simulate.model.rig import LEGS, Rig
 
@@ -31,10 +33,9 @@ class Ripple(LegEffect):
     period_m: float = parameter(0.05, low=5e-4, high=0.3, typical=0.02, starts=_PERIODS_M, doc="elongation from one wave to the next, p")
     phase_rad: float = parameter(0.0, low=-7.0, high=7.0, typical=0.5, starts=(0.0, 1.57), doc="phase of the stowed leg, phi")
 
-    def sum_of(self, amounts: Mapping[Self, float]) -> Self:
+    def sum_of(self, shapes: Array, amounts: Array) -> Ripple:
         """One wave for several of the same period."""
-        of_sine = sum(amount * math.cos(one.phase_rad) for one, amount in amounts.items())
-        of_cosine = sum(amount * math.sin(one.phase_rad) for one, amount in amounts.items())
+        of_sine, of_cosine = float(amounts @ np.cos(shapes[:, 2])), float(amounts @ np.sin(shapes[:, 2]))
         return replace(self, force_N=math.hypot(of_sine, of_cosine), phase_rad=math.atan2(of_cosine, of_sine))
 
     def stiffness(self, model: Rig) -> tuple[float, float]:

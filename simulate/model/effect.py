@@ -113,7 +113,7 @@ class Effect(Formulas):
         constants_of(model) -> numbers               as many as `constants` says, for the formulas of a deployment
         stiffness(model) -> (N/m, N s/m)             what the formulas do not show at rest, a contact; the step follows it
         as_stated() -> effect                        the same with its numbers as one states them, each of `directions` a unit vector
-        sum_of(amounts) -> effect                    what does the same as several together, that differ in nothing but `summed`
+        sum_of(shapes, amounts) -> effect            what does the same as several together, that differ in nothing but `summed`
         observe(time_s, channels) -> channels        what a camera makes of the motion
         true_time(shown_s) -> s                      the rig's time at which the camera's clock showed this
         observe_force(time_s, elongation, force)     what a load cell makes of the force
@@ -169,12 +169,15 @@ class Effect(Formulas):
         """The same effect with its numbers as one states them; most effects have one way only."""
         return self
 
-    def sum_of(self, amounts: Mapping[Self, float]) -> Self:
-        """The effect that does what others together do, each with an amount of its first parameter; or comes nearest to that.
+    def sum_of(self, shapes: Array, amounts: Array) -> Self:
+        """The effect that does what several together do, or comes nearest to that; most effects have no parameters that add up.
 
-        They differ from this one in the parameters of `summed` alone, waves in their phases; most effects have none.
+        Parameters
+        ----------
+        shapes : (k, n) their parameters laid flat, which differ from those of this one in `summed` alone, waves in their phases.
+        amounts : (k,) the first parameter of each.
         """
-        raise NotImplementedError(f"{self.name} has no parameters that add up: {len(amounts)} shapes")
+        raise NotImplementedError(f"{self.name} has no parameters that add up: {shapes.shape}, {amounts.shape}")
 
     def constants_of(self, model: Rig) -> tuple[float, ...]:
         """What the formulas need to know of the base model; most effects need nothing."""

@@ -24,6 +24,11 @@ def wrench_of(effect, time_s):
     return wrench[:3]
 
 
+def flat(parts):
+    """Parameters of effects laid flat, (k, n), and the amount of each, (k,)."""
+    return np.array([one.flat() for one in parts]), np.array(list(parts.values()))
+
+
 @pytest.mark.parametrize("seed", range(5))
 def test_one_excitation_does_what_its_parts_along_all_axes_do(seed):
     chance = np.random.default_rng(seed)
@@ -33,7 +38,7 @@ def test_one_excitation_does_what_its_parts_along_all_axes_do(seed):
         for k in range(3)
         for at, turned in ((0.0, math.cos(phase)), (0.5 * math.pi, math.sin(phase)))
     }
-    whole = BaseExcitation(0.0, 7.0).sum_of(parts)
+    whole = BaseExcitation(0.0, 7.0).sum_of(*flat(parts))
     assert np.linalg.norm(whole.axis) == pytest.approx(1.0)
     for time in np.linspace(0.0, 0.3, 7):
         assert wrench_of(whole, time) == pytest.approx(sum(a * wrench_of(one, time) for one, a in parts.items()), abs=1e-12)
@@ -43,7 +48,7 @@ def test_one_excitation_does_what_its_parts_along_all_axes_do(seed):
 def test_one_ripple_does_what_its_parts_do(seed):
     chance = np.random.default_rng(seed)
     parts = {Ripple(0.0, 0.05, phase): amount for phase, amount in zip(chance.uniform(-3.0, 3.0, 4), chance.normal(size=4), strict=True)}
-    whole = Ripple(0.0, 0.05).sum_of(parts)
+    whole = Ripple(0.0, 0.05).sum_of(*flat(parts))
     for u in np.linspace(0.0, 0.1, 9):
         force = sum(amount * Ripple.leg_force(u, 0, 0, 0, 0, replace(one, force_N=1.0).flat()) for one, amount in parts.items())
         assert Ripple.leg_force(u, 0, 0, 0, 0, whole.flat()) == pytest.approx(force, abs=1e-12)
@@ -55,6 +60,7 @@ def shaken(campaign, fitted):
     return weighed(fitted(campaign(SHAKES, 97, loops=(), deployments=({},), hold_out=False)))
 
 
+@pytest.mark.slow
 def test_an_excitation_along_no_axis_of_the_rig_is_found_from_one_of_its_promises(shaken):
     (promise,) = (one for one in promises(shaken, {NAME: CATALOGUE[NAME]}) if one.name == NAME)
     starts = (posed(shaken, one) for one in (promise, *promise.others))
