@@ -170,9 +170,7 @@ class Factored:
         return float(np.sum((self.root.T @ (self.size * vector)) ** 2))
 
     def damped(self, step: Array, damping: float) -> Array:
-        """A step (n,), of which less is left the less the matrix says along it (Marquardt 1963); all without damping."""
-        if damping == 0.0:
-            return step
+        """A step (n,), of which less is left the less the matrix says along it (Marquardt 1963)."""
         unit = self.root @ self.root.T
         return np.linalg.solve(unit + damping * np.eye(len(unit)), unit @ (self.size * step)) / self.size
 

@@ -230,7 +230,7 @@ class Normal:
 
     def taken(self, parts: Sequence[Part]) -> Iterator[Taken]:
         """What the parameters take from the noise of each channel; what its prior holds takes nothing (MacKay 2003, chapter 28)."""
-        covariance = self.factored.solve(np.eye(len(self.factored.size)))
+        covariance = self.factored.inverse
         for own, part in zip(self.by_channel, parts, strict=True):
             of_part = covariance[np.ix_(part.places, part.places)]
             yield Taken.by(part.values, of_part, float(np.sum(own * of_part)))

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.signal import lfilter
 
-from identify.estimation.covariance import clipped, own_shares, sandwich, scatter, shift_of, smoothed_power
+from identify.estimation.covariance import Factored, clipped, own_shares, sandwich, scatter, shift_of, smoothed_power
 
 N = 600
 X = np.linspace(-1.0, 1.0, N)
@@ -101,3 +101,18 @@ def test_the_own_share_is_the_sine_of_the_angle_to_what_others_can_do():
     table = np.array([[1.0, np.cos(angle), 0.0, 0.0], [0.0, 7.0 * np.sin(angle), 0.0, 0.0], [0.0, 0.0, 3.0, 0.0]])
     table[0, 1] *= 7.0
     assert own_shares(table) == pytest.approx([np.sin(angle), np.sin(angle), 1.0, 0.0])
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_a_damped_step_is_that_of_a_matrix_with_a_larger_diagonal_and_leaves_what_is_hardly_known(seed):
+    chance = np.random.default_rng(seed)
+    table = chance.normal(size=(9, 4)) * [1.0, 30.0, 1e-3, 1.0]
+    table[:, 3] = table[:, 0] + 1e-3 * chance.normal(size=9)
+    matrix, step = table.T @ table, chance.normal(size=4) / [1.0, 30.0, 1e-3, 1.0]
+    found = Factored.of(matrix)
+    assert found.over(step) == pytest.approx(step @ matrix @ step, rel=1e-6)
+    assert found.inverse @ matrix == pytest.approx(np.eye(4), abs=1e-2)
+    expected = np.linalg.solve(matrix + 0.1 * np.diag(np.diag(matrix)), matrix @ step)
+    assert found.damped(step, 0.1) == pytest.approx(expected, rel=1e-6)
+    along = np.array([1.0, 0.0, 0.0, -1.0])  # of two that do the same
+    assert np.abs(found.damped(along, 0.1)[[0, 3]]).max() < 1e-3
