@@ -25,8 +25,8 @@ from measure.common.arrays import Array
 _FEW_STEPS = 8
 _MOST_STEPS = 25  # until a place is settled
 _OF_A_LEG = 3.0  # of a log probability, that a step brings where longer films follow
-_SHARES = (0.5, 0.2)  # of a step that are tried
-_DAMPINGS = (1e-3, 1e-2, 1.0)  # of a step, in parts of what is known of each parameter by itself
+_SHARES = (0.5, 0.2, 0.1)  # of a step that are tried
+_DAMPINGS = (1e-4, 1e-3, 1e-2, 1.0)  # of a step, in parts of what is known of each parameter by itself
 
 
 @dataclass(frozen=True)
