@@ -50,11 +50,13 @@ def test_a_step_within_bounds_leaves_none_of_them():
         assert np.all((low <= found) & (found <= high))
 
 
-def test_an_excitation_is_stated_with_an_axis_of_length_one_and_acts_the_same():
-    fitted = BaseExcitation(acceleration_m_per_s2=0.886, frequency_Hz=16.7, phase_rad=3.03, axis=(0.65, -0.79, -1.0))
+@pytest.mark.parametrize("amplitude", [0.886, -0.886])
+def test_an_excitation_is_stated_with_an_axis_of_length_one_and_acts_the_same(amplitude):
+    fitted = BaseExcitation(acceleration_m_per_s2=amplitude, frequency_Hz=16.7, phase_rad=3.03, axis=(0.65, -0.79, -1.0))
     stated, pose = fitted.as_stated(), np.zeros(7)
     assert np.linalg.norm(stated.axis) == pytest.approx(1.0)
     assert stated.axis[2] > 0.0
+    assert stated.acceleration_m_per_s2 > 0.0
     for time in np.linspace(0.0, 0.6, 7):
         forces = np.zeros((2, 6))
         for effect, force in zip((fitted, stated), forces, strict=True):

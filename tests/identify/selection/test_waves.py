@@ -63,12 +63,23 @@ def shaken(campaign, fitted):
 @pytest.mark.slow
 def test_an_excitation_along_no_axis_of_the_rig_is_found_from_one_of_its_promises(shaken):
     (promise,) = (one for one in promises(shaken, {NAME: CATALOGUE[NAME]}) if one.name == NAME)
+    assert len(promise.others) == 2
     starts = (posed(shaken, one) for one in (promise, *promise.others))
     found = max((weighed(solve(problem, start, loosely=True)) for problem, start in starts), key=lambda one: one.log_z)
     (effect,) = found.fit.problem.effects_at(found.fit.q)
     assert isinstance(effect, BaseExcitation)
     assert effect.as_stated().frequency_Hz == pytest.approx(15.8, abs=0.2)
     assert found.log_z > promise.log_z + 3.0
+
+
+def test_what_shakes_along_several_axes_is_promised_along_one_between_them(shaken, monkeypatch):
+    monkeypatch.setattr("identify.selection.promises._with_shape_free", lambda at, effect, sizes: (-np.inf, None, sizes))
+    (promise,) = (one for one in promises(shaken, {NAME: CATALOGUE[NAME]}) if one.name == NAME)
+    problem, start = posed(shaken, promise)
+    (effect,) = problem.effects_at(start)
+    assert isinstance(effect, BaseExcitation)
+    assert np.linalg.norm(effect.axis) == pytest.approx(1.0)
+    assert np.sort(np.abs(effect.axis))[1] > 0.1
 
 
 def test_a_place_is_left_that_is_near_in_each_parameter_and_far_in_all(shaken):
