@@ -52,6 +52,19 @@ class Tried:
             if not names or (one.is_believable and all(one.fit.rms <= _NO_LARGER * less.largest_rms for less in self._with_one_less(names)))
         ]
 
+    def _rivals(self) -> list[Names]:
+        """Fitted hypotheses that are no likelier than the foremost one, and count beside it though their gap is larger.
+
+        They leave noise and are likelier than with any name less: of noise with a memory the likeliest fit need not leave the smallest gap.
+        """
+        most = self.foremost.log_weight
+        return [
+            names
+            for names, one in self.fitted.items()
+            if names and one.is_believable and one.weighed.leaves_noise and one.log_weight <= most
+            if all(one.log_weight > less.log_weight for less in self._with_one_less(names))
+        ]
+
     @property
     def _base(self) -> Names:
         """The names beside which all others were weighed: the foremost ones, or the foremost of those that were looked from."""
@@ -85,7 +98,7 @@ class Tried:
         kept = {(), self.foremost.names, self._base}
         logs = {n: one.log_weight for n, one in self.ahead.items() if one.promise is not None or one.beside.names in kept}
         logs = {names: log for names, log in logs.items() if names not in self.fitted}
-        logs |= {names: self.fitted[names].log_weight for names in self._closing()}
+        logs |= {names: self.fitted[names].log_weight for names in (*self._closing(), *self._rivals())}
         whole = np.logaddexp.reduce(list(logs.values()))
         found = {names: float(np.exp(log - whole)) for names, log in logs.items()}
         return dict(sorted(found.items(), key=lambda row: -row[1]))

@@ -129,7 +129,7 @@ def test_of_tables_that_count_from_their_first_frame_a_clock_shows_its_rate_and_
     low, high = parameters["rate_fraction"]["ci95"]
     assert 0.0 < low < 0.003 < high
     assert not parameters["offset_s"]["identifiable"]
-    assert parameters["offset_s"]["value"] == pytest.approx(0.0, abs=8e-4)  # a fifth of a frame: nothing holds it but its start
+    assert parameters["offset_s"]["value"] == pytest.approx(0.0, abs=2e-3)  # half a frame: nothing holds it but its start
     assert np.isnan(parameters["offset_s"]["stderr"])
     low, high = found.findings[0].effect.bounds(model, found.after.problem.measures)["offset_s"]
     assert parameters["offset_s"]["ci95"] == pytest.approx([low, high])
