@@ -23,6 +23,7 @@ from identify.selection.stand import Stand, Weighed
 from measure.common.arrays import Array
 from simulate.model.effect import Effect
 from simulate.model.measures import Measures
+from simulate.model.wave import Wave
 
 _SHOWN = 1e-6  # of the noise, by a typical size
 _CHORDS = 3.0  # of a size at which an effect is tried: one standard deviation of its prior
@@ -150,8 +151,8 @@ class _Shape:
 
 
 @dataclass(frozen=True)
-class _Sum(_Shape):
-    """Shapes of an effect that add up, waves of one frequency: a column of each.
+class _Waves(_Shape):
+    """Waves of one frequency together, a column of each.
 
     parts : (k, n) parameters of each. typical : (n,) sizes of them.
     """
@@ -160,25 +161,26 @@ class _Sum(_Shape):
     typical: Array
 
     @classmethod
-    def of(cls, alike: Sequence[_Shape], measures: Measures) -> _Sum:
-        """Of shapes that differ in nothing else."""
-        columns = reduce(Columns.beside, (one.columns for one in alike))
-        free = Columns.free(columns.values, 1.0)
-        first = alike[0]
+    def of(cls, alike: Sequence[_Shape], measures: Measures) -> _Waves:
+        """Of shapes that differ in nothing but what adds up."""
+        columns, first = reduce(Columns.beside, (one.columns for one in alike)), alike[0]
+        free = replace(Columns.free(columns.values, 1.0), spread=columns.spread)
         parts = np.array([one.effect.flat() for one in alike])
-        return cls(first.effect, replace(free, spread=columns.spread), first.shown, first.known, parts, first.effect.typical(measures))
+        return cls(first.effect, free, first.shown, first.known, parts, first.effect.typical(measures))
 
     def sizes(self, amounts: Array) -> Array:
-        """Where a fit of the effect starts: from all of them together."""
+        """Where a fit of the effect starts: from the one wave that they make."""
+        assert isinstance(self.effect, Wave)
         whole = self.effect.sum_of(self.parts, amounts[-self.columns.count :] * self.typical[0])
         return (whole.flat() - self.effect.flat()) / self.typical
 
 
 @dataclass(frozen=True)
 class _Looked:
-    """An effect in all its shapes, which share its prior, and its gain in each at a first look, the best first.
+    """An effect in all its shapes, which share its prior, and what each brings at a first look.
 
-    ways : from which a fit of it may start, with their gains, the best first: its shapes, or those together that add up.
+    ways, gains : the shapes from which a fit may start, of waves those of one frequency together, and what each brings. Of both the one
+    that may bring most stands first.
     """
 
     shapes: tuple[_Shape, ...]
@@ -193,7 +195,9 @@ class _Looked:
         if not shapes:
             return None
         looked = _ranked(at, shapes)
-        return cls(*looked, *(_ranked(at, _sums(shapes, at.fit.problem.measures)) if effect.summed and len(shapes) > 1 else looked))
+        if not isinstance(effect, Wave) or len(shapes) == 1:
+            return cls(*looked, *looked)
+        return cls(*looked, *_ranked(at, _waves(shapes, effect.summed, at.fit.problem.measures)))
 
     @property
     def first(self) -> float:
@@ -210,7 +214,7 @@ class _Looked:
             return Promise(shape.name, instead, log_z, shape, _base(at, at.both), sizes, _errors(at, at.both), looks, self.first)
         along = sorted(((at.beside(one.columns, {shape.name}), one) for one in few), key=lambda pair: -pair[0].log_z)
         found = []
-        for of_way, way in along if shape.summed else along[:1]:
+        for of_way, way in along if isinstance(few[0], _Waves) else along[:1]:
             log_z, both, sizes = self._led(at, way, of_way)
             errors = _errors(at, both, {shape.name})
             found.append(Promise(shape.name, instead, log_z, way.effect, _base(at, both), sizes, errors, looks, self.first))
@@ -235,13 +239,13 @@ def _ranked(at: Weighed, shapes: Sequence[_Shape]) -> tuple[tuple[_Shape, ...], 
     return tuple(shape for shape, _ in found), tuple(gain for _, gain in found)
 
 
-def _sums(shapes: Sequence[_Shape], measures: Measures) -> list[_Sum]:
+def _waves(shapes: Sequence[_Shape], summed: Collection[str], measures: Measures) -> list[_Waves]:
     """Shapes that differ only in what adds up, together."""
     alike: dict[tuple[object, ...], list[_Shape]] = {}
     for one in shapes:
-        rest = tuple(getattr(one.effect, item.name) for item in fields(one.effect) if item.name not in one.effect.summed)
+        rest = tuple(getattr(one.effect, item.name) for item in fields(one.effect) if item.name not in summed)
         alike.setdefault(rest, []).append(one)
-    return [_Sum.of(group, measures) for group in alike.values()]
+    return [_Waves.of(group, measures) for group in alike.values()]
 
 
 def _slopes(at: Weighed, effect: Effect) -> list[_Shape]:

@@ -11,12 +11,13 @@ import numpy as np
 from measure.common.arrays import Array
 from simulate.model.effect import PlatformEffect, parameter
 from simulate.model.rig import Rig
+from simulate.model.wave import Wave
 
-_FREQUENCIES_HZ = (*np.arange(1.0, 30.0, 0.75).tolist(), *np.arange(30.25, 61.0, 1.5).tolist())  # as a film of 0.6 s tells
+_FREQUENCIES_HZ = (*np.arange(1.0, 30.0, 0.75).tolist(), *np.arange(30.25, 61.0, 1.5).tolist())  # films of 0.6 s tell no closer ones apart
 
 
 @dataclass(frozen=True)
-class BaseExcitation(PlatformEffect):
+class BaseExcitation(Wave, PlatformEffect):
     """A harmonic acceleration of the base along an axis; the motion is seen from the base, as by a camera that stands on it.
 
         F = -m a n sin(2 pi f t + phi)          at the centre of mass, n the axis, m the moving mass
@@ -44,7 +45,7 @@ class BaseExcitation(PlatformEffect):
     )
 
     def as_stated(self) -> BaseExcitation:
-        """With an axis of length one whose largest component is positive, and its amplitude too, and a phase within half a turn."""
+        """A positive amplitude, an axis of length one whose largest component is positive, and a phase within half a turn."""
         axis = np.asarray(self.axis)
         length = float(np.linalg.norm(axis))
         if length == 0.0:
@@ -55,7 +56,7 @@ class BaseExcitation(PlatformEffect):
         return replace(self, acceleration_m_per_s2=abs(size), phase_rad=phase, axis=tuple((side * axis / length).tolist()))
 
     def sum_of(self, shapes: Array, amounts: Array) -> BaseExcitation:
-        """The nearest motion along one axis for several of the same frequency, which together may go round."""
+        """The motion along one axis that is nearest to several along different ones, which together may go round in an ellipse."""
         phases, axes = shapes[:, 2], shapes[:, 3:]
         directions, sizes, parts = np.linalg.svd((amounts[:, None] * axes).T @ np.column_stack([np.cos(phases), np.sin(phases)]))
         phase, axis = math.atan2(parts[0, 1], parts[0, 0]), tuple(directions[:, 0].tolist())

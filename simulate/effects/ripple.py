@@ -11,12 +11,13 @@ import numpy as np
 from measure.common.arrays import Array
 from simulate.model.effect import LegEffect, parameter
 from simulate.model.rig import LEGS, Rig
+from simulate.model.wave import Wave
 
 _PERIODS_M = tuple(1.0 / k for k in (*range(4, 61, 4), *range(72, 300, 14)))  # no wider apart than a full stroke, or a loop, can tell
 
 
 @dataclass(frozen=True)
-class Ripple(LegEffect):
+class Ripple(Wave, LegEffect):
     """The force of each leg ripples with its elongation, whatever the speed and direction; it gives back what it takes.
 
         F = A sin(2 pi u / p + phi)

@@ -113,7 +113,6 @@ class Effect(Formulas):
         constants_of(model) -> numbers               as many as `constants` says, for the formulas of a deployment
         stiffness(model) -> (N/m, N s/m)             what the formulas do not show at rest, a contact; the step follows it
         as_stated() -> effect                        the same with its numbers as one states them, each of `directions` a unit vector
-        sum_of(shapes, amounts) -> effect            what does the same as several together, that differ in nothing but `summed`
         observe(time_s, channels) -> channels        what a camera makes of the motion
         true_time(shown_s) -> s                      the rig's time at which the camera's clock showed this
         observe_force(time_s, elongation, force)     what a load cell makes of the force
@@ -123,7 +122,6 @@ class Effect(Formulas):
     acts_on: ClassVar[str]
     constants: ClassVar[int] = 0
     directions: ClassVar[tuple[str, ...]] = ()
-    summed: ClassVar[tuple[str, ...]] = ()
 
     def __post_init__(self) -> None:
         for item, size, low, high in _limits_of(type(self)):
@@ -168,16 +166,6 @@ class Effect(Formulas):
     def as_stated(self) -> Self:
         """The same effect with its numbers as one states them; most effects have one way only."""
         return self
-
-    def sum_of(self, shapes: Array, amounts: Array) -> Self:
-        """The effect that does what several together do, or comes nearest to that; most effects have no parameters that add up.
-
-        Parameters
-        ----------
-        shapes : (k, n) their parameters laid flat, which differ from those of this one in `summed` alone, waves in their phases.
-        amounts : (k,) the first parameter of each.
-        """
-        raise NotImplementedError(f"{self.name} has no parameters that add up: {shapes.shape}, {amounts.shape}")
 
     def constants_of(self, model: Rig) -> tuple[float, ...]:
         """What the formulas need to know of the base model; most effects need nothing."""
