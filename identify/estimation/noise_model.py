@@ -8,8 +8,8 @@ that remembers longer than a few samples cannot be told from a missing effect, a
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-from dataclasses import dataclass
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
 from functools import cache
 from typing import Any
 
@@ -24,7 +24,7 @@ LONGEST_MEMORY = 0.85
 SMALLEST_SCALE = 0.3  # of the noise that the fast part of a channel shows
 _ROUNDS = 4
 _PER_SIGMA = 1.4826
-_STRETCH, _OF_DIFFERENCES = 5, 8  # how far apart the samples of a pair are at most; differences tell less of what is slow
+_REACH, _OF_CONTRASTS = 5, 8  # samples before one from which it is predicted; contrasts tell less of what is slow
 _PIECE, _LOUD = 30, 2.0  # samples of a piece, and how many times the usual power of a piece is no noise
 _MEMORIES, _WHITE = np.linspace(0.0, LONGEST_MEMORY, 35), np.linspace(0.0, 0.95, 20)
 _triangular: Any = linalg.get_lapack_funcs("tbtrs", dtype=float)  # solves banded triangular equations
@@ -168,9 +168,9 @@ def estimated(residual: Array, apart: Array, taken: Taken | None = None, start: 
 
 def _reestimated(noise: ChannelNoise, residual: Array, apart: Array, share: float, taken: Taken) -> ChannelNoise:
     trusted, places = weights(noise.whitened(residual, apart)), places_of(apart)
-    values, count, columns, spread = (_placed(places, of) for of in (residual, trusted, taken.columns, taken.spread))
-    pairs = _Pairs.of(values, count, columns, spread, _STRETCH)
-    memory, white, _ = _likeliest(pairs.products, len(residual), _stretches(_STRETCH))
+    placed = replace(taken, columns=_placed(places, taken.columns), spread=_placed(places, taken.spread))
+    windows = _windows(_placed(places, residual), _placed(places, trusted), _REACH, placed)
+    memory, white, _ = _likeliest([windows], len(residual))
     unit = ChannelNoise(memory, white).whitened(residual, apart)
     scale = float(np.sqrt(share * np.mean(weights(unit / noise.scale) * unit**2)))
     return ChannelNoise(memory, white, max(scale, SMALLEST_SCALE))
@@ -186,61 +186,23 @@ def from_differences(runs: Iterable[tuple[Array, Array]]) -> ChannelNoise:
     ----------
     runs : of each run what is left (n,), and how far its samples stand apart, see `spacing`.
     """
-    steps = [_steps(*run) for run in runs]
-    powers = [_powers(values, there) for values, there in steps]
+    placed = [_placed(places_of(apart), np.column_stack([gaps, np.ones(len(gaps))])).T for gaps, apart in runs]
+    powers = [_powers(values, there) for values, there in placed]
     moving = np.concatenate([power[power > 0.0] for power in powers])
     if not len(moving):
         return ChannelNoise(scale=0.0)
     limit = _LOUD * float(np.median(moving))
-    product, count = np.zeros((2, _OF_DIFFERENCES + 1))
-    for (values, there), power in zip(steps, powers, strict=True):
-        quiet = there * np.repeat(power <= limit, _PIECE)[: len(there)]
-        nothing = np.empty((len(values), 0))
-        pairs = _Pairs.of(values, quiet, nothing, nothing, _OF_DIFFERENCES)
-        product, count = product + pairs.product, count + pairs.count
-    memory, white, square = _likeliest(_Pairs(product, count).products, int(count[0]), _stretches(_OF_DIFFERENCES, differences=True))
+    quiet = [there * np.repeat(power <= limit, _PIECE)[: len(there)] for (_, there), power in zip(placed, powers, strict=True)]
+    found = [_windows(values, there, _OF_CONTRASTS) for (values, _), there in zip(placed, quiet, strict=True)]
+    memory, white, square = _likeliest(found, int(sum(map(np.sum, quiet))), contrasts=True)
     return ChannelNoise(memory, white, float(np.sqrt(square)))
 
 
-def _steps(gaps: Array, apart: Array) -> tuple[Array, Array]:
-    """Differences of neighbouring samples, (n,), and one where there are both of them, else nought."""
-    places = places_of(apart)
-    values, there = _placed(places, gaps), _placed(places, np.ones(len(gaps)))
-    both = there[1:] * there[:-1]
-    return both * np.diff(values), both
-
-
 def _powers(values: Array, there: Array) -> Array:
-    """Mean square of the values of each piece, zero of one that is empty."""
-    starts = np.arange(0, len(values), _PIECE)
-    if not len(starts):
-        return np.zeros(0)
-    count, square = np.add.reduceat(there, starts), np.add.reduceat(values**2, starts)
-    return square / np.maximum(count, 1.0)
-
-
-@dataclass(frozen=True)
-class _Pairs:
-    """Pairs of samples 0, 1, ... apart: their products added up as far as both samples are trusted, and so their number, (d,)."""
-
-    product: Array
-    count: Array
-
-    @classmethod
-    def of(cls, values: Array, trusted: Array, columns: Array, spread: Array, farthest: int) -> _Pairs:
-        """Of a run's samples (n,), each trusted (n,) so much, those that are not there not at all, with what was `Taken` given back."""
-        product, count = np.zeros((2, farthest + 1))
-        for d in range(min(farthest + 1, len(values))):
-            later, earlier = slice(d, None), slice(0, len(values) - d)
-            both = np.minimum(trusted[later], trusted[earlier])
-            given = np.einsum("ij,ij->i", spread[later], columns[earlier])
-            product[d], count[d] = both @ (values[later] * values[earlier] + given), np.sum(both)
-        return cls(product, count)
-
-    @property
-    def products(self) -> Array:
-        """Their mean product."""
-        return self.product / np.maximum(self.count, 1e-300)
+    """Mean square of the differences of neighbours in each piece, zero where there are none."""
+    both = np.append(there[1:] * there[:-1], 0.0)
+    steps, starts = both * np.diff(values, append=0.0), np.arange(0, len(values), _PIECE)
+    return np.add.reduceat(steps**2, starts) / np.maximum(np.add.reduceat(both, starts), 1.0)
 
 
 def _placed(places: NDArray[np.intp], values: Array) -> Array:
@@ -253,42 +215,111 @@ def _placed(places: NDArray[np.intp], values: Array) -> Array:
 
 
 @dataclass(frozen=True)
-class _Stretches:
-    """For each memory and white share, (g,): what stretches of noise of variance one look like.
+class _Windows:
+    """A run's samples, each with those up to `reach` places before it, put together by which of these places hold a sample.
 
-    quadratic : (g, d), whose product with those of pairs is the square of an innovation over its size. log_size : of these
-    squares. unlikely : minus the logarithm of the prior.
+    held : (p,) the places 1 to reach before the sample, as bits of a number. count : (p,) of the samples, as far as they are trusted.
+    products : (p, k) as many times the mean product of the values at two places 0 to reach before it, in the order of `numpy.triu_indices`.
     """
 
-    quadratic: Array
-    log_size: Array
-    unlikely: Array
+    reach: int
+    held: NDArray[np.intp]
+    count: Array
+    products: Array
 
 
-@cache
-def _stretches(farthest: int, differences: bool = False) -> _Stretches:
-    """Of samples 0 to `farthest` of the noise, or of its differences.
+def _windows(values: Array, trust: Array, reach: int, taken: Taken | None = None) -> _Windows:
+    """Of samples (n,) at places without holes, each trusted (n,) so much, those that are not there not at all.
+
+    A pair counts with the smaller trust of its two samples. What a fit has taken is given back to the products.
+    """
+    n, back = len(values), np.arange(reach + 1)
+    trusts = _padded(trust, reach)[np.arange(n)[:, None] + reach - back]
+    held = np.where(trust > 0.0, (trusts[:, 1:] > 0.0) @ (1 << back[:-1]), -1)
+    order = np.argsort(held, kind="stable")[int(np.sum(held < 0)) :]
+    groups, starts = np.unique(held[order], return_index=True)
+    at, (later, earlier) = order[:, None] + reach, np.triu_indices(reach + 1)
+    before = _padded(values, reach)[at - back]
+    products = before[:, later] * before[:, earlier]
+    if taken is not None:
+        given = np.zeros((n, reach + 1))
+        for apart in range(min(reach + 1, n)):
+            given[apart:, apart] = np.einsum("ij,ij->i", taken.spread[apart:], taken.columns[: n - apart])
+        products += _padded(given, reach)[at - later, earlier - later]
+    both = np.minimum(trusts[order][:, later], trusts[order][:, earlier])
+    if not len(groups):
+        return _Windows(reach, groups, np.zeros(0), np.zeros((0, len(later))))
+    count, sums, weight = (np.add.reduceat(of, starts) for of in (trust[order], both * products, both))
+    return _Windows(reach, groups, count, count[:, None] * sums / np.maximum(weight, 1e-300))
+
+
+def _padded(values: Array, reach: int) -> Array:
+    """The values (n, ...), and nothing before the first."""
+    return np.concatenate([np.zeros((reach, *values.shape[1:])), values])
+
+
+def _likeliest(found: Sequence[_Windows], count: int, contrasts: bool = False) -> tuple[float, float, float]:
+    """Memory and white share under which the windows of so many samples are likeliest, and the variance of the noise.
 
     Noise is taken for as many times less likely beforehand as it makes the variance of a mean over many samples larger than white noise
     does: a memory that the samples do not show is none.
+
+    contrasts : whether only the differences of samples count, in which what is slow hardly shows.
     """
-    quadratic, log_size, unlikely = [], [], []
-    for memory in _MEMORIES:
-        for white in _WHITE:
-            own = (1.0 - white) * memory ** np.arange(farthest + 2.0)
-            own[0] = 1.0
-            seen = 2.0 * own[:-1] - own[1:] - np.concatenate([own[1:2], own[:-2]]) if differences else own[:-1]
-            ahead = np.concatenate([[1.0], -linalg.solve_toeplitz(seen[:-1], seen[1:])])
-            size, at_once = float(ahead @ seen), np.correlate(ahead, ahead, "full")[farthest:]
-            quadratic.append(np.concatenate([at_once[:1], 2.0 * at_once[1:]]) / size)
-            log_size.append(np.log(size))
-            unlikely.append(np.log(white + (1.0 - white) * (1.0 + memory) / (1.0 - memory)))
-    return _Stretches(np.array(quadratic), np.array(log_size), np.array(unlikely))
-
-
-def _likeliest(products: Array, count: int, of: _Stretches) -> tuple[float, float, float]:
-    """Memory and white share under which stretches whose pairs have such products are likeliest, and the variance of the noise."""
-    square = np.maximum(of.quadratic @ products, 1e-300)
-    best = int(np.argmin(0.5 * count * (np.log(square) + of.log_size) + of.unlikely))
+    held, place = np.unique(np.concatenate([one.held for one in found]), return_inverse=True)
+    trusted, products = np.zeros(len(held)), np.zeros((len(held), found[0].products.shape[1]))
+    np.add.at(trusted, place, np.concatenate([one.count for one in found]))
+    np.add.at(products, place, np.concatenate([one.products for one in found]))
+    told = np.flatnonzero((trusted > 0.0) & ((held > 0) | (not contrasts)))
+    square, log_size = np.zeros((2, len(_MEMORIES) * len(_WHITE)))
+    for which, number, of in zip(held[told], trusted[told], products[told], strict=True):
+        new = _newness(found[0].reach, int(which), contrasts)
+        square += of[new.pairs] @ new.quadratic
+        log_size += number * new.log_size
+    number = max(float(np.sum(trusted[told])), 1e-300)
+    square = np.maximum(square / number, 1e-300)
+    best = int(np.argmin(0.5 * count * (np.log(square) + log_size / number) + _unlikely()))
     memory, white = np.unravel_index(best, (len(_MEMORIES), len(_WHITE)))
     return float(_MEMORIES[memory]), float(_WHITE[white]), float(square[best])
+
+
+@cache
+def _unlikely() -> Array:
+    """Minus the logarithm of the prior of each memory and white share, (g,)."""
+    memory, white = _MEMORIES[:, None], _WHITE[None, :]
+    return np.log(white + (1.0 - white) * (1.0 + memory) / (1.0 - memory)).ravel()
+
+
+@dataclass(frozen=True)
+class _Newness:
+    """What is new in a sample beside those before it, for each memory and white share (g,), in noise of variance one.
+
+    pairs : (p,) of places, of `_Windows`. quadratic : (p, g), whose product with the products of these pairs is the square of what is new
+    over its variance. log_size : (g,) of this variance.
+    """
+
+    pairs: NDArray[np.intp]
+    quadratic: Array
+    log_size: Array
+
+
+@cache
+def _newness(reach: int, held: int, contrasts: bool) -> _Newness:
+    """With samples at these places: a sample minus its best linear prediction.
+
+    Of contrasts, the coefficients of the prediction add up to one (ordinary kriging: Cressie 1993); one sample alone tells nothing.
+    """
+    back = np.array([0, *(place for place in range(1, reach + 1) if held & (1 << (place - 1)))])
+    apart = np.abs(back[:, None] - back)
+    memory, white = _MEMORIES[:, None, None, None], _WHITE[None, :, None, None]
+    noise = ((1.0 - white) * memory**apart + white * (apart == 0)).reshape(-1, len(back), len(back))
+    n, size = len(back) - 1, len(back) - 1 + contrasts
+    left, right = np.ones((len(noise), size, size)), np.ones((len(noise), size, 1))
+    left[:, :n, :n], left[:, n:, n:], right[:, :n, 0] = noise[:, 1:, 1:], 0.0, noise[:, 1:, 0]
+    ahead = np.ones((len(noise), n + 1))
+    ahead[:, 1:] = -np.linalg.solve(left, right)[:, :n, 0]
+    variance = np.einsum("gi,gij,gj->g", ahead, noise, ahead)
+    i, j = np.triu_indices(n + 1)
+    quadratic = (np.where(i == j, 1.0, 2.0) * ahead[:, i] * ahead[:, j] / variance[:, None]).T
+    pairs = back[i] * (2 * reach + 1 - back[i]) // 2 + back[j]
+    return _Newness(pairs, quadratic, np.log(variance))
