@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
-from functools import cache
+from functools import cache, lru_cache
 from typing import Any
 
 import numpy as np
@@ -169,8 +169,8 @@ def estimated(residual: Array, apart: Array, taken: Taken | None = None, start: 
 def _reestimated(noise: ChannelNoise, residual: Array, apart: Array, share: float, taken: Taken) -> ChannelNoise:
     trusted, places = weights(noise.whitened(residual, apart)), places_of(apart)
     placed = replace(taken, columns=_placed(places, taken.columns), spread=_placed(places, taken.spread))
-    windows = _windows(_placed(places, residual), _placed(places, trusted), _REACH, placed)
-    memory, white, _ = _likeliest([windows], len(residual))
+    windows = _Windows.of(_placed(places, residual), _placed(places, trusted), _REACH, placed)
+    memory, white, _ = _likeliest(windows, len(residual))
     unit = ChannelNoise(memory, white).whitened(residual, apart)
     scale = float(np.sqrt(share * np.mean(weights(unit / noise.scale) * unit**2)))
     return ChannelNoise(memory, white, max(scale, SMALLEST_SCALE))
@@ -193,8 +193,8 @@ def from_differences(runs: Iterable[tuple[Array, Array]]) -> ChannelNoise:
         return ChannelNoise(scale=0.0)
     limit = _LOUD * float(np.median(moving))
     quiet = [there * np.repeat(power <= limit, _PIECE)[: len(there)] for (_, there), power in zip(placed, powers, strict=True)]
-    found = [_windows(values, there, _OF_CONTRASTS) for (values, _), there in zip(placed, quiet, strict=True)]
-    memory, white, square = _likeliest(found, int(sum(map(np.sum, quiet))), contrasts=True)
+    found = [_Windows.of(values, there, _OF_CONTRASTS) for (values, _), there in zip(placed, quiet, strict=True)]
+    memory, white, square = _likeliest(_Windows.together(found), int(sum(map(np.sum, quiet))), contrasts=True)
     return ChannelNoise(memory, white, float(np.sqrt(square)))
 
 
@@ -216,7 +216,7 @@ def _placed(places: NDArray[np.intp], values: Array) -> Array:
 
 @dataclass(frozen=True)
 class _Windows:
-    """A run's samples, each with those up to `reach` places before it, put together by which of these places hold a sample.
+    """Samples, each with those up to `reach` places before it, put together by which of these places hold a sample.
 
     held : (p,) the places 1 to reach before the sample, as bits of a number. count : (p,) of the samples, as far as they are trusted.
     products : (p, k) as many times the mean product of the values at two places 0 to reach before it, in the order of `numpy.triu_indices`.
@@ -227,58 +227,68 @@ class _Windows:
     count: Array
     products: Array
 
+    @classmethod
+    def of(cls, values: Array, trust: Array, reach: int, taken: Taken | None = None) -> _Windows:
+        """Of samples (n,) at places without holes, each trusted (n,) so much, those that are not there not at all.
 
-def _windows(values: Array, trust: Array, reach: int, taken: Taken | None = None) -> _Windows:
-    """Of samples (n,) at places without holes, each trusted (n,) so much, those that are not there not at all.
+        A pair counts with the smaller trust of its two samples. What a fit has taken is given back to the products.
+        """
+        held, starts, order, pairs = _grouped((trust > 0.0).tobytes(), reach)
+        products, weight = np.zeros((2, reach + 1, len(values)))
+        for apart in range(min(reach + 1, len(values))):
+            later, earlier = slice(apart, None), slice(0, len(values) - apart)
+            product = values[later] * values[earlier]
+            if taken is not None:
+                product += np.einsum("ij,ij->i", taken.spread[later], taken.columns[earlier])
+            weight[apart, later] = np.minimum(trust[later], trust[earlier])
+            products[apart, later] = weight[apart, later] * product
+        if not len(held):
+            return cls(reach, held, np.zeros(0), np.zeros((0, pairs.shape[1])))
+        count, sums, weights = (np.add.reduceat(of, starts) for of in (trust[order], products.take(pairs), weight.take(pairs)))
+        return cls(reach, held, count, count[:, None] * sums / np.maximum(weights, 1e-300))
 
-    A pair counts with the smaller trust of its two samples. What a fit has taken is given back to the products.
-    """
-    n, back = len(values), np.arange(reach + 1)
-    trusts = _padded(trust, reach)[np.arange(n)[:, None] + reach - back]
-    held = np.where(trust > 0.0, (trusts[:, 1:] > 0.0) @ (1 << back[:-1]), -1)
-    order = np.argsort(held, kind="stable")[int(np.sum(held < 0)) :]
+    @classmethod
+    def together(cls, parts: Sequence[_Windows]) -> _Windows:
+        """Those of several runs."""
+        held, place = np.unique(np.concatenate([one.held for one in parts]), return_inverse=True)
+        count, products = np.zeros(len(held)), np.zeros((len(held), parts[0].products.shape[1]))
+        np.add.at(count, place, np.concatenate([one.count for one in parts]))
+        np.add.at(products, place, np.concatenate([one.products for one in parts]))
+        return cls(parts[0].reach, held, count, products)
+
+
+@lru_cache(maxsize=32)
+def _grouped(there: bytes, reach: int) -> tuple[NDArray[np.intp], NDArray[np.intp], NDArray[np.intp], NDArray[np.intp]]:
+    """Windows of a run by which places hold a sample: those before it (p,), the first window (p,) of each group, and of each window its
+    sample (m,) and pairs (m, k), as numbers in (reach + 1, n): how many places apart, and the later place. A place before the run has no
+    sample; what is taken in its stead belongs to no pair that counts."""
+    at = np.concatenate([np.zeros(reach, dtype=np.uint8), np.frombuffer(there, dtype=np.uint8)])
+    n, back = len(there), np.arange(reach + 1)
+    held = at[np.arange(n)[:, None] + reach - back[1:]] @ (1 << back[:-1])
+    samples = np.flatnonzero(at[reach:])
+    order = samples[np.argsort(held[samples], kind="stable")]
     groups, starts = np.unique(held[order], return_index=True)
-    at, (later, earlier) = order[:, None] + reach, np.triu_indices(reach + 1)
-    before = _padded(values, reach)[at - back]
-    products = before[:, later] * before[:, earlier]
-    if taken is not None:
-        given = np.zeros((n, reach + 1))
-        for apart in range(min(reach + 1, n)):
-            given[apart:, apart] = np.einsum("ij,ij->i", taken.spread[apart:], taken.columns[: n - apart])
-        products += _padded(given, reach)[at - later, earlier - later]
-    both = np.minimum(trusts[order][:, later], trusts[order][:, earlier])
-    if not len(groups):
-        return _Windows(reach, groups, np.zeros(0), np.zeros((0, len(later))))
-    count, sums, weight = (np.add.reduceat(of, starts) for of in (trust[order], both * products, both))
-    return _Windows(reach, groups, count, count[:, None] * sums / np.maximum(weight, 1e-300))
+    later, earlier = np.triu_indices(reach + 1)
+    return groups, starts, order, (earlier - later) * n + np.maximum(order[:, None] - later, 0)
 
 
-def _padded(values: Array, reach: int) -> Array:
-    """The values (n, ...), and nothing before the first."""
-    return np.concatenate([np.zeros((reach, *values.shape[1:])), values])
-
-
-def _likeliest(found: Sequence[_Windows], count: int, contrasts: bool = False) -> tuple[float, float, float]:
+def _likeliest(found: _Windows, samples: int, contrasts: bool = False) -> tuple[float, float, float]:
     """Memory and white share under which the windows of so many samples are likeliest, and the variance of the noise.
 
     Noise is taken for as many times less likely beforehand as it makes the variance of a mean over many samples larger than white noise
     does: a memory that the samples do not show is none.
 
-    contrasts : whether only the differences of samples count, in which what is slow hardly shows.
+    contrasts : whether only the differences of samples count, in which what is slow hardly shows; a sample alone has none.
     """
-    held, place = np.unique(np.concatenate([one.held for one in found]), return_inverse=True)
-    trusted, products = np.zeros(len(held)), np.zeros((len(held), found[0].products.shape[1]))
-    np.add.at(trusted, place, np.concatenate([one.count for one in found]))
-    np.add.at(products, place, np.concatenate([one.products for one in found]))
-    told = np.flatnonzero((trusted > 0.0) & ((held > 0) | (not contrasts)))
+    told = np.flatnonzero((found.count > 0.0) & ((found.held > 0) | (not contrasts)))
     square, log_size = np.zeros((2, len(_MEMORIES) * len(_WHITE)))
-    for which, number, of in zip(held[told], trusted[told], products[told], strict=True):
-        new = _newness(found[0].reach, int(which), contrasts)
-        square += of[new.pairs] @ new.quadratic
-        log_size += number * new.log_size
-    number = max(float(np.sum(trusted[told])), 1e-300)
-    square = np.maximum(square / number, 1e-300)
-    best = int(np.argmin(0.5 * count * (np.log(square) + log_size / number) + _unlikely()))
+    for held, count, products in zip(found.held[told], found.count[told], found.products[told], strict=True):
+        new = _newness(found.reach, int(held), contrasts)
+        square += products[new.pairs] @ new.quadratic
+        log_size += count * new.log_size
+    whole = max(float(np.sum(found.count[told])), 1e-300)
+    square = np.maximum(square / whole, 1e-300)
+    best = int(np.argmin(0.5 * samples * (np.log(square) + log_size / whole) + _unlikely()))
     memory, white = np.unravel_index(best, (len(_MEMORIES), len(_WHITE)))
     return float(_MEMORIES[memory]), float(_WHITE[white]), float(square[best])
 

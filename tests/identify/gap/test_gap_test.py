@@ -122,8 +122,8 @@ def p_values(kind, draws, seed):
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_noise_of_every_kind_is_called_a_gap_as_rarely_as_is_said(kind):
-    found = p_values(kind, 20, 11)
-    assert np.sum(found < 0.05) <= 4  # more of 20 happen once in 390 times
+    found = p_values(kind, 12, 11)
+    assert np.sum(found < 0.05) <= 3  # more of 12 happen once in 450 times
     assert found.min() > 1e-5
 
 
