@@ -19,7 +19,7 @@ _LOW_SHARE, _LOWEST_SHARE = 0.25, 0.05
 _LEAST_SAMPLES = 16
 _LEAST_FLOAT = 1e-300
 _OUTLIER, _USUAL, _USUAL_SIGMAS = 5.0, 0.9, 1.645  # sigmas; the share of samples that tells sigma, and how many it is of it
-_DRAWS, _MOST_DRAWN, _SEED = 100, 20_000, 2009  # of noise, and samples of one
+_DRAWS, _MOST_DRAWN, _SEED = 100, 10_000, 2009  # of noise, and samples of one
 _LEAST_NOISE = 0.1  # of the noise that a measurement is taken to have
 
 

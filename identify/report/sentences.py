@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from identify.criteria import LIKELY
+from identify.criteria import LIKELY, SLIGHT
 from identify.gap.dragged import Dragged, dragged, in_words
 from identify.selection.explanation import Explanation
 from identify.selection.model_errors import FORCES
@@ -58,9 +58,15 @@ def _at_bound(found: Explanation) -> str:
 
 
 def within_tolerances(found: Explanation) -> str:
-    """What of the model file was moved within its tolerances, and by how many of them; nothing where it was not."""
-    parts = [f"{effect.name} by {size:.1f}" for effect, size in found.within if size >= _WORTH_A_WORD]
-    return f"the model file is off within its tolerances: {', '.join(parts)} of them" if parts else ""
+    """What of the model file was moved within its tolerances or beyond, and by how many of them; nothing where it was not."""
+    shown = [(size, f"{effect.name} by {size:.1f}") for effect, size in found.within if size >= _WORTH_A_WORD]
+    beyond, within = ([text for size, text in shown if (size > SLIGHT) is far] for far in (True, False))
+    if not shown:
+        return ""
+    if not beyond:
+        return f"the model file is off within its tolerances: {', '.join(within)} of them"
+    off = f"the model file is off beyond its tolerances: {', '.join(beyond)} of them"
+    return f"{off}, and within them: {', '.join(within)}" if within else off
 
 
 def _within(found: Explanation) -> str:

@@ -25,20 +25,68 @@ from simulate.effects import (
 from simulate.model.effect import Effect
 from simulate.model.mirror import mirrored_values
 from simulate.model.model import Model
-from simulate.model.rig import Geometry
+from simulate.model.rig import Geometry, Nuisance
 
 _SHOWN = 1e-6
 FORCES = StoredForcePerRun.name  # an error too, with a parameter for every run
 
-TOLERANCES: Sequence[tuple[type[Effect], Callable[[Model], Array]]] = (
-    (PlatformMass, lambda model: np.array([0.01 * model.nuisance.platform_mass_percent * model.platform.mass_kg])),
-    (PlatformInertia, lambda model: np.full(3, 0.01 * model.nuisance.inertia_percent)),
-    (CentreOfMassOffset, lambda model: np.full(3, model.nuisance.centre_of_mass_m)),
-    (GeometryError, lambda model: np.full(36, model.nuisance.joints_m)),
-    (StopStiffness, lambda model: np.array([0.01 * model.nuisance.end_stop_percent])),
-    (EndStopDissipation, lambda model: np.array([0.01 * model.nuisance.end_stop_percent * model.end_stop.damping_N_s_per_m])),
-    (ScaleError, lambda model: np.array([0.01 * model.nuisance.camera_scale_percent])),
+
+@dataclass(frozen=True)
+class Tolerance:
+    """What a model file may be wrong by in every parameter of an effect, (n,), in the unit of these."""
+
+    kind: type[Effect]
+    one: Callable[[Nuisance], float]
+
+    def step(self, model: Model) -> Array:
+        """What a tolerance more adds to each parameter, (n,), from where a model has it."""
+        return np.full(len(self.kind.flat_names()), self.one(model.nuisance))
+
+    def values(self, model: Model, sizes: Array) -> Array:
+        """The parameters (n,) that are so many tolerances (n,) from where a model has them."""
+        return model.effect(self.kind).flat() + self.step(model) * sizes
+
+    def sizes(self, model: Model, values: Array) -> Array:
+        """How many tolerances (n,) such parameters are from where a model has them."""
+        with np.errstate(divide="ignore", invalid="ignore"):
+            return (values - model.effect(self.kind).flat()) / self.step(model)
+
+
+@dataclass(frozen=True)
+class Factor(Tolerance):
+    """A tolerance in parts of a quantity that is never negative, which is off by a factor: twice as large as likely as half.
+
+    whole : the quantity, in the unit of the parameters.
+    """
+
+    whole: Callable[[Model], float] = lambda _: 1.0
+
+    def step(self, model: Model) -> Array:
+        """From where the quantity is."""
+        return self.one(model.nuisance) * (self.whole(model) + model.effect(self.kind).flat())
+
+    def values(self, model: Model, sizes: Array) -> Array:
+        """In equal ratios."""
+        off, share = model.effect(self.kind).flat(), self.one(model.nuisance)
+        return off + (self.whole(model) + off) * np.expm1(share * sizes)
+
+    def sizes(self, model: Model, values: Array) -> Array:
+        """In equal ratios."""
+        off = model.effect(self.kind).flat()
+        with np.errstate(divide="ignore", invalid="ignore"):
+            return np.log1p((values - off) / (self.whole(model) + off)) / self.one(model.nuisance)
+
+
+TOLERANCES: Sequence[Tolerance] = (
+    Factor(PlatformMass, lambda nuisance: 0.01 * nuisance.platform_mass_percent, lambda model: model.platform.mass_kg),
+    Factor(PlatformInertia, lambda nuisance: 0.01 * nuisance.inertia_percent),
+    Tolerance(CentreOfMassOffset, lambda nuisance: nuisance.centre_of_mass_m),
+    Tolerance(GeometryError, lambda nuisance: nuisance.joints_m),
+    Factor(StopStiffness, lambda nuisance: 0.01 * nuisance.end_stop_percent),
+    Factor(EndStopDissipation, lambda nuisance: 0.01 * nuisance.end_stop_percent, lambda model: model.end_stop.damping_N_s_per_m),
+    Factor(ScaleError, lambda nuisance: 0.01 * nuisance.camera_scale_percent),
 )
+TOLERANCE_OF: Mapping[str, Tolerance] = {one.kind.name: one for one in TOLERANCES}
 
 
 @dataclass(frozen=True)
@@ -66,15 +114,15 @@ class ModelErrors:
     def possible(cls, problem: Posed) -> ModelErrors:
         """All that a problem's model has tolerances for and deployments may show, without columns yet; not those that are fitted."""
         known, model = {effect.name for effect in problem.effects}, problem.model
-        sizes = {kind: tolerance(model) for kind, tolerance in TOLERANCES if problem.films and kind.name not in known}
-        keys = [(kind.name, place) for kind, size in sizes.items() if np.any(size > 0.0) for place in range(len(size))]
+        steps = {name: of.step(model) for name, of in TOLERANCE_OF.items() if problem.films and name not in known}
+        keys = [(name, place) for name, step in steps.items() if np.any(step > 0.0) for place in range(len(step))]
         return cls(np.empty((problem.measured, 0)), tuple(name for name, _ in keys), tuple(place for _, place in keys))
 
     def at(self, fit: Fitted[Posed]) -> ModelErrors:
         """The same errors at another fit."""
-        kinds = [kind for kind, _ in TOLERANCES if kind.name in self.names]
-        places = [[place for name, place in zip(self.names, self.places, strict=True) if name == kind.name] for kind in kinds]
-        return ModelErrors(_columns(fit, kinds, places), self.names, self.places)
+        shown = [of for of in TOLERANCES if of.kind.name in self.names]
+        places = [[place for name, place in zip(self.names, self.places, strict=True) if name == of.kind.name] for of in shown]
+        return ModelErrors(_columns(fit, shown, places), self.names, self.places)
 
     def without(self, names: Collection[str]) -> tuple[ModelErrors, NDArray[np.bool_]]:
         """All but some kinds, and which of all these are."""
@@ -85,12 +133,12 @@ class ModelErrors:
     def effects(self, problem: Posed, sizes: Array) -> tuple[Effect, ...]:
         """The errors as effects of a problem's model, from their sizes (q,) in tolerances, on top of what it has of each; within bounds."""
         made, model = [], problem.model
-        for kind, tolerance in TOLERANCES:
-            mine = [i for i, name in enumerate(self.names) if name == kind.name]
-            known, off = model.effect(kind), np.zeros(len(kind.flat_names()))
-            off[[self.places[i] for i in mine]] = sizes[mine] * tolerance(model)[[self.places[i] for i in mine]]
+        for name, of in TOLERANCE_OF.items():
+            mine = [i for i, other in enumerate(self.names) if other == name]
+            known, off = model.effect(of.kind), np.zeros(len(of.kind.flat_names()))
+            off[[self.places[i] for i in mine]] = sizes[mine]
             low, high = np.array(list(known.own_bounds(model, problem.measures).values())).T
-            made += [known.with_flat(np.clip(known.flat() + off, low, high))] if mine else []
+            made += [known.with_flat(np.clip(of.values(model, off), low, high))] if mine else []
         return tuple(made)
 
 
@@ -102,11 +150,6 @@ def model_errors(fit: Fitted[Posed]) -> ModelErrors:
     errors = ModelErrors.possible(fit.problem).at(fit)
     shows = (np.linalg.norm(errors.columns, axis=0) > _SHOWN).any()
     return errors if shows else ModelErrors.none(fit.problem.measured)
-
-
-def tolerance_of(error: Effect | type[Effect], model: Model) -> Array:
-    """One tolerance of each parameter of an error, (n,)."""
-    return next(tolerance for kind, tolerance in TOLERANCES if kind.name == error.name)(model)
 
 
 def slight_errors(fit: Fitted[Posed]) -> tuple[tuple[Effect, float], ...]:
@@ -154,31 +197,29 @@ def sizes_in_tolerances(fit: Fitted[Posed], name: str) -> dict[tuple[str, int], 
     A tolerance of nought makes it infinite.
     """
     found = [effect for effect in fit.problem.effects_at(fit.q) if effect.name == name]
-    if not found or name not in {kind.name for kind, _ in TOLERANCES}:
+    if not found or name not in TOLERANCE_OF:
         return {}
-    effect, model = found[0], fit.problem.model
-    with np.errstate(divide="ignore", invalid="ignore"):
-        sizes = (effect.flat() - model.effect(type(effect)).flat()) / tolerance_of(effect, model)
+    sizes = TOLERANCE_OF[name].sizes(fit.problem.model, found[0].flat())
     return {(name, place): float(size) for place, size in enumerate(sizes)}
 
 
 def mirrored(errors: Mapping[tuple[str, int], float], axis: int, geometry: Geometry) -> dict[tuple[str, int], float]:
     """Errors by name and place, in tolerances, of a rig that is seen in a mirror across an axis."""
     found = dict(errors)
-    for kind in (kind for kind, _ in TOLERANCES if any(name == kind.name for name, _ in errors)):
+    for kind in (of.kind for of in TOLERANCES if any(name == of.kind.name for name, _ in errors)):
         sizes = np.array([errors.get((kind.name, place), 0.0) for place in range(len(kind.flat_names()))])
         found |= {(kind.name, place): size for place, size in enumerate(mirrored_values(kind, sizes, axis, geometry).tolist())}
     return found
 
 
-def _columns(fit: Fitted[Posed], kinds: Sequence[type[Effect]], places: Sequence[Sequence[int]]) -> Array:
+def _columns(fit: Fitted[Posed], shown: Sequence[Tolerance], places: Sequence[Sequence[int]]) -> Array:
     """Columns (m, n) of one tolerance each for some of the parameters of some errors, simulated side by side."""
     model, first = fit.problem.model, len(fit.q)
-    effects, tolerances = [model.effect(kind) for kind in kinds], [tolerance_of(kind, model) for kind in kinds]
-    problem = reduce(lambda made, effect: made.with_another(effect), effects, fit.problem)
-    begins = first + np.cumsum([0, *(len(tolerance) for tolerance in tolerances)])
+    steps = [of.step(model) for of in shown]
+    problem = reduce(lambda made, of: made.with_another(model.effect(of.kind)), shown, fit.problem)
+    begins = first + np.cumsum([0, *(len(step) for step in steps)])
     new = [int(begin) + place for begin, own in zip(begins[:-1], places, strict=True) for place in own]
     start = np.concatenate([fit.q, np.zeros(int(begins[-1]) - first)])
     columns = problem.jacobian(start, new, fit.gaps)[1][: fit.problem.measured]
-    whole = np.concatenate([np.empty(0), *tolerances])
+    whole = np.concatenate([np.empty(0), *steps])
     return columns * (whole[np.array(new, dtype=int) - first] / problem.scales[new])

@@ -22,7 +22,7 @@ from identify.gap.linear_pieces import Channel, Columns, Lines
 from identify.gap.signatures import Signature, columns_of_shapes
 from identify.selection.evidence import ROUNDS, Both, Evidence, evidence
 from identify.selection.first_look import FirstLook
-from identify.selection.model_errors import ModelErrors, effect_spreads, model_errors, tolerance_of
+from identify.selection.model_errors import TOLERANCE_OF, ModelErrors, effect_spreads, model_errors
 from measure.common.arrays import Array
 from simulate.effects import StoredForcePerRun
 from simulate.files.model_file import add_effects
@@ -118,7 +118,8 @@ class Stand:
             return None
         places, measures = [self.errors.places[i] for i in mine], self.given.measures
         columns = np.zeros((self.given.measured, len(effect.flat())))
-        columns[:, places] = self.errors.columns[:, mine] * (effect.typical(measures) / tolerance_of(effect, self.given.model))[places]
+        steps = TOLERANCE_OF[effect.name].step(self.fit.problem.model)
+        columns[:, places] = self.errors.columns[:, mine] * (effect.typical(measures) / steps)[places]
         return effect, tuple(effect.own_bounds(self.given.model, measures).values()), columns
 
     @cached_property
