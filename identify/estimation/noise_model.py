@@ -3,7 +3,8 @@
     E[r_i r_j] = s^2 ((1 - omega) rho^d + omega [i = j]),    innovations Student t with 5 degrees of freedom
 
 d is how many samples i and j are apart (a missing frame counts), omega the white share of the variance s^2. The memory is bounded: noise
-that remembers longer than a few samples cannot be told from a missing effect, and would swallow one.
+that remembers longer than a few samples cannot be told from a missing effect, and would swallow one. Memory and white share are those under
+which each sample is predicted best from those of the few places before it that hold one.
 """
 
 from __future__ import annotations
@@ -177,7 +178,7 @@ def _reestimated(noise: ChannelNoise, residual: Array, apart: Array, share: floa
 
 
 def from_differences(runs: Iterable[tuple[Array, Array]]) -> ChannelNoise:
-    """The noise of a channel from the differences of neighbouring samples, in which a slow gap hardly shows.
+    """The noise of a channel from the differences of samples in short windows, in which a slow gap hardly shows.
 
     Noise is equally loud everywhere. Pieces that are louder than most hold a gap that is quick for a while, as behind a stop; they are left
     out.

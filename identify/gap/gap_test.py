@@ -49,7 +49,7 @@ def gap_test(fit: Fitted[Posed]) -> GapTest:
     """Test a fit for a gap beyond noise.
 
     Noise has a short memory, a missing effect moves what is slow. The memory of each channel's noise and its white share, over all runs,
-    come from the differences of neighbouring samples, in which a slow gap hardly shows, and of a loop from what does not come again in
+    come from the differences of samples in short windows, in which a slow gap hardly shows, and of a loop from what does not come again in
     every cycle. They are taken out. Noise then shakes every frequency alike: the power of the slow quarter of a cosine transform, for each
     degree of freedom that the fit has left, is compared with that of the rest. How far the two differ by chance is seen in noise of the
     same memory and length that goes the same way (parametric bootstrap). A noise level is hardly assumed, so a sigma that is off cannot

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -14,8 +15,9 @@ from identify.selection.explain import explain
 from identify.selection.stand import Stand
 from identify.selection.weighing import weighed
 from simulate.effects import CATALOGUE, EndStopDissipation, GeometryError, PlatformInertia, PlatformMass, StopStiffness, ViscousFriction
-from simulate.files.model_file import read_model
+from simulate.files.model_file import add_effects, read_model
 
+RIG = Path(__file__).resolve().parents[1].joinpath("rig.toml")
 FEW = ("stop-stiffness", "hub-inertia", "viscous-friction", "platform-mass")
 
 
@@ -54,6 +56,30 @@ def test_a_column_is_what_an_error_does_to_the_gaps_whatever_error_is_fitted_bes
         moved = stand.with_errors(step).gaps_beside([q])[0] - stand.fit.gaps
         column = stand.errors.columns[:, place]
         assert np.linalg.norm(moved[: problem.measured] / 1e-2 - column) <= 0.05 * np.linalg.norm(column), stand.errors.keys[place]
+
+
+def test_a_column_is_what_a_tolerance_more_does_where_the_stops_are_off_already(campaign):
+    """A factor: from a stop that is twice as damped a tolerance more adds twice as much."""
+    folder = campaign(None, 885, loops=(), deployments=({},))
+    problem = problem_of(read_model(folder / "model.toml"), read_campaign([folder / "campaign.toml"]))
+    loose, q = Stand.loose(Fit(problem, problem.start, *problem.jacobian(problem.start), True)), problem.start
+    place = loose.errors.names.index(EndStopDissipation.name)
+    off = np.zeros(len(loose.sizes))
+    off[place] = 2.3
+    stand, m = loose.at(loose.with_errors(off), q, off), problem.measured
+
+    def change(problem):
+        return (problem.gaps_beside([q])[0] - stand.fit.gaps)[:m]
+
+    column = stand.errors.columns[:, place]
+    moved = change(stand.with_errors(off + 1e-2 * (np.arange(len(off)) == place))) / 1e-2
+    assert np.linalg.norm(moved - column) <= 0.05 * np.linalg.norm(column)
+    signature = stand.signature_of(EndStopDissipation())
+    assert signature is not None
+    more = stand.fit.problem.model.effect(EndStopDissipation).damping_N_s_per_m + 0.01
+    moved = change(problem.with_model(lambda model: add_effects(model, (EndStopDissipation(more),)))) / 0.01
+    typical = float(EndStopDissipation().typical(problem.measures)[0])
+    assert np.linalg.norm(moved * typical - signature[2][:, 0]) <= 0.05 * np.linalg.norm(moved * typical)
 
 
 def test_errors_of_the_stops_are_free_wherever_a_search_begins(campaign):
@@ -99,6 +125,16 @@ def test_a_model_file_within_its_tolerances_is_no_gap_and_the_result_says_what_w
     assert "stop-stiffness" in [effect.name for effect, _ in found.within]
     assert max(size for _, size in found.within) < 3.0
     assert found.over_noise(found.as_given) > 3.0 * found.over_noise(found.before)
+
+
+@pytest.mark.slow
+def test_stops_that_are_off_by_a_factor_of_two_are_no_missing_effect(campaign):
+    damping = read_model(RIG).end_stop.damping_N_s_per_m
+    folder = campaign((StopStiffness(np.exp(-0.5) - 1.0), EndStopDissipation((np.exp(0.69) - 1.0) * damping)), 886, deployments=({},) * 3)
+    found = explain(read_model(folder / "model.toml"), read_campaign([folder / "campaign.toml"]), {name: CATALOGUE[name] for name in FEW})
+    assert found.verdict == "no-gap"
+    sizes = {effect.name: size for effect, size in found.within}
+    assert sizes["end-stop-dissipation"] == pytest.approx(0.69 / 0.3, abs=0.8)
 
 
 @pytest.mark.slow
