@@ -323,7 +323,7 @@ class Search(Tried):
         return one.weighed.doing_without(name).along_lines < one.weighed.along_lines - NEAR
 
     def _base_again(self, led: Weighed, is_elsewhere: bool = False) -> None:
-        """The base from where an effect has led: it may lie in a wrong local minimum of the releases.
+        """The base from where an effect has led: it may lie in a wrong local minimum of the releases, or have stopped in a bent valley.
 
         is_elsewhere : whether the effect brought far more than straight lines foresaw from the base, so that another minimum may have.
         """
@@ -333,8 +333,10 @@ class Search(Tried):
             again, before = to_the_end(solve(of, q, enough=ROUGHLY)), nothing.weighed.exact.fit
             if again.cost < before.cost - _DEEPER and (again.rms < CLOSE or halves(before, again)):
                 self._keep((), weighed(again))
-        elif nothing.weighed.both.within is not None and (is_elsewhere or not nothing.weighed.leaves_noise or halves(nothing.fit, led.fit)):
-            self._keep((), weighed_within(of, q, errors_without(led, led.names)))
+        elif nothing.weighed.both.within is not None:
+            is_settled = nothing.weighed.leaves_noise and nothing.weighed.evidence.unkept < _SHORT
+            if is_elsewhere or not is_settled or halves(nothing.fit, led.fit):
+                self._keep((), weighed_within(of, q, errors_without(led, led.names)))
 
 
 def _fitted(beside: Weighed, promise: Promise) -> Weighed:
