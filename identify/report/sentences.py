@@ -28,7 +28,7 @@ def moved_far(found: Explanation) -> tuple[Dragged, ...]:
 def _finding_in_words(found: Explanation) -> str:
     plain = {
         "no-gap": "what is left between model and measurement is noise" + _colour(found) + _likelier(found) + _within(found),
-        "unknown": "there is a gap, and nothing in the catalogue explains it" + _in_formula(found),
+        "unknown": "there is a gap, and " + _why_unknown(found) + _in_formula(found),
     }
     if found.verdict in plain:
         return plain[found.verdict]
@@ -36,6 +36,12 @@ def _finding_in_words(found: Explanation) -> str:
     lead = {"named": "missing effect: ", "class": "missing effect, one of a class: ", "several": "missing effects: ", "partly": "mainly "}
     tail = f"; {left_sentence(found)}" if found.verdict == "partly" else ""
     return lead[found.verdict] + names + _or_nothing(found) + _at_bound(found) + _forces_by_run(found) + _within(found) + tail
+
+
+def _why_unknown(found: Explanation) -> str:
+    if not found.vetoed:
+        return "nothing in the catalogue explains it"
+    return f"what explains it best ({' and '.join(found.vetoed)}) makes the gap of a run held out larger, so it is not named"
 
 
 def left_sentence(found: Explanation) -> str | None:

@@ -117,7 +117,8 @@ def _explained(
     verdict = _as_far_as_known(verdict, findings, foremost)
     say("looking at the runs held out")
     held = tuple(_held(run, before, after) for run in runs if run.hold_out)
-    if verdict.names and any(one.grows for one in held):
+    vetoed = verdict.names if any(one.grows for one in held) else ()
+    if vetoed:
         verdict = replace(verdict, word="no-gap" if may_be_nothing(verdict.weights) and leaves_noise else "unknown", names=())
     is_base = verdict.word == "unknown" or (verdict.word == "no-gap" and not set(foremost.names) <= set(slight))
     said = nothing if is_base else foremost
@@ -150,6 +151,7 @@ def _explained(
         detection_limits(search.beside_foremost(), search.prior, problem.measures),
         _next_tests(after, rivals, verdict),
         (*said.weighed.stand.moved, *(slight[name] for name in said.names if name in slight and name not in verdict.names)),
+        vetoed,
     )
 
 

@@ -7,8 +7,9 @@ from typing import Any
 
 import pytest
 
-from identify.report.sentences import _colour, _likelier, _or_nothing, next_experiment
+from identify.report.sentences import _colour, _likelier, _or_nothing, next_experiment, sentence, within_tolerances
 from identify.selection.explanation import Explanation, NoiseOfChannel
+from simulate.effects import EndStopDissipation, PlatformMass, StopStiffness
 
 
 def class_of(verdict, nothing, rivals=()) -> Any:
@@ -88,3 +89,43 @@ def test_the_memory_of_the_noise_is_said_on_an_average_over_all_samples(lags, sa
     noise = [NoiseOfChannel("run", "z_m", 1e-4, lag, 0.0, slice(0, count), 1.0) for lag, count in lags]
     found: Any = SimpleNamespace(noise=noise)
     assert _colour(found) == said
+
+
+def unknown() -> Any:
+    """An explanation with no names."""
+    fit = SimpleNamespace(problem=SimpleNamespace(effects=()))
+    return SimpleNamespace(verdict="unknown", weights={}, drafted=None, after=fit, within=(), vetoed=(), noise=())
+
+
+@pytest.mark.parametrize(
+    ("sizes", "expected"),
+    [
+        ((), ""),
+        ((0.3,), ""),
+        ((1.9, 0.7), "the model file is off within its tolerances: end-stop-dissipation by 1.9, stop-stiffness by 0.7 of them"),
+        ((3.2,), "the model file is off beyond its tolerances: end-stop-dissipation by 3.2 of them"),
+        (
+            (3.2, 2.4, 0.8),
+            "the model file is off beyond its tolerances: end-stop-dissipation by 3.2, stop-stiffness by 2.4 of them, "
+            "and within them: platform-mass by 0.8",
+        ),
+    ],
+)
+def test_what_the_model_file_is_off_by_is_said_to_be_within_its_tolerances_or_beyond(sizes, expected):
+    made = unknown()
+    made.within = tuple(zip((EndStopDissipation(), StopStiffness(), PlatformMass()), sizes, strict=False))
+    assert within_tolerances(made) == expected
+
+
+@pytest.mark.parametrize(
+    ("vetoed", "why"),
+    [
+        ((), "nothing in the catalogue explains it"),
+        (("geometry-error",), "what explains it best (geometry-error) makes the gap of a run held out larger, so it is not named"),
+    ],
+)
+def test_an_unknown_gap_says_why_the_likeliest_names_are_not_said(monkeypatch, vetoed, why):
+    monkeypatch.setattr("identify.report.sentences.moved_far", lambda of: ())
+    made = unknown()
+    made.vetoed = vetoed
+    assert sentence(made) == f"there is a gap, and {why}"
