@@ -79,7 +79,8 @@ def test_what_shakes_along_several_axes_is_promised_along_one_between_them(shake
     (effect,) = problem.effects_at(start)
     assert isinstance(effect, BaseExcitation)
     assert np.linalg.norm(effect.axis) == pytest.approx(1.0)
-    assert np.sort(np.abs(effect.axis))[1] > 0.1
+    seen = np.abs(np.delete(effect.axis, 1))  # of what shakes along y the film shows hardly anything, so that it may be any amount
+    assert seen.min() > 0.2 * seen.max()
 
 
 def test_a_place_is_left_that_is_near_in_each_parameter_and_far_in_all(shaken):
