@@ -76,7 +76,7 @@ def test_a_column_is_what_a_tolerance_more_does_where_the_stops_are_off_already(
     assert np.linalg.norm(moved - column) <= 0.05 * np.linalg.norm(column)
     signature = stand.signature_of(EndStopDissipation())
     assert signature is not None
-    more = stand.fit.problem.model.effect(EndStopDissipation).damping_N_s_per_m + 0.01
+    more = float(stand.fit.problem.model.effect(EndStopDissipation).flat()[0]) + 0.01
     moved = change(problem.with_model(lambda model: add_effects(model, (EndStopDissipation(more),)))) / 0.01
     typical = float(EndStopDissipation().typical(problem.measures)[0])
     assert np.linalg.norm(moved * typical - signature[2][:, 0]) <= 0.05 * np.linalg.norm(moved * typical)
