@@ -234,7 +234,7 @@ class _Windows:
 
         A pair counts with the smaller trust of its two samples. What a fit has taken is given back to the products.
         """
-        held, starts, order, pairs = _grouped((trust > 0.0).tobytes(), reach)
+        groups = _grouped((trust > 0.0).tobytes(), reach)
         products, weight = np.zeros((2, reach + 1, len(values)))
         for apart in range(min(reach + 1, len(values))):
             later, earlier = slice(apart, None), slice(0, len(values) - apart)
@@ -243,10 +243,9 @@ class _Windows:
                 product += np.einsum("ij,ij->i", taken.spread[later], taken.columns[earlier])
             weight[apart, later] = np.minimum(trust[later], trust[earlier])
             products[apart, later] = weight[apart, later] * product
-        if not len(held):
-            return cls(reach, held, np.zeros(0), np.zeros((0, pairs.shape[1])))
-        count, sums, weights = (np.add.reduceat(of, starts) for of in (trust[order], products.take(pairs), weight.take(pairs)))
-        return cls(reach, held, count, count[:, None] * sums / np.maximum(weights, 1e-300))
+        of_windows = trust[groups.samples], products.take(groups.pairs), weight.take(groups.pairs)
+        count, sums, weights = (np.add.reduceat(of, groups.starts) if len(groups.held) else of for of in of_windows)
+        return cls(reach, groups.held, count, count[:, None] * sums / np.maximum(weights, 1e-300))
 
     @classmethod
     def together(cls, parts: Sequence[_Windows]) -> _Windows:
@@ -258,19 +257,32 @@ class _Windows:
         return cls(parts[0].reach, held, count, products)
 
 
+@dataclass(frozen=True)
+class _Groups:
+    """Windows of a run put together by which places before their sample hold one.
+
+    held : (p,) these places, as bits of a number. starts : (p,) the first window of each group. samples : (m,) of each window, group by
+    group. pairs : (m, k) where in (reach + 1, n), laid flat, each of its pairs stands: how many places apart, and the later place.
+    """
+
+    held: NDArray[np.intp]
+    starts: NDArray[np.intp]
+    samples: NDArray[np.intp]
+    pairs: NDArray[np.intp]
+
+
 @lru_cache(maxsize=32)
-def _grouped(there: bytes, reach: int) -> tuple[NDArray[np.intp], NDArray[np.intp], NDArray[np.intp], NDArray[np.intp]]:
-    """Windows of a run by which places hold a sample: those before it (p,), the first window (p,) of each group, and of each window its
-    sample (m,) and pairs (m, k), as numbers in (reach + 1, n): how many places apart, and the later place. A place before the run has no
-    sample; what is taken in its stead belongs to no pair that counts."""
+def _grouped(there: bytes, reach: int) -> _Groups:
+    """The windows of places (n,) of which one byte each says whether it holds a sample; none lies before the first."""
     at = np.concatenate([np.zeros(reach, dtype=np.uint8), np.frombuffer(there, dtype=np.uint8)])
     n, back = len(there), np.arange(reach + 1)
     held = at[np.arange(n)[:, None] + reach - back[1:]] @ (1 << back[:-1])
     samples = np.flatnonzero(at[reach:])
-    order = samples[np.argsort(held[samples], kind="stable")]
-    groups, starts = np.unique(held[order], return_index=True)
+    samples = samples[np.argsort(held[samples], kind="stable")]
+    groups, starts = np.unique(held[samples], return_index=True)
     later, earlier = np.triu_indices(reach + 1)
-    return groups, starts, order, (earlier - later) * n + np.maximum(order[:, None] - later, 0)
+    pairs = (earlier - later) * n + np.maximum(samples[:, None] - later, 0)  # a pair that reaches before the first place never counts
+    return _Groups(groups, starts, samples, pairs)
 
 
 def _likeliest(found: _Windows, samples: int, contrasts: bool = False) -> tuple[float, float, float]:

@@ -9,7 +9,7 @@ then speak against every name.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 from identify.campaign.load_cell_zeros import Tare, zeros_differ
 from identify.campaign.noiseless import with_noise_where_none
@@ -38,7 +38,7 @@ from identify.selection.model_errors import FORCES, slight_errors
 from identify.selection.other_side import all_sides
 from identify.selection.search import Search
 from identify.selection.unknown_force import simulated
-from identify.selection.verdict import Finding, Names, Verdict, doing_without, is_unnamed, may_be_nothing, verdict_of
+from identify.selection.verdict import Finding, Names, Verdict, after_a_veto, doing_without, is_unnamed, verdict_of
 from simulate.effects import CATALOGUE, GeometryError
 from simulate.files.model_file import add_effects
 from simulate.model.effect import Effect
@@ -99,40 +99,24 @@ def _explained(
     search.run(base)
     foremost, nothing, weights = search.settled(), search.fitted[()], search.weights()
     before = min(nothing.fit, base, key=lambda fit: fit.rms)  # far off, what counts memory as noise may leave more than least squares
-    noise, leaves_noise = noise_of_channels(foremost.weighed), foremost.weighed.leaves_noise
-    noise = noise if leaves_noise else _as_measured(noise)
-    after = foremost.fit
-    closes_most = share_closed(before, after, noise) > LARGER_PART
-    verdict = verdict_of(weights, foremost=foremost.names, closes_most=closes_most, leaves_noise=leaves_noise)
-    if verdict.word == "partly":
-        foremost = search.shortest(foremost.names)
-        after, verdict = foremost.fit, replace(verdict, names=foremost.names)
-    slight = {effect.name: (effect, size) for effect, size in slight_errors(foremost.fit)}
-    verdict = doing_without(verdict, slight)
-    sides = all_sides(foremost.weighed) if verdict.names and verdict.word != "unknown" else (foremost.weighed,)
-    if sides[0] is not foremost.weighed:
-        foremost = replace(foremost, weighed=sides[0])
-        after = foremost.fit
-    findings = findings_of(sides, nothing, verdict, noise) if verdict.names else ()
-    verdict = _as_far_as_known(verdict, findings, foremost)
+    judged = _judged(search, foremost, before, weights)
+    foremost, verdict, findings, after = judged.foremost, judged.verdict, judged.findings, judged.foremost.fit
     say("looking at the runs held out")
     held = tuple(_held(run, before, after) for run in runs if run.hold_out)
-    vetoed = verdict.names if any(one.grows for one in held) else ()
-    if vetoed:
-        verdict = replace(verdict, word="no-gap" if may_be_nothing(verdict.weights) and leaves_noise else "unknown", names=())
-    is_base = verdict.word == "unknown" or (verdict.word == "no-gap" and not set(foremost.names) <= set(slight))
+    if verdict.names and any(one.grows for one in held):
+        verdict = after_a_veto(verdict, leaves_noise=judged.leaves_noise)
+    is_base = verdict.word == "unknown" or (verdict.word == "no-gap" and not set(foremost.names) <= set(judged.slight))
     said = nothing if is_base else foremost
     if said is nothing:
         findings, after = (), before
         held = tuple(replace(one, after=one.before) for one in held)
-    if zeros_may_differ and verdict.word in ("unknown", "partly") and zeros_differ(after) and _zeros_help(after):
+    is_open = verdict.word in ("unknown", "partly")
+    if zeros_may_differ and is_open and zeros_differ(after) and _zeros_help(after):
         say("giving each loop a zero of its own")
         return _explained(replace(problem, own_zeros=True), runs, catalogue, budget, say, zeros_may_differ=False)
     rivals = _rivals(search, verdict)
-    missing, in_legs = _left(search, after, verdict, say) if verdict.word in ("unknown", "partly") else (None, None)
-    drafted = _drafted(search, said, after, verdict, runs, say) if verdict.word in ("unknown", "partly") else None
-    if verdict.word in ("unknown", "partly"):
-        noise = _noise_beside(drafted, noise)
+    missing, in_legs = _left(search, after, verdict, say) if is_open else (None, None)
+    drafted = _drafted(search, said, after, verdict, runs, say) if is_open else None
     return Explanation(
         verdict.word,
         verdict.weights,
@@ -140,7 +124,7 @@ def _explained(
         with_law_as_given(nothing.weighed.exact.fit),
         before,
         after,
-        noise,
+        _noise_beside(drafted, judged.noise) if is_open else judged.noise,
         _ranking(search, weights),
         rivals,
         held,
@@ -150,9 +134,41 @@ def _explained(
         drafted,
         detection_limits(search.beside_foremost(), search.prior, problem.measures),
         _next_tests(after, rivals, verdict),
-        (*said.weighed.stand.moved, *(slight[name] for name in said.names if name in slight and name not in verdict.names)),
-        vetoed,
+        (*said.weighed.stand.moved, *(judged.slight[name] for name in said.names if name in judged.slight and name not in verdict.names)),
+        verdict.vetoed,
     )
+
+
+@dataclass(frozen=True)
+class _Judged:
+    """What the runs that took part say.
+
+    foremost : the hypothesis behind the verdict, on its likeliest side. noise : by which gaps are measured. leaves_noise : whether what the
+    foremost one of all leaves is as fast as noise. slight : fitted errors of the model file that are hardly beyond their tolerances.
+    """
+
+    foremost: Hypothesis
+    verdict: Verdict
+    findings: tuple[Finding, ...]
+    noise: tuple[NoiseOfChannel, ...]
+    leaves_noise: bool
+    slight: Mapping[str, tuple[Effect, float]]
+
+
+def _judged(search: Search, foremost: Hypothesis, before: Fit, weights: Mapping[Names, float]) -> _Judged:
+    noise, leaves_noise = noise_of_channels(foremost.weighed), foremost.weighed.leaves_noise
+    noise = noise if leaves_noise else _as_measured(noise)
+    closes_most = share_closed(before, foremost.fit, noise) > LARGER_PART
+    verdict = verdict_of(weights, foremost=foremost.names, closes_most=closes_most, leaves_noise=leaves_noise)
+    if verdict.word == "partly":
+        foremost = search.shortest(foremost.names)
+        verdict = replace(verdict, names=foremost.names)
+    slight = {effect.name: (effect, size) for effect, size in slight_errors(foremost.fit)}
+    verdict = doing_without(verdict, slight)
+    sides = all_sides(foremost.weighed) if verdict.names and verdict.word != "unknown" else (foremost.weighed,)
+    foremost = foremost if sides[0] is foremost.weighed else replace(foremost, weighed=sides[0])
+    findings = findings_of(sides, search.fitted[()], verdict, noise) if verdict.names else ()
+    return _Judged(foremost, _as_far_as_known(verdict, findings, foremost), findings, noise, leaves_noise, slight)
 
 
 def _as_far_as_known(verdict: Verdict, findings: Sequence[Finding], foremost: Hypothesis) -> Verdict:

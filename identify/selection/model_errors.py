@@ -77,7 +77,7 @@ class Factor(Tolerance):
             return np.log1p((values - off) / (self.whole(model) + off)) / self.one(model.nuisance)
 
 
-TOLERANCES: Sequence[Tolerance] = (
+_TOLERANCES = (
     Factor(PlatformMass, lambda nuisance: 0.01 * nuisance.platform_mass_percent, lambda model: model.platform.mass_kg),
     Factor(PlatformInertia, lambda nuisance: 0.01 * nuisance.inertia_percent),
     Tolerance(CentreOfMassOffset, lambda nuisance: nuisance.centre_of_mass_m),
@@ -86,7 +86,7 @@ TOLERANCES: Sequence[Tolerance] = (
     Factor(EndStopDissipation, lambda nuisance: 0.01 * nuisance.end_stop_percent, lambda model: model.end_stop.damping_N_s_per_m),
     Factor(ScaleError, lambda nuisance: 0.01 * nuisance.camera_scale_percent),
 )
-TOLERANCE_OF: Mapping[str, Tolerance] = {one.kind.name: one for one in TOLERANCES}
+TOLERANCE_OF: Mapping[str, Tolerance] = {one.kind.name: one for one in _TOLERANCES}
 
 
 @dataclass(frozen=True)
@@ -120,7 +120,7 @@ class ModelErrors:
 
     def at(self, fit: Fitted[Posed]) -> ModelErrors:
         """The same errors at another fit."""
-        shown = [of for of in TOLERANCES if of.kind.name in self.names]
+        shown = [of for name, of in TOLERANCE_OF.items() if name in self.names]
         places = [[place for name, place in zip(self.names, self.places, strict=True) if name == of.kind.name] for of in shown]
         return ModelErrors(_columns(fit, shown, places), self.names, self.places)
 
@@ -206,7 +206,7 @@ def sizes_in_tolerances(fit: Fitted[Posed], name: str) -> dict[tuple[str, int], 
 def mirrored(errors: Mapping[tuple[str, int], float], axis: int, geometry: Geometry) -> dict[tuple[str, int], float]:
     """Errors by name and place, in tolerances, of a rig that is seen in a mirror across an axis."""
     found = dict(errors)
-    for kind in (of.kind for of in TOLERANCES if any(name == of.kind.name for name, _ in errors)):
+    for kind in (of.kind for name, of in TOLERANCE_OF.items() if name in {other for other, _ in errors}):
         sizes = np.array([errors.get((kind.name, place), 0.0) for place in range(len(kind.flat_names()))])
         found |= {(kind.name, place): size for place, size in enumerate(mirrored_values(kind, sizes, axis, geometry).tolist())}
     return found

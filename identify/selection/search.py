@@ -323,7 +323,7 @@ class Search(Tried):
         return one.weighed.doing_without(name).along_lines < one.weighed.along_lines - NEAR
 
     def _base_again(self, led: Weighed, is_elsewhere: bool = False) -> None:
-        """The base from where an effect has led: it may lie in a wrong local minimum of the releases, or have stopped in a bent valley.
+        """The base from where an effect has led: it may lie in a wrong local minimum of the releases, or have stopped too early.
 
         is_elsewhere : whether the effect brought far more than straight lines foresaw from the base, so that another minimum may have.
         """

@@ -26,13 +26,15 @@ Names = tuple[str, ...]
 class Verdict:
     """word : see above. names : what is said to be missing. equivalents : for each of these the names that may stand in its place.
 
-    weights : probability of each name or set of names, the unnamed force of all tables together as `unknown`.
+    weights : probability of each name or set of names, the unnamed force of all tables together as `unknown`. vetoed : names that would
+    be said, did they not make the gap of a run held out larger.
     """
 
     word: str
     names: Names
     equivalents: Mapping[str, Names]
     weights: Mapping[str, float]
+    vetoed: Names = ()
 
 
 @dataclass(frozen=True)
@@ -91,6 +93,15 @@ def doing_without(verdict: Verdict, slight: Collection[str]) -> Verdict:
     rivals = any(verdict.equivalents.get(name) for name in names) or may_be_nothing(verdict.weights)
     word = "no-gap" if not names else "several" if len(names) > 1 else "class" if rivals else "named"
     return replace(verdict, word=word, names=names)
+
+
+def after_a_veto(verdict: Verdict, *, leaves_noise: bool) -> Verdict:
+    """The same where its names make the gap of a run held out larger: none of them is said.
+
+    leaves_noise : whether what they leave of the other runs is as fast as noise.
+    """
+    word = "no-gap" if may_be_nothing(verdict.weights) and leaves_noise else "unknown"
+    return replace(verdict, word=word, names=(), vetoed=verdict.names if verdict.word != "unknown" else ())
 
 
 def may_be_nothing(listed: Mapping[str, float]) -> bool:

@@ -12,7 +12,7 @@ from scipy.signal import lfilter
 
 from identify.campaign.posing import problem_of
 from identify.campaign.run import Run
-from identify.criteria import GAP_P
+from identify.criteria import FAST_NOISE, GAP_P
 from identify.estimation import noise_model
 from identify.estimation.least_squares import solve
 from identify.estimation.noise_model import LONGEST_MEMORY, spacing
@@ -120,13 +120,15 @@ def p_values(kind, draws, seed):
     return np.array([slow_p([[noise(kind, chance) for _ in range(4)] for _ in range(3)]) for _ in range(draws)])
 
 
-@pytest.mark.parametrize("kind", [*KINDS[:-1], pytest.param(KINDS[-1], marks=pytest.mark.slow)])
+@pytest.mark.slow
+@pytest.mark.parametrize("kind", KINDS)
 def test_noise_of_every_kind_is_called_a_gap_as_rarely_as_is_said(kind):
     found = p_values(kind, 12, 11)
     assert np.sum(found < 0.05) <= 3  # more of 12 happen once in 450 times
     assert found.min() > 1e-5
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", MIXED)
 def test_noise_of_two_kinds_at_once_is_no_gap(kind):
     found = p_values(kind, 12, 17)
@@ -147,6 +149,7 @@ def test_noise_of_every_kind_over_two_hundred_campaigns(kind):
 
 
 @pytest.mark.calibrate
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", MIXED)
 def test_noise_of_two_kinds_at_once_over_two_hundred_campaigns(kind):
     assert np.mean(p_values(kind, 200, 12) < 0.05) <= 0.15
@@ -182,3 +185,13 @@ def test_a_probability_too_small_for_a_float_is_not_called_nought():
     assert p_words(0.0) == "p < 1e-300"
     assert p_words(8.14e-87) == "p = 8.1e-87"
     assert p_words(0.25) == "p = 0.25"
+
+
+def test_a_memory_longer_than_the_noise_can_have_is_no_noise_by_its_slowest_part():
+    """What is left of a memory of 0.95 once one of 0.85 is taken out, frequency by frequency."""
+    turn = np.exp(-1j * np.linspace(0.0, np.pi, 2001)[1:])
+    power = np.abs(1.0 - LONGEST_MEMORY * turn) ** 2 / np.abs(1.0 - 0.95 * turn) ** 2
+    slow, slowest = (np.sqrt(power[:n].mean() / power[n:].mean()) for n in (500, 100))
+    assert slow == pytest.approx(1.4, abs=0.05)
+    assert slowest == pytest.approx(2.1, abs=0.05)
+    assert slow < FAST_NOISE < slowest

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from identify.selection.hypotheses import log_prior
-from identify.selection.verdict import credible_set, doing_without, verdict_of
+from identify.selection.verdict import after_a_veto, credible_set, doing_without, verdict_of
 from simulate.effects import CATALOGUE
 
 HUB, PULLEY, PAIR = ("hub-inertia",), ("pulley-inertia",), ("hub-inertia", "viscous-friction")
@@ -98,3 +98,18 @@ def test_most_of_the_prior_is_for_a_right_model_and_a_wrong_drawing_is_likelier_
     assert prior(()) == pytest.approx(np.log(0.6))
     assert prior(("platform-mass",)) > prior(("hub-inertia",)) > prior(PAIR)
     assert prior(("hub-inertia",)) > prior(TABLE)
+
+
+@pytest.mark.parametrize(
+    ("weights", "leaves_noise", "word", "vetoed"),
+    [
+        ({HUB: 0.97, (): 0.02}, True, "unknown", HUB),
+        ({HUB: 0.90, (): 0.08}, True, "no-gap", HUB),
+        ({HUB: 0.90, (): 0.08}, False, "unknown", HUB),
+        ({TABLE: 0.97, HUB: 0.02}, False, "unknown", ()),  # what was not to be said is not vetoed
+    ],
+)
+def test_names_that_make_a_held_out_gap_larger_are_not_said_but_kept_as_vetoed(weights, leaves_noise, word, vetoed):
+    before = verdict_of(weights, foremost=HUB, closes_most=TABLE not in weights, leaves_noise=TABLE not in weights)
+    after = after_a_veto(before, leaves_noise=leaves_noise)
+    assert (after.word, after.names, after.vetoed) == (word, (), vetoed)
