@@ -9,7 +9,7 @@ which each sample is predicted best from those of the few places before it that 
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cache, lru_cache
 from typing import Any
@@ -177,7 +177,7 @@ def _reestimated(noise: ChannelNoise, residual: Array, apart: Array, share: floa
     return ChannelNoise(memory, white, max(scale, SMALLEST_SCALE))
 
 
-def from_differences(runs: Iterable[tuple[Array, Array]]) -> ChannelNoise:
+def from_differences(runs: Sequence[tuple[Array, Array]]) -> ChannelNoise:
     """The noise of a channel from the differences of samples in short windows, in which a slow gap hardly shows.
 
     Noise is equally loud everywhere. Pieces that are louder than most hold a gap that is quick for a while, as behind a stop; they are left
@@ -187,23 +187,24 @@ def from_differences(runs: Iterable[tuple[Array, Array]]) -> ChannelNoise:
     ----------
     runs : of each run what is left (n,), and how far its samples stand apart, see `spacing`.
     """
-    placed = [_placed(places_of(apart), np.column_stack([gaps, np.ones(len(gaps))])).T for gaps, apart in runs]
-    powers = [_powers(values, there) for values, there in placed]
+    powers = [_powers(*run) for run in runs]
     moving = np.concatenate([power[power > 0.0] for power in powers])
     if not len(moving):
         return ChannelNoise(scale=0.0)
     limit = _LOUD * float(np.median(moving))
-    quiet = [there * np.repeat(power <= limit, _PIECE)[: len(there)] for (_, there), power in zip(placed, powers, strict=True)]
-    found = [_Windows.of(values, there, _OF_CONTRASTS) for (values, _), there in zip(placed, quiet, strict=True)]
-    memory, white, square = _likeliest(_Windows.together(found), int(sum(map(np.sum, quiet))), contrasts=True)
+    quiet = [(power <= limit)[places_of(apart) // _PIECE].astype(float) for (_, apart), power in zip(runs, powers, strict=True)]
+    placed = [[_placed(places_of(apart), of) for of in (gaps, told)] for (gaps, apart), told in zip(runs, quiet, strict=True)]
+    found = _Windows.together([_Windows.of(values, told, _OF_CONTRASTS) for values, told in placed])
+    memory, white, square = _likeliest(found, int(sum(map(np.sum, quiet))), contrasts=True)
     return ChannelNoise(memory, white, float(np.sqrt(square)))
 
 
-def _powers(values: Array, there: Array) -> Array:
-    """Mean square of the differences of neighbours in each piece, zero where there are none."""
-    both = np.append(there[1:] * there[:-1], 0.0)
-    steps, starts = both * np.diff(values, append=0.0), np.arange(0, len(values), _PIECE)
-    return np.add.reduceat(steps**2, starts) / np.maximum(np.add.reduceat(both, starts), 1.0)
+def _powers(gaps: Array, apart: Array) -> Array:
+    """Mean square of the steps from sample to sample in each piece, of those no farther apart than is usual; zero where there are none."""
+    pieces = places_of(apart) // _PIECE
+    near = apart[1:] <= np.median(apart[1:]) if len(gaps) > 1 else np.zeros(0, dtype=bool)
+    count, square = (np.bincount(pieces[:-1], of, pieces[-1] + 1) for of in (near, near * np.diff(gaps) ** 2))
+    return square / np.maximum(count, 1.0)
 
 
 def _placed(places: NDArray[np.intp], values: Array) -> Array:

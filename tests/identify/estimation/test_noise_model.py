@@ -57,6 +57,15 @@ def test_samples_missing_here_and_there_cost_little_more_than_themselves():
     assert spread_of_memory("missing", 175) < 1.4 * spread_of_memory("at the end", 175)
 
 
+@pytest.mark.parametrize("every", [2, 3])
+def test_the_noise_of_every_second_or_third_frame_is_that_of_all(every):
+    """As where a tracker fails on one field of an interlaced film: no two neighbours are there."""
+    chance, kept = np.random.default_rng(12), np.arange(0, 1000, every)
+    found = from_differences([(noise(chance, 0.8, 1050)[50:][kept], spacing(kept)) for _ in range(4)])
+    assert (1.0 - found.white) * found.memory**every == pytest.approx(0.8**every, abs=0.12)  # two standard deviations
+    assert found.scale == pytest.approx(2.0 * np.sqrt(5.0 / 3.0) / np.sqrt(1.0 - 0.8**2), rel=0.15)
+
+
 @pytest.mark.parametrize(("held", "contrasts"), [(0b00000, False), (0b10010, False), (0b10010, True), (0b11111, True)])
 def test_what_is_new_in_a_sample_is_its_conditional_likelihood(held, contrasts):
     """As the joint probability of the window over that of the samples before, of contrasts with a shift that nothing tells."""
