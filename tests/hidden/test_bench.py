@@ -12,11 +12,11 @@ import numpy as np
 import pytest
 from benchtop.asking import ask
 from benchtop.cases import ERRORS, KINDS, Spec, board
-from benchtop.making import drawn_case, made, sealed_file
+from benchtop.making import drawn_case, drawn_once, made, sealed_file
 from benchtop.nuisances import as_built, forces_of_runs, in_tolerances, tolerance_of, with_inertia, with_mass, with_stops
 from benchtop.page import calibration, headline, markdown
 from benchtop.scoring import Scored, removed, score
-from benchtop.sizes import EFFECT_SIZE, LooseYardstick, amount_of, error_shows
+from benchtop.sizes import EFFECT_SIZE, SHOWS, LooseYardstick, amount_of, error_shows
 from benchtop.tracks import Track, coloured, tracked
 from board.bench import Bench
 from board.campaigns import Campaign
@@ -92,11 +92,18 @@ def test_an_error_shows_no_more_than_its_own_tolerance_lets_it_and_nothing_where
 @pytest.mark.parametrize("name", ["gravity-imbalance", "air-drag"])
 def test_an_effect_shows_what_is_left_once_all_that_is_free_has_bent_to_it(name: str):
     """Of a force that the law can imitate in two films next to nothing; never more than along straight lines."""
-    spec = next(spec for spec in board(60028794) if spec.hidden == name and spec.runs == "films")
+    spec = next(spec for spec in board(60028814) if spec.hidden == name and spec.runs == "films")
     case = drawn_case(spec)
     assert case.amount > 0.0
     assert 0.0 < case.multiple <= 5.0 + 1e-9
     assert (case.multiple < 1.0) == (name == "gravity-imbalance")
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("name", "seed"), [("platform-mass", 2), ("platform-inertia", 3), ("stop-stiffness", 7)])
+def test_an_error_is_drawn_until_the_runs_show_it(name: str, seed: int):
+    spec = Spec("errors", name, "films", seed, 0)
+    assert drawn_once(spec, spec.chance).multiple < SHOWS <= drawn_case(spec).multiple
 
 
 @pytest.mark.parametrize("name", ["end-stop-dissipation", "centre-of-mass-offset"])

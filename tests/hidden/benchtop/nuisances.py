@@ -26,7 +26,7 @@ def as_built(model: Model, hidden: str, chance: Chance) -> Model:
     joints = chance.normal(0.0, JOINTS_M if hidden != "geometry-error" else 1e-3, (12, 3))
     stops = np.exp(chance.normal(0.0, STOPS, 2))
     if hidden == "stop-stiffness":
-        stops[0] = chance.choice([0.4, 2.5])
+        stops[0] = np.exp(chance.choice(_SIGN) * chance.uniform(1.0, 2.0))
     if hidden == "end-stop-dissipation":
         stops[1] = 1.0
     centre_m = chance.normal(0.0, CENTRE_M, 3) * (hidden != "centre-of-mass-offset")
