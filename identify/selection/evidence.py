@@ -2,7 +2,7 @@
 
 Around a fit everything is linear: gaps g, columns J of base and releases (with their priors), columns E of what the model file may
 be wrong by (one tolerance each), columns C of the hypothesis with a normal prior of spread T. The noise of each channel is estimated under
-each hypothesis anew (`noise_model`). The integral is Laplace's (MacKay 2003, chapter 28):
+each hypothesis anew (`identify.noise`). The integral is Laplace's (MacKay 2003, chapter 28):
 
     ln Z = ln L(g + J x + E e + C c) - (prior terms) - ln det(T) - ln det(A' A) / 2
 
@@ -21,8 +21,9 @@ from scipy import linalg, special
 
 from identify.criteria import DEGREES, NOTHING, WITHIN
 from identify.estimation.covariance import Factored
-from identify.estimation.noise_model import ChannelNoise, Taken, Whitening, estimated, log_likelihood, weights
 from identify.gap.linear_pieces import Columns, Lines, Part
+from identify.noise.channel_noise import ChannelNoise, Whitening, estimated, log_likelihood, weights
+from identify.noise.windows import Taken
 from measure.common.arrays import Array
 
 ROUNDS = 8

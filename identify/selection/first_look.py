@@ -16,8 +16,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from identify.estimation.noise_model import weights
 from identify.gap.linear_pieces import Columns
+from identify.noise.channel_noise import weights
 from identify.selection.evidence import (
     Evidence,
     Normal,

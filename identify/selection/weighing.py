@@ -13,10 +13,10 @@ from identify.criteria import CLOSE, CREDIBLE, GAP_P, HARDLY, NEAR, ROUGHLY, TO_
 from identify.estimation.covariance import within_bounds
 from identify.estimation.horizons import before_the_stops, horizons
 from identify.estimation.least_squares import laid_out, solve, to_the_end
-from identify.estimation.noise_model import ChannelNoise
 from identify.estimation.problem import Fit, Problem
 from identify.gap.bent_law import is_bent, with_law_as_given
 from identify.gap.gap_test import gap_test, leaves_noise
+from identify.noise.channel_noise import ChannelNoise
 from identify.selection.evidence import Both, Evidence
 from identify.selection.model_errors import sizes_in_tolerances
 from identify.selection.stand import Stand, Weighed

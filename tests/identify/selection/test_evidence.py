@@ -8,9 +8,10 @@ from functools import cache
 import numpy as np
 import pytest
 
-from identify.estimation import noise_model
-from identify.estimation.noise_model import Taken, spacing
 from identify.gap.linear_pieces import Channel, Columns, Lines
+from identify.noise import windows
+from identify.noise.channel_noise import spacing
+from identify.noise.windows import Taken
 from identify.selection.evidence import evidence
 
 N = 400
@@ -97,12 +98,12 @@ def test_a_fit_that_follows_slow_noise_finds_its_memory_and_holds_its_intervals(
     assert (abs(found - 0.7) < 0.06 and 0.88 < held < 0.99) == given_back
 
 
-@pytest.mark.parametrize(("shares", "share"), [(noise_model._WHITE, 0.80), (np.zeros(1), 0.72)])
+@pytest.mark.parametrize(("shares", "share"), [(windows._WHITE, 0.80), (np.zeros(1), 0.72)])
 def test_intervals_in_noise_of_which_half_is_white_hold_better_with_both_parts_told_apart(monkeypatch, shares, share):
     """Than as noise with one memory."""
-    monkeypatch.setattr(noise_model, "_WHITE", shares)
-    for kept in (noise_model._newness, noise_model._unlikely):
-        monkeypatch.setattr(noise_model, kept.__name__, cache(kept.__wrapped__))
+    monkeypatch.setattr(windows, "_WHITE", shares)
+    for kept in (windows._newness, windows._unlikely):
+        monkeypatch.setattr(windows, kept.__name__, cache(kept.__wrapped__))
     held = followed_noise(white=0.5)[1]
     assert held == pytest.approx(share, abs=0.006)
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from identify.estimation.noise_model import spacing
 from identify.gap.linear_pieces import Channel, Columns, Lines
+from identify.noise.channel_noise import spacing
 from identify.selection.evidence import evidence
 from identify.selection.first_look import FirstLook
 

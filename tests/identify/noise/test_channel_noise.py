@@ -6,16 +6,9 @@ import numpy as np
 import pytest
 from scipy.stats import multivariate_normal
 
-from identify.estimation import noise_model
-from identify.estimation.noise_model import (
-    LONGEST_MEMORY,
-    ChannelNoise,
-    estimated,
-    from_differences,
-    log_likelihood,
-    log_probability,
-    spacing,
-)
+from identify.noise import windows
+from identify.noise.channel_noise import ChannelNoise, estimated, from_differences, log_likelihood, log_probability, spacing
+from identify.noise.windows import LONGEST_MEMORY
 
 
 def noise(chance, lag1, count=3000):
@@ -71,8 +64,8 @@ def test_what_is_new_in_a_sample_is_its_conditional_likelihood(held, contrasts):
     """As the joint probability of the window over that of the samples before, of contrasts with a shift that nothing tells."""
     back = [0, *(place for place in range(1, 6) if held & (1 << (place - 1)))]
     values = np.random.default_rng(10).normal(size=6)
-    new, g = noise_model._newness(5, held, contrasts), 17 * len(noise_model._WHITE) + 6
-    memory, white = noise_model._MEMORIES[17], noise_model._WHITE[6]
+    new, g = windows._newness(5, held, contrasts), 17 * len(windows._WHITE) + 6
+    memory, white = windows._MEMORIES[17], windows._WHITE[6]
     shift = 1e6 if contrasts else 0.0
     apart = np.abs(np.subtract.outer(back, back))
     joint = (1.0 - white) * memory**apart + white * np.eye(len(back)) + shift
