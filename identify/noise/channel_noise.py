@@ -166,7 +166,8 @@ def _reestimated(noise: ChannelNoise, residual: Array, apart: Array, share: floa
     windows = Windows.of(_placed(places, residual), _placed(places, trusted), _REACH, placed)
     memory, white, _ = likeliest(windows, len(residual))
     unit = ChannelNoise(memory, white).whitened(residual, apart)
-    scale = float(np.sqrt(share * np.mean(weights(unit / noise.scale) * unit**2)))
+    trusted = weights(unit / noise.scale)
+    scale = float(np.sqrt(share * np.sum(trusted * unit**2) / np.sum(trusted)))  # ends where EM does, sooner (Kent 1994)
     return ChannelNoise(memory, white, max(scale, SMALLEST_SCALE))
 
 

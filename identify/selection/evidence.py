@@ -27,7 +27,7 @@ from identify.noise.windows import Taken
 from measure.common.arrays import Array
 
 ROUNDS = 8
-_SAME = 0.03  # change of the log likelihood at which the rounds end
+SAME = 0.03  # change of the log likelihood at which the rounds end
 _GAINS = 3.0  # further rounds together gain no more than so many times the last one
 _INFORMATION = (DEGREES + 1.0) / (DEGREES + 3.0)  # of Student's t about its place, in units of 1 / scale^2
 _LOG_SHARES = float(np.log(NOTHING / (NOTHING + WITHIN))), float(np.log(WITHIN / (NOTHING + WITHIN)))
@@ -123,6 +123,7 @@ def evidence(
     start: tuple[ChannelNoise, ...] = (),
     rounds: int = ROUNDS,
     floor: float = -np.inf,
+    same: float = SAME,
 ) -> Evidence:
     """Weigh a hypothesis.
 
@@ -132,12 +133,13 @@ def evidence(
     start : noise to begin with, for instance that of a neighbouring hypothesis.
     rounds : the most rounds in which noise and parameters are estimated in turn.
     floor : log likelihood that a hypothesis has to come near to be followed to the end.
+    same : change of the log likelihood at which the rounds end.
     """
     own = Columns.none(len(lines.gaps)) if columns is None else columns
     parts, precision, pull = parts_of(lines, own), prior_precision(lines, own), prior_pull(lines, own)
     noise = start or tuple(_first_noise(part.gaps) for part in parts)
     white = [White.of(part, n) for part, n in zip(parts, noise, strict=True)]
-    counts = [np.ones(len(part.gaps)) for part in parts]
+    counts = [weights(one.gaps) if start else np.ones(len(one.gaps)) for one in white]
     reached, found, left = -np.inf, np.zeros(len(pull)), ()
     for _ in range(rounds):
         normal = Normal.of(white, counts, precision)
@@ -150,7 +152,7 @@ def evidence(
         counts = [weights(one) for one in left]
         before, reached = reached, _log_likelihood(lines, own, white, left, found)
         gain = reached - before
-        if abs(gain) < _SAME or reached + _GAINS * gain < floor:
+        if abs(gain) < same or reached + _GAINS * gain < floor:
             break
     p, q = lines.columns.shape[1], lines.errors.shape[1]
     log_z = reached - lines.log_spread - float(np.sum(np.log(own.spread))) + _volume(own, own.at + found[p + q :], white, precision)

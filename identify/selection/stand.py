@@ -20,7 +20,7 @@ from identify.gap.gap_test import leaves_noise
 from identify.gap.linear_pieces import Channel, Columns, Lines
 from identify.gap.signatures import Signature, columns_of_shapes
 from identify.noise.channel_noise import ChannelNoise, log_probability, spacing
-from identify.selection.evidence import ROUNDS, Both, Evidence, evidence
+from identify.selection.evidence import ROUNDS, SAME, Both, Evidence, evidence
 from identify.selection.first_look import FirstLook
 from identify.selection.model_errors import TOLERANCE_OF, ModelErrors, effect_spreads, model_errors
 from measure.common.arrays import Array
@@ -142,9 +142,9 @@ class Stand:
         """Of all parameters, (2, k)."""
         return np.array([(one.low, one.high) for one in self.fit.problem.parameters]).reshape(-1, 2).T
 
-    def weighed(self, noise: tuple[ChannelNoise, ...] = ()) -> Evidence:
-        """Its log evidence along straight lines from here."""
-        return evidence(self.lines(), self.columns, noise)
+    def weighed(self, noise: tuple[ChannelNoise, ...] = (), same: float = SAME) -> Evidence:
+        """Its log evidence along straight lines from here, see `evidence`."""
+        return evidence(self.lines(), self.columns, noise, same=same)
 
     def step(self, found: Evidence) -> Array:
         """How far each parameter of the fit is from where an evidence has it, (k,)."""

@@ -25,6 +25,7 @@ from measure.common.arrays import Array
 _FEW_STEPS = 8
 _MOST_STEPS = 25  # until a place is settled
 _OF_A_LEG = 3.0  # of a log probability, that a step brings where longer films follow
+_OF_GAIN = 0.3  # how exact an evidence is on the way, in parts of what a step must bring
 _SHARES = (0.5, 0.2, 0.1)  # of a step that are tried
 _DAMPINGS = (1e-4, 1e-3, 1e-2, 1.0)  # of a step, in parts of what is known of each parameter by itself
 
@@ -284,7 +285,7 @@ def _course_of(stand: Stand) -> Course:
 def _leg(stand: Stand, q: Array, sizes: Array, horizon: float) -> tuple[Stand, Evidence]:
     """A stand settled from a place with films up to a time, s."""
     early = _cut(stand, q, sizes, horizon)
-    return _uphill(early, early.weighed(), _OF_A_LEG, TO_COMPARE)
+    return _uphill(early, early.weighed(same=_OF_GAIN * _OF_A_LEG), _OF_A_LEG, TO_COMPARE)
 
 
 def _cut(stand: Stand, q: Array, sizes: Array, horizon: float) -> Stand:
@@ -296,17 +297,17 @@ def _cut(stand: Stand, q: Array, sizes: Array, horizon: float) -> Stand:
 def stepped(stand: Stand, found: Evidence, gain: float = HARDLY, most: int = _MOST_STEPS) -> tuple[Stand, Evidence]:
     """A stand taken uphill while a step brings the log probability that gain, and its evidence there as far as the simulation keeps it."""
     stand, found = _uphill(stand, found, gain, most)
-    stand, found = (stand, found) if stand.is_fresh else (stand.anew, stand.anew.weighed(found.noise))
-    return stand, stand.borne_out(found)
+    stand = stand if stand.is_fresh else stand.anew
+    return stand, stand.borne_out(stand.weighed(found.noise))
 
 
 def _uphill(stand: Stand, found: Evidence, gain: float, most: int) -> tuple[Stand, Evidence]:
-    """A stand taken uphill; its linear pieces may come from the way."""
+    """A stand taken uphill; its linear pieces may come from the way, and its evidence is as exact as the gain."""
     for _ in range(most):
         after = _a_step_on(stand, found, gain) or (None if stand.is_fresh else stand.anew)
         if after is None:
             break
-        stand, found = after, after.weighed(found.noise)
+        stand, found = after, after.weighed(found.noise, _OF_GAIN * gain)
     return stand, found
 
 

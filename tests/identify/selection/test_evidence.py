@@ -68,6 +68,19 @@ def test_the_colour_of_the_noise_is_found_under_the_right_hypothesis_and_not_und
     assert evidence(at).noise[0].lag1 > 0.4
 
 
+@pytest.mark.parametrize("seed", range(3))
+def test_where_one_round_begins_with_the_noise_that_is_there_spikes_move_nothing(seed):
+    """Each sample counts from the start as it does under that noise."""
+    chance = np.random.default_rng(seed)
+    gaps = drawn(chance, 0.5)
+    gaps[chance.choice(N, 8, replace=False)] += 40.0
+    whole = evidence(lines(gaps), rounds=30)
+    there = replace(whole.lines, gaps=gaps + BASE @ whole.step, prior_gaps=0.1 * whole.step)
+    again = evidence(there, start=whole.noise, rounds=1)
+    assert again.log_likelihood == pytest.approx(whole.log_likelihood, abs=0.1)
+    assert np.abs(again.step / np.sqrt(np.diag(whole.covariance))).max() < 0.1
+
+
 def followed_noise(white):
     """Memory found, and the share of 95 % intervals that hold, where twelve slow parameters follow 150 samples of noise with a memory."""
     n, lag1 = 150, 0.7 if white == 0.0 else 0.8
@@ -84,7 +97,7 @@ def followed_noise(white):
     return np.mean(memories), np.mean(np.abs(off) < 1.96)
 
 
-FOLLOWED = [(True, 0.65, 0.90), (False, 0.51, 0.77)]
+FOLLOWED = [(True, 0.65, 0.90), (False, 0.51, 0.76)]
 
 
 @pytest.mark.parametrize(("given_back", "memory", "share"), FOLLOWED)

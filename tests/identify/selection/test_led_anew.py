@@ -12,7 +12,7 @@ import pytest
 from identify.criteria import TO_COMPARE
 from identify.estimation.horizons import horizons
 from identify.selection import weighing
-from identify.selection.evidence import Both
+from identify.selection.evidence import SAME, Both
 from identify.selection.stand import Weighed
 from identify.selection.weighing import led_anew, weighed
 
@@ -114,13 +114,16 @@ def test_where_films_are_missed_already_only_a_likelier_place_is_led_on(log_z, m
 @pytest.mark.parametrize(("gains", "most", "taken"), [(18, None, 18), (18, 10, 10), (40, None, 25), (0, None, 0)])
 def test_a_place_is_settled_while_steps_gain_and_compared_after_ten(monkeypatch, gains, most, taken):
     def place(step):
-        found = SimpleNamespace(noise=(), step=step)
-        return SimpleNamespace(step=step, is_fresh=True, weighed=lambda noise: found, borne_out=lambda found: found)
+        def weighed_there(noise, same=SAME):
+            return SimpleNamespace(noise=noise, step=step, same=same)
+
+        return SimpleNamespace(step=step, is_fresh=True, weighed=weighed_there, borne_out=lambda found: found)
 
     monkeypatch.setattr(weighing, "_a_step_on", lambda stand, found, gain: place(stand.step + 1) if stand.step < gains else None)
     begun = SimpleNamespace(noise=(), step=0)
     stand, found = weighing.stepped(place(0), begun, **({} if most is None else {"most": most}))  # type: ignore[arg-type]
     assert (stand.step, found.step) == (taken, taken)
+    assert found.same == SAME  # however rough an evidence may be on the way
     assert TO_COMPARE == 10
 
 
