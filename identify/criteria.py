@@ -33,6 +33,9 @@ CLOSE = 1.5
 HARDLY, TO_COMPARE = 0.5, 10
 """Log probability that a step must bring for a place not to be settled, and steps after which places can be compared with each other."""
 
+SAME = 0.03
+"""Change of a log likelihood at which rounds end that estimate noise and parameters in turn: a hundredth of what decides anything."""
+
 DEGREES = 5.0
 """Degrees of freedom of Student's t for the noise: heavy enough for one outlier in a hundred, and finite in its fourth moment nearly."""
 

@@ -8,12 +8,13 @@ from typing import TypeAlias
 import numpy as np
 
 from identify.draft.choice import Chosen, chosen_forms
+from identify.draft.drafted import Drafted
 from identify.draft.effect_file import Origin, Variable, effect_from, formula_text, source_of
 from identify.estimation.problem import Fit
 from identify.gap.leg_force import LegTable
 from identify.gap.platform_force import ForceTable
+from identify.gap.size import gap_left
 from identify.gap.unnamed import Unnamed
-from identify.selection.explanation import Drafted, gap_left
 from identify.selection.findings import noise_of_channels
 from identify.selection.stand import Weighed
 from identify.selection.weighing import from_sizes, led_anew

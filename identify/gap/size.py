@@ -1,13 +1,15 @@
-"""How large a gap is: root mean square over the noise of what is no spike."""
+"""How large a gap is: root mean square over the noise, as stated or as estimated, of what is no spike."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
 from identify.campaign.noise import high_frequency
 from identify.criteria import SPIKE
+from identify.estimation.fit import Fitted, Posed
 from identify.loops.interference import jumps
 from measure.common.arrays import Array
 
@@ -24,3 +26,40 @@ def gap_size(parts: Iterable[Array]) -> float:
 def without_spikes(gaps: Array) -> Array:
     """The gaps (n,) of a run and channel less the samples that stand off both neighbours by far more than the noise."""
     return gaps[jumps(gaps) <= SPIKE * max(1.0, high_frequency(gaps, np.ones(len(gaps))))]
+
+
+@dataclass(frozen=True)
+class NoiseOfChannel:
+    """sigma : standard deviation in the channel's unit. lag1 : correlation from sample to sample. rows : of the gap vector. over : sigma in
+    units of that which the channel was taken to have."""
+
+    run: str
+    channel: str
+    sigma: float
+    lag1: float
+    outliers_percent: float
+    rows: slice
+    over: float
+
+
+def gap_left(*fits: Fitted[Posed]) -> float:
+    """Root mean square of what fits leave, together, over the noise that the measurements were taken to have; spikes apart."""
+    return gap_size(fit.part(block) for fit in fits for block in fit.problem.blocks)
+
+
+def rms_over_noise(fit: Fitted[Posed], noise: Sequence[NoiseOfChannel]) -> float:
+    """Root mean square of a fit's gap in units of the estimated noise, spikes apart."""
+    return gap_size(fit.gaps[one.rows] / one.over for one in noise)
+
+
+def noise_over_stated(noise: Sequence[NoiseOfChannel], apart: Sequence[Fitted[Posed]]) -> float:
+    """Noise of runs that took no part over what their tables were taken to have, at least one: that of the same channels elsewhere."""
+    channels = {block.channel for fit in apart for block in fit.problem.blocks}
+    return max(1.0, float(np.median([one.over for one in noise if one.channel in channels] or [1.0])))
+
+
+def share_closed(before: Fitted[Posed], after: Fitted[Posed], noise: Sequence[NoiseOfChannel]) -> float:
+    """Part of the excess over noise that goes, 0 to 1."""
+    was, is_now = rms_over_noise(before, noise) ** 2, rms_over_noise(after, noise) ** 2
+    excess = was - min(1.0, is_now)
+    return float(np.clip((was - is_now) / excess, 0.0, 1.0)) if excess > 0.0 else 0.0

@@ -12,10 +12,10 @@ from identify.design.further_test import NextTest
 from identify.draft.effect_file import FILE
 from identify.gap.dragged import lost
 from identify.gap.localise import force_in_loops, locate
-from identify.gap.size import gap_size
+from identify.gap.size import gap_left, gap_size, noise_over_stated
 from identify.loops.covariates import hint, shares
 from identify.report.sentences import left_sentence, moved_far, next_experiment, noise_sentence, sentence
-from identify.selection.explanation import Explanation, Ranked, gap_left, noise_over_stated
+from identify.selection.explanation import Explanation, Ranked
 from identify.selection.verdict import Finding
 
 _PLACES = 12

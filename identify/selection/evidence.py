@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import linalg, special
 
-from identify.criteria import DEGREES, NOTHING, WITHIN
+from identify.criteria import DEGREES, NOTHING, SAME, WITHIN
 from identify.estimation.covariance import Factored
 from identify.gap.linear_pieces import Columns, Lines, Part
 from identify.noise.channel_noise import ChannelNoise, Whitening, estimated, log_likelihood, weights
@@ -27,7 +27,6 @@ from identify.noise.windows import Taken
 from measure.common.arrays import Array
 
 ROUNDS = 8
-SAME = 0.03  # change of the log likelihood at which the rounds end
 _GAINS = 3.0  # further rounds together gain no more than so many times the last one
 _INFORMATION = (DEGREES + 1.0) / (DEGREES + 3.0)  # of Student's t about its place, in units of 1 / scale^2
 _LOG_SHARES = float(np.log(NOTHING / (NOTHING + WITHIN))), float(np.log(WITHIN / (NOTHING + WITHIN)))

@@ -20,18 +20,20 @@ from identify.design.detection_limits import detection_limits
 from identify.design.further_test import NextTest
 from identify.design.next_test import next_tests
 from identify.draft.draft import draft
+from identify.draft.drafted import Drafted
 from identify.draft.effect_file import Origin, free_name
 from identify.estimation.horizons import solve_from_afar
 from identify.estimation.least_squares import laid_out, solve
-from identify.estimation.multistart import released_again
 from identify.estimation.parameters import Change
 from identify.estimation.problem import Fit, Problem
 from identify.gap.bent_law import with_law_as_given
 from identify.gap.dragged import lost
+from identify.gap.held_out import carried_over, held_out
 from identify.gap.leg_force import LegForce
 from identify.gap.platform_force import ForceAlongTime, ForceTable, MissingForce
+from identify.gap.size import NoiseOfChannel, share_closed
 from identify.gap.unnamed import Unnamed
-from identify.selection.explanation import Drafted, Explanation, Held, NoiseOfChannel, Ranked, share_closed
+from identify.selection.explanation import Explanation, Held, Ranked
 from identify.selection.findings import findings_of, noise_of_channels
 from identify.selection.hypotheses import BUDGETS, MODEL_ERRORS, Budget, Hypothesis, Say, halves, log_prior
 from identify.selection.model_errors import FORCES, slight_errors
@@ -102,7 +104,7 @@ def _explained(
     judged = _judged(search, foremost, before, weights)
     foremost, verdict, findings, after = judged.foremost, judged.verdict, judged.findings, judged.foremost.fit
     say("looking at the runs held out")
-    held = tuple(_held(run, before, after) for run in runs if run.hold_out)
+    held = tuple(Held(*held_out(run, before, after)) for run in runs if run.hold_out)
     if verdict.names and any(one.grows for one in held):
         verdict = after_a_veto(verdict, leaves_noise=judged.leaves_noise)
     is_base = verdict.word == "unknown" or (verdict.word == "no-gap" and not set(foremost.names) <= set(judged.slight))
@@ -195,37 +197,6 @@ def _as_measured(noise: Sequence[NoiseOfChannel]) -> tuple[NoiseOfChannel, ...]:
     return tuple(replace(one, over=1.0) for one in noise)
 
 
-def _held(run: Run, before: Fit, after: Fit) -> Held:
-    without = _carried_over(before, run)
-    having = _carried_over(after, run, (without,))
-    return Held(_with_release_of(without, having), having)
-
-
-def _carried_over(fit: Fit, run: Run, others: Sequence[Fit] = ()) -> Fit:
-    """Base and effects of a fit on a run that took no part, of which only its own release is fitted.
-
-    Parameters
-    ----------
-    others : fits of the same run under other models; its release may be as they have it.
-    """
-    of = fit.problem
-    alone = problem_of(of.model, [run], of.covariate, own_zeros=of.own_zeros, changes=of.changes)
-    problem = replace(alone, forces_differ=of.forces_differ, effects=of.effects)
-    free = range(problem.first_nuisance, problem.first_effect)
-    found = solve_from_afar(problem, laid_out(fit, problem), free=free)
-    for other in others:
-        found = _with_release_of(found, other)
-    return released_again(found, free) if problem.films else found
-
-
-def _with_release_of(fit: Fit, other: Fit) -> Fit:
-    """A fit of a run that took no part, or a better one from the release that the run has under another model."""
-    problem, start = fit.problem, fit.q.copy()
-    free = range(problem.first_nuisance, problem.first_effect)
-    start[free] = laid_out(other, problem)[free]
-    return min(fit, solve(problem, start, free=free), key=lambda one: one.cost)
-
-
 def _left(search: Search, after: Fit, verdict: Verdict, say: Say) -> tuple[MissingForce | None, LegForce | None]:
     """The force that is left beside what is named, on the platform and in the legs, as far as these runs can tell the two apart."""
     tables: list[Unnamed] = search.tables_beside(verdict.names)
@@ -245,16 +216,16 @@ def _drafted(search: Search, said: Hypothesis, after: Fit, verdict: Verdict, run
     say("drafting an effect")
     known: dict[str, list[Fit]] = {run.name: [] for run in runs if run.hold_out}
 
-    def held_out(fit: Fit) -> list[Fit]:
+    def of_runs_held_out(fit: Fit) -> list[Fit]:
         for run in runs:
             if run.hold_out:
-                known[run.name].append(_carried_over(fit, run, known[run.name]))
+                known[run.name].append(carried_over(fit, run, known[run.name]))
         return [fits[-1] for fits in known.values()]
 
     about = f"Made from {', '.join(run.name for run in runs if not run.hold_out)} and {after.problem.model.name}."
     taken = {*search.catalogue, *(effect.name for effect in after.problem.effects)}
     origin = Origin(free_name(taken), about, after.problem.measures)
-    return draft(said.weighed, after, search.tables_beside(verdict.names), held_out, origin)
+    return draft(said.weighed, after, search.tables_beside(verdict.names), of_runs_held_out, origin)
 
 
 def _along_time(search: Search) -> MissingForce | None:

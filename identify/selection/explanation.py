@@ -2,108 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
-
-import numpy as np
 
 from identify.campaign.noiseless import AddedNoise
 from identify.criteria import NO_WORSE
 from identify.design.further_test import NextTest
-from identify.draft.effect_file import Variable
+from identify.draft.drafted import Drafted
 from identify.estimation.problem import Fit
 from identify.gap.leg_force import LegForce
 from identify.gap.platform_force import MissingForce
-from identify.gap.size import gap_size
+from identify.gap.size import NoiseOfChannel, gap_left, rms_over_noise, share_closed
 from identify.selection.verdict import Finding, Names, may_be_nothing
 from measure.notebook.shown import Shown
 from simulate.model.effect import Effect
 from simulate.model.model import Model
-
-
-@dataclass(frozen=True)
-class NoiseOfChannel:
-    """sigma : standard deviation in the channel's unit. lag1 : correlation from sample to sample. rows : of the gap vector. over : sigma in
-    units of that which the channel was taken to have."""
-
-    run: str
-    channel: str
-    sigma: float
-    lag1: float
-    outliers_percent: float
-    rows: slice
-    over: float
-
-
-def gap_left(*fits: Fit) -> float:
-    """Root mean square of what fits leave, together, over the noise that the measurements were taken to have; spikes apart."""
-    return gap_size(fit.part(block) for fit in fits for block in fit.problem.blocks)
-
-
-def rms_over_noise(fit: Fit, noise: Sequence[NoiseOfChannel]) -> float:
-    """Root mean square of a fit's gap in units of the estimated noise, spikes apart."""
-    return gap_size(fit.gaps[one.rows] / one.over for one in noise)
-
-
-def noise_over_stated(noise: Sequence[NoiseOfChannel], apart: Sequence[Fit]) -> float:
-    """Noise of runs that took no part over what their tables were taken to have, at least one: that of the same channels elsewhere."""
-    channels = {block.channel for fit in apart for block in fit.problem.blocks}
-    return max(1.0, float(np.median([one.over for one in noise if one.channel in channels] or [1.0])))
-
-
-def share_closed(before: Fit, after: Fit, noise: Sequence[NoiseOfChannel]) -> float:
-    """Part of the excess over noise that goes, 0 to 1."""
-    was, is_now = rms_over_noise(before, noise) ** 2, rms_over_noise(after, noise) ** 2
-    excess = was - min(1.0, is_now)
-    return float(np.clip((was - is_now) / excess, 0.0, 1.0)) if excess > 0.0 else 0.0
-
-
-@dataclass(frozen=True)
-class Drafted:
-    """A drafted effect. source : the text of its file. fit : base, releases, what is named, and it. held_without, held_with : the runs held
-    out, none where there are none. noise : of each channel beside it, none where it leaves more than noise."""
-
-    variable: Variable
-    formula: str
-    source: str
-    fit: Fit
-    held_without: tuple[Fit, ...] = ()
-    held_with: tuple[Fit, ...] = ()
-    noise: tuple[NoiseOfChannel, ...] = ()
-
-    @property
-    def before(self) -> float | None:
-        """Gap of the runs held out without it, root mean square over the noise; None where there are none."""
-        return gap_left(*self.held_without) / noise_over_stated(self.noise, self.held_without) if self.held_without else None
-
-    @property
-    def after(self) -> float | None:
-        """The same with it."""
-        return gap_left(*self.held_with) / noise_over_stated(self.noise, self.held_with) if self.held_with else None
-
-    @property
-    def effect(self) -> Effect:
-        """The effect as fitted."""
-        return self.fit.problem.effects_at(self.fit.q)[-1]
-
-    @property
-    def carries_over(self) -> bool:
-        """Whether the runs held out are met no worse with it; true where there are none."""
-        return self.before is None or self.after is None or self.after <= NO_WORSE * self.before
-
-    @property
-    def at_bound(self) -> list[str]:
-        """Which of its parameters ended at a bound."""
-        own = f"{self.effect.name}."
-        return [f"{name.removeprefix(own)} at its {end}" for name, end in self.fit.at_bounds().items() if name.startswith(own)]
-
-    @property
-    def sentence(self) -> str:
-        """What is drafted, and what it is worth."""
-        gap = "" if self.before is None else f"; held-out gap {self.before:.3g} -> {self.after:.3g} times the noise"
-        worth = "" if self.carries_over else "; it does not carry over and is not added to the model"
-        ends = f" ({', '.join(self.at_bound)})" if self.at_bound else ""
-        return f"{self.variable.where}: {self.formula}{ends}{gap}{worth}"
 
 
 @dataclass(frozen=True)

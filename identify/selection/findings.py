@@ -11,7 +11,7 @@ from scipy import optimize, stats
 
 from identify.criteria import TWO_SIDED_95
 from identify.estimation.parameters import STORED_FORCE
-from identify.selection.explanation import NoiseOfChannel, share_closed
+from identify.gap.size import NoiseOfChannel, share_closed
 from identify.selection.hypotheses import Hypothesis
 from identify.selection.model_errors import effect_spreads
 from identify.selection.stand import Weighed

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import reduce
 
@@ -123,12 +123,6 @@ class ModelErrors:
         shown = [of for name, of in TOLERANCE_OF.items() if name in self.names]
         places = [[place for name, place in zip(self.names, self.places, strict=True) if name == of.kind.name] for of in shown]
         return ModelErrors(_columns(fit, shown, places), self.names, self.places)
-
-    def without(self, names: Collection[str]) -> tuple[ModelErrors, NDArray[np.bool_]]:
-        """All but some kinds, and which of all these are."""
-        kept = np.array([name not in names for name in self.names], dtype=bool)
-        which = np.flatnonzero(kept)
-        return ModelErrors(self.columns[:, which], tuple(self.names[i] for i in which), tuple(self.places[i] for i in which)), kept
 
     def effects(self, problem: Posed, sizes: Array) -> tuple[Effect, ...]:
         """The errors as effects of a problem's model, from their sizes (q,) in tolerances, on top of what it has of each; within bounds."""

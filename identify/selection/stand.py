@@ -13,14 +13,14 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from identify.criteria import ANYWHERE, CLOSE, TWO_SIDED_95
+from identify.criteria import ANYWHERE, CLOSE, SAME, TWO_SIDED_95
 from identify.estimation.least_squares import updated_slopes
 from identify.estimation.problem import Fit, Problem
 from identify.gap.gap_test import leaves_noise
 from identify.gap.linear_pieces import Channel, Columns, Lines
 from identify.gap.signatures import Signature, columns_of_shapes
 from identify.noise.channel_noise import ChannelNoise, log_probability, spacing
-from identify.selection.evidence import ROUNDS, SAME, Both, Evidence, evidence
+from identify.selection.evidence import ROUNDS, Both, Evidence, evidence
 from identify.selection.first_look import FirstLook
 from identify.selection.model_errors import TOLERANCE_OF, ModelErrors, effect_spreads, model_errors
 from measure.common.arrays import Array

@@ -7,9 +7,10 @@ from typing import Any
 
 from identify.criteria import CREDIBLE, GAP_P
 from identify.gap.gap_test import gap_test, p_words
+from identify.gap.size import gap_left
 from identify.report.phrases import phrase_of
 from identify.report.sentences import within_tolerances
-from identify.selection.explanation import Explanation, gap_left
+from identify.selection.explanation import Explanation
 from measure.pages.in_use import percent
 from measure.pages.page import facts_of, opened
 from measure.pages.summary import Number, Summary, Tone

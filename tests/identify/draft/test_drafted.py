@@ -12,10 +12,11 @@ from board.outside import SideWind
 from identify.campaign.posing import problem_of
 from identify.campaign.runs import read_campaign
 from identify.draft.draft import draft
+from identify.draft.drafted import Drafted
 from identify.draft.effect_file import Origin, Variable
 from identify.estimation.horizons import solve_from_afar
 from identify.estimation.least_squares import laid_out, solve
-from identify.selection.explanation import Drafted, NoiseOfChannel
+from identify.gap.size import NoiseOfChannel
 from identify.selection.unknown_force import unnamed_forces
 from identify.selection.weighing import weighed
 from simulate.files.model_file import read_model

@@ -7,8 +7,9 @@ from typing import Any
 
 import pytest
 
+from identify.gap.size import NoiseOfChannel
 from identify.report.sentences import _colour, _likelier, _or_nothing, next_experiment, sentence, within_tolerances
-from identify.selection.explanation import Explanation, NoiseOfChannel
+from identify.selection.explanation import Explanation
 from simulate.effects import EndStopDissipation, PlatformMass, StopStiffness
 
 

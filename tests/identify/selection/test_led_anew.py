@@ -9,10 +9,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from identify.criteria import TO_COMPARE
+from identify.criteria import SAME, TO_COMPARE
 from identify.estimation.horizons import horizons
 from identify.selection import weighing
-from identify.selection.evidence import SAME, Both
+from identify.selection.evidence import Both
 from identify.selection.stand import Weighed
 from identify.selection.weighing import led_anew, weighed
 
@@ -121,7 +121,8 @@ def test_a_place_is_settled_while_steps_gain_and_compared_after_ten(monkeypatch,
 
     monkeypatch.setattr(weighing, "_a_step_on", lambda stand, found, gain: place(stand.step + 1) if stand.step < gains else None)
     begun = SimpleNamespace(noise=(), step=0)
-    stand, found = weighing.stepped(place(0), begun, **({} if most is None else {"most": most}))  # type: ignore[arg-type]
+    end: Any = weighing.stepped(place(0), begun, **({} if most is None else {"most": most}))  # type: ignore[arg-type]
+    stand, found = end
     assert (stand.step, found.step) == (taken, taken)
     assert found.same == SAME  # however rough an evidence may be on the way
     assert TO_COMPARE == 10

@@ -10,8 +10,11 @@ import numpy as np
 import pytest
 
 from identify.campaign.runs import read_campaign
+from identify.gap import held_out
+from identify.gap.held_out import carried_over
+from identify.gap.size import NoiseOfChannel, gap_left
 from identify.selection import explain
-from identify.selection.explanation import Held, NoiseOfChannel, gap_left
+from identify.selection.explanation import Held
 
 
 @pytest.fixture
@@ -31,18 +34,18 @@ def lost(fit):
 
 def test_the_release_of_the_other_model_is_tried(one, monkeypatch):
     base, run = one
-    right = explain._carried_over(base, run)
-    monkeypatch.setattr(explain, "solve_from_afar", lambda *_, **__: lost(right))
-    monkeypatch.setattr(explain, "released_again", lambda fit, _: fit)
-    assert gap_left(explain._carried_over(base, run)) > 3.0
-    assert gap_left(explain._carried_over(base, run, (right,))) == pytest.approx(gap_left(right), abs=0.01)
-    assert explain._with_release_of(lost(right), right).cost < right.cost + 0.1
+    right = carried_over(base, run)
+    monkeypatch.setattr(held_out, "solve_from_afar", lambda *_, **__: lost(right))
+    monkeypatch.setattr(held_out, "released_again", lambda fit, _: fit)
+    assert gap_left(carried_over(base, run)) > 3.0
+    assert gap_left(carried_over(base, run, (right,))) == pytest.approx(gap_left(right), abs=0.01)
+    assert held_out._with_release_of(lost(right), right).cost < right.cost + 0.1
 
 
 def test_a_worse_release_changes_nothing(one):
     base, run = one
-    right = explain._carried_over(base, run)
-    assert explain._with_release_of(right, lost(right)).cost <= right.cost
+    right = carried_over(base, run)
+    assert held_out._with_release_of(right, lost(right)).cost <= right.cost
 
 
 @pytest.mark.parametrize(("beside", "over"), [(None, 1.0), ((), 1.0), ((1.4,), 1.4)])
