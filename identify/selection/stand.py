@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from identify.criteria import ANYWHERE, CLOSE, SAME, TWO_SIDED_95
+from identify.estimation.covariance import Factored
 from identify.estimation.least_squares import updated_slopes
 from identify.estimation.problem import Fit, Problem
 from identify.gap.gap_test import leaves_noise
@@ -128,7 +129,7 @@ class Stand:
         fit, m, first = self.fit, self.fit.problem.measured, self.fit.problem.first_effect
         kept = np.setdiff1d(np.arange(first, len(fit.q)), self._out)
         information = fit.jacobian.T @ fit.jacobian + ANYWHERE**-2.0 * np.eye(len(fit.q))
-        deviation = np.sqrt(np.diag(np.linalg.inv(information))[kept])
+        deviation = np.sqrt(np.diag(Factored.of(information).inverse)[kept])
         sure = np.abs(fit.q[kept]) - TWO_SIDED_95 * deviation
         return Columns(fit.jacobian[:m, kept], effect_spreads(fit.problem, kept, sure), fit.q[kept], *self.bounds[:, kept])
 

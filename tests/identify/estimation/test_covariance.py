@@ -116,3 +116,13 @@ def test_a_damped_step_is_that_of_a_matrix_with_a_larger_diagonal_and_leaves_wha
     assert found.damped(step, 0.1) == pytest.approx(expected, rel=1e-6)
     along = np.array([1.0, 0.0, 0.0, -1.0])  # of two that do the same
     assert np.abs(found.damped(along, 0.1)[[0, 3]]).max() < 1e-3
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_variances_of_parameters_that_do_the_same_stay_positive(seed):
+    """Three of any size, one that does what the first does and one what all of them do: a plain inverse has negative ones here."""
+    chance = np.random.default_rng(seed)
+    table = chance.normal(size=(200, 3)) * 10.0 ** chance.uniform(0.0, 5.0, 3)
+    table = np.column_stack([table, table[:, 0] * chance.normal(), table @ chance.normal(size=3)])
+    variances = np.diag(Factored.of(table.T @ table + 1e-8 * np.eye(5)).inverse)
+    assert np.all(variances > 0.0)
