@@ -174,6 +174,7 @@ def many(chance, count, low, high):
 
 
 @pytest.mark.parametrize(("size", "free"), [(1e-3, 0), (30.0, 60)])
+@pytest.mark.slow
 def test_the_noise_is_as_loud_as_it_is_whatever_number_of_errors_is_allowed(size, free):
     """Errors that their tolerances hold take nothing from the residuals; those that the measurements determine do, one sample each."""
     chance, scales = np.random.default_rng(10), {"fewer": [], "more": []}
