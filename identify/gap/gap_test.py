@@ -12,7 +12,7 @@ from scipy import fft, signal, stats
 from identify.criteria import FAST_NOISE, GAP_P, SURE_MISFIT
 from identify.estimation.fit import Fitted, Posed
 from identify.gap.misfit import misfit_of, not_repeated
-from identify.noise.channel_noise import ChannelNoise, from_differences, places_of, spacing
+from identify.noise.noise_model import ChannelNoise, from_differences, places_of, spacing
 from measure.common.arrays import Array
 
 _LOW_SHARE, _LOWEST_SHARE = 0.25, 0.05
@@ -94,7 +94,7 @@ def _by_channel(fit: Fitted[Posed]) -> list[list[Series]]:
 
 @dataclass(frozen=True)
 class Series:
-    """What is left of a channel of a run, (n,), and how many samples apart neighbours stand, see `channel_noise.spacing`.
+    """What is left of a channel of a run, (n,), and how many samples apart neighbours stand, see `noise_model.spacing`.
 
     not_repeated : (n,) what of it does not come again in every cycle of a loop, NaN where no cycle does; by default all.
     """

@@ -13,7 +13,7 @@ from measure.common.arrays import Array
 
 @dataclass(frozen=True)
 class Channel:
-    """Rows of one run and channel, and how many samples apart neighbours stand, see `channel_noise.spacing`."""
+    """Rows of one run and channel, and how many samples apart neighbours stand, see `noise_model.spacing`."""
 
     rows: slice
     apart: Array

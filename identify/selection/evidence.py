@@ -22,7 +22,7 @@ from scipy import linalg, special
 from identify.criteria import DEGREES, NOTHING, SAME, WITHIN
 from identify.estimation.covariance import Factored
 from identify.gap.linear_pieces import Columns, Lines, Part
-from identify.noise.channel_noise import ChannelNoise, Whitening, estimated, log_likelihood, weights
+from identify.noise.noise_model import ChannelNoise, Whitening, estimated, log_likelihood, weights
 from identify.noise.windows import Taken
 from measure.common.arrays import Array
 

@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from identify.gap.linear_pieces import Columns
-from identify.noise.channel_noise import weights
+from identify.noise.noise_model import weights
 from identify.selection.evidence import (
     Evidence,
     Normal,

@@ -20,7 +20,7 @@ from identify.estimation.problem import Fit, Problem
 from identify.gap.gap_test import leaves_noise
 from identify.gap.linear_pieces import Channel, Columns, Lines
 from identify.gap.signatures import Signature, columns_of_shapes
-from identify.noise.channel_noise import ChannelNoise, log_probability, spacing
+from identify.noise.noise_model import ChannelNoise, log_probability, spacing
 from identify.selection.evidence import ROUNDS, Both, Evidence, evidence
 from identify.selection.first_look import FirstLook
 from identify.selection.model_errors import TOLERANCE_OF, ModelErrors, effect_spreads, model_errors

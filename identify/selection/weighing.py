@@ -16,7 +16,7 @@ from identify.estimation.least_squares import laid_out, solve, to_the_end
 from identify.estimation.problem import Fit, Problem
 from identify.gap.bent_law import is_bent, with_law_as_given
 from identify.gap.gap_test import gap_test, leaves_noise
-from identify.noise.channel_noise import ChannelNoise
+from identify.noise.noise_model import ChannelNoise
 from identify.selection.evidence import Both, Evidence
 from identify.selection.model_errors import sizes_in_tolerances
 from identify.selection.stand import Stand, Weighed

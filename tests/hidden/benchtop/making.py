@@ -91,11 +91,9 @@ def _make(spec: Spec, folder: Path, sealed: Path) -> None:
 def drawn_case(spec: Spec) -> Case:
     """What a spec stands for, always the same; of an error the first one drawn that its runs show, or else what shows most."""
     chance = spec.chance
-    case = drawn_once(spec, chance)
-    for _ in range(_TRIES * (spec.kind == "errors")):
-        if case.multiple >= SHOWS:
-            break
-        case = max(case, drawn_once(spec, chance), key=lambda one: one.multiple)
+    case, tries = drawn_once(spec, chance), 1
+    while spec.kind == "errors" and case.multiple < SHOWS and tries < _TRIES:
+        case, tries = max(case, drawn_once(spec, chance), key=lambda one: one.multiple), tries + 1
     return case
 
 

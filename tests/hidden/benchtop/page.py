@@ -22,7 +22,7 @@ written by
 | kind | what acts | cases |
 | --- | --- | --- |
 | nothing | the model file is right within its tolerances | 40 |
-| errors | platform mass off by 2 to 5 %, inertia by 20 %, joints by 1 mm, stops 3 to 7 times, force of a run by 2 to 5 % | 30 |
+| errors | mass off by 2 to 5 %, inertia by 20 %, joints by 1 mm, stops by a factor of 3 to 7, force of a run by 2 to 5 % | 30 |
 | effects | an effect of the catalogue at five times the detectable size | 30 |
 | outside | a force that no catalogue holds, at ten times the detectable size | 20 |
 
@@ -34,9 +34,10 @@ Three or four deployments, the last one held out; six loops for most, films or t
 LSODA on a right-hand side of its own, or MuJoCo, moves the platform. *Detectable* is found as on the
 [scoreboard](scoreboard.md), along straight lines up to the stops (of what acts there behind them, too), with the tolerances free
 and the noise as loud as its memory makes it; what the model file itself states with a tolerance must stand out from that as well.
-To a large effect law and releases may bend by more than straight lines foresee. The table of cases says how many times the
+To a large effect law and releases may bend by more than straight lines predict. The table of cases says how many times the
 detectable size is left once all that is free has bent to it; from 1.5 times on, which a test finds in 95 of 100, runs *show* it.
-A case with an error of the model file is drawn anew until its runs show the error: what runs cannot show nobody can name.
+A case with an error of the model file is drawn anew, up to 30 times, until its runs show the error: what they cannot show nobody
+can name. An effect that the runs of its case cannot show at any size counts as nothing.
 
 A class is *honest* where the gap of the runs held out loses 70 % of what is more than noise. *Right* for nothing is
 `no-gap`; for an error or an effect, what acts stands in a finding and nothing beside it; for a force from outside, `unknown`,

@@ -16,8 +16,8 @@ from identify.criteria import FAST_NOISE, GAP_P
 from identify.estimation.least_squares import solve
 from identify.gap.gap_test import Series, _by_channel, _noise_of, gap_test, is_noise, p_words, slow_p
 from identify.gap.localise import locate
-from identify.noise import channel_noise
-from identify.noise.channel_noise import spacing
+from identify.noise import noise_model
+from identify.noise.noise_model import spacing
 from identify.noise.windows import LONGEST_MEMORY
 from measure.tables.loop import Loop
 from simulate.effects import HubInertia, ViscousFriction
@@ -89,7 +89,7 @@ def test_a_gap_that_is_quick_for_a_while_as_behind_a_stop_is_no_noise(monkeypatc
         rows.append(Series(chance.normal(size=250) + ring, spacing(time)))
     found = slow_p([rows])
     assert found < GAP_P
-    monkeypatch.setattr(channel_noise, "_LOUD", np.inf)
+    monkeypatch.setattr(noise_model, "_LOUD", np.inf)
     assert slow_p([rows]) > 100.0 * found
 
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from identify.gap.linear_pieces import Channel, Columns, Lines
-from identify.noise.channel_noise import spacing
+from identify.noise.noise_model import spacing
 from identify.selection.evidence import evidence
 from identify.selection.first_look import FirstLook
 

@@ -14,7 +14,16 @@ from identify.estimation.problem import Fit
 from identify.selection.explain import explain
 from identify.selection.stand import Stand
 from identify.selection.weighing import weighed
-from simulate.effects import CATALOGUE, EndStopDissipation, GeometryError, PlatformInertia, PlatformMass, StopStiffness, ViscousFriction
+from simulate.effects import (
+    CATALOGUE,
+    EndStopDissipation,
+    GeometryError,
+    PlatformInertia,
+    PlatformMass,
+    StopStiffness,
+    StribeckFriction,
+    ViscousFriction,
+)
 from simulate.files.model_file import add_effects, read_model
 
 RIG = Path(__file__).resolve().parents[1].joinpath("rig.toml")
@@ -143,3 +152,17 @@ def test_a_friction_beside_such_errors_is_still_named(campaign):
     found = explain(read_model(folder / "model.toml"), read_campaign([folder / "campaign.toml"]), {name: CATALOGUE[name] for name in FEW})
     assert [one.name for one in found.findings] == ["viscous-friction"]
     assert found.findings[0].ci95[0][0] <= 0.0728 + 0.05 <= found.findings[0].ci95[0][1]
+
+
+def test_an_effect_of_which_two_numbers_do_the_same_has_a_prior_for_each(fitted, built):
+    """However large one is beside the other: neither is sure."""
+    fit = fitted(built)
+    problem = fit.problem.with_another(StribeckFriction())
+    first, count = problem.first_effect, len(problem.rows_of("stribeck-friction"))
+    chance, twice = np.random.default_rng(3), fit.jacobian[: fit.problem.measured, 0]
+    for _ in range(20):
+        jacobian = np.zeros((len(fit.gaps), first + count))
+        jacobian[:, :first] = fit.jacobian[:, :first]
+        jacobian[: len(twice), first:] = twice[:, None] * 10.0 ** chance.uniform(0.0, 5.0, count) * chance.normal(size=count)
+        q = np.concatenate([fit.q[:first], np.ones(count)])
+        assert np.all(Stand.exact(Fit(problem, q, fit.gaps, jacobian, True)).columns.spread > 0.0)

@@ -167,7 +167,7 @@ def _reestimated(noise: ChannelNoise, residual: Array, apart: Array, share: floa
     memory, white, _ = likeliest(windows, len(residual))
     unit = ChannelNoise(memory, white).whitened(residual, apart)
     trusted = weights(unit / noise.scale)
-    scale = float(np.sqrt(share * np.sum(trusted * unit**2) / np.sum(trusted)))  # ends where EM does, sooner (Kent 1994)
+    scale = float(np.sqrt(share * np.sum(trusted * unit**2) / np.sum(trusted)))  # settles sooner than a sum over n (Kent 1994)
     return ChannelNoise(memory, white, max(scale, SMALLEST_SCALE))
 
 

@@ -7,7 +7,7 @@ import pytest
 from scipy.stats import multivariate_normal
 
 from identify.noise import windows
-from identify.noise.channel_noise import ChannelNoise, estimated, from_differences, log_likelihood, log_probability, spacing
+from identify.noise.noise_model import ChannelNoise, estimated, from_differences, log_likelihood, log_probability, spacing
 from identify.noise.windows import LONGEST_MEMORY
 
 
