@@ -42,6 +42,17 @@ def test_the_release_of_the_other_model_is_tried(one, monkeypatch):
     assert held_out._with_release_of(lost(right), right).cost < right.cost + 0.1
 
 
+@pytest.mark.parametrize("astray", ["before", "after"])
+def test_under_each_of_two_models_the_run_is_tried_from_its_release_under_the_other(one, monkeypatch, astray):
+    base, run = one
+    right = carried_over(base, run)
+    found = iter([lost(right), right] if astray == "before" else [right, lost(right)])
+    monkeypatch.setattr(held_out, "solve_from_afar", lambda *_, **__: next(found))
+    monkeypatch.setattr(held_out, "released_again", lambda fit, _: fit)
+    for fit in held_out.held_out(run, base, base):
+        assert gap_left(fit) == pytest.approx(gap_left(right), abs=0.01)
+
+
 def test_a_worse_release_changes_nothing(one):
     base, run = one
     right = carried_over(base, run)
