@@ -29,6 +29,7 @@ _MOST_SAMPLES_A_SECOND = 2e4  # between which poses are interpolated; more cost 
 _EXACT = Nuisance()
 _LONGEST_FLIGHT_S = 1e-3  # where nothing is stiff: exact to half a micrometre
 _SHORTEST_STEP_S = 1.25e-4  # however stiff an effect is; steps are divided at the stops, for a film sees micrometres
+_BETWEEN_S = 1e-3  # instants at which a camera that remembers looks between frames: a stop stays in touch for twenty times as long
 
 
 @dataclass(frozen=True)
@@ -135,9 +136,24 @@ class View:
     onset_s: float | None = None
 
     @cached_property
+    def frames(self) -> NDArray[np.intp]:
+        """Where the frames stand among the instants at which the camera looks, (n,): it looks between them where an effect remembers."""
+        if len(self.shown_s) < 2 or not any(effect.remembers for effect in self.model.effects):
+            return np.arange(len(self.shown_s))
+        steps = np.maximum(np.ceil(np.diff(self.shown_s) / _BETWEEN_S), 1.0)
+        return np.concatenate([[0], np.cumsum(steps.astype(np.intp))])
+
+    @cached_property
+    def looked_s(self) -> Array:
+        """On the clock of the camera the instants at which it looks, (k,)."""
+        if len(self.frames) == 0 or self.frames[-1] + 1 == len(self.frames):
+            return self.shown_s
+        return np.interp(np.arange(self.frames[-1] + 1), self.frames, self.shown_s)
+
+    @cached_property
     def times_s(self) -> Array:
-        """The rig's time of each frame, (n,)."""
-        return rig_time(self.model.effects, self.shown_s, self.onset_s)
+        """The rig's time of each instant, (k,)."""
+        return rig_time(self.model.effects, self.looked_s, self.onset_s)
 
     @cached_property
     def rig(self) -> Model:
@@ -153,7 +169,7 @@ class View:
 
     @cached_property
     def places(self) -> Array:
-        """Where the frames stand between the samples of a deployment that starts at the release, (n,); it stands still before."""
+        """Where these stand between the samples of a deployment that starts at the release, (k,); it stands still before."""
         return np.maximum(self.times_s - self.release.instant_s, 0.0) * self.rig.simulation.sample_rate_Hz
 
     @property
@@ -162,11 +178,11 @@ class View:
         return all(type(effect).observe is Effect.observe for effect in self.model.effects)
 
     def of(self, poses: Array) -> dict[str, Array]:
-        """Every channel that the film shows, (..., n), of the poses (..., n, 7) at its frames; of several only where it is plain."""
+        """Every channel that the film shows, (..., n), of the poses (..., k, 7) when it looks; of several only where it is plain."""
         channels: Mapping[str, Array] = channels_of(_from_first_frame(poses) if self.turned else poses)
         for effect in self.model.effects:
-            channels = effect.observe(self.shown_s, channels)
-        return dict(channels)
+            channels = effect.observe(self.looked_s, channels)
+        return {name: values[..., self.frames] for name, values in channels.items()}
 
 
 @cache

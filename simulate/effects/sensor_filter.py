@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
+from numba import njit
 
 from simulate.model.effect import Array, MeasurementEffect, parameter
 
@@ -25,6 +26,7 @@ class SensorFilter(MeasurementEffect):
     """
 
     name = "sensor-filter"
+    remembers = True
     time_s: tuple[float, ...] = parameter(
         (0.0, 0.0),
         low=0.0,
@@ -60,7 +62,15 @@ def low_pass(time_s: Array, values: Array, tau_s: float) -> Array:
     third, second, first, start = spline.c
     ends = (start, values[1:n]), (first, first + h * (2.0 * second + 3.0 * h * third)), (second, second + 3.0 * h * third)
     before, behind = (x - tau_s * (v - tau_s * (2.0 * a - tau_s * 6.0 * third)) for x, v, a in zip(*ends, strict=True))
-    shown = [float(values[0])]
-    for left, right, faded in zip(before.tolist(), behind.tolist(), np.exp(-h / tau_s).tolist(), strict=True):
-        shown.append(right + (shown[-1] - left) * faded)
+    shown = _faded(float(values[0]), before, behind, np.exp(-h / tau_s))
     return np.concatenate([shown, np.full(len(values) - n, np.nan)])
+
+
+@njit(cache=True)
+def _faded(start: float, before: Array, behind: Array, faded: Array) -> Array:
+    """From sample to sample what is shown (n + 1,): off P before by so much, and behind it by what has not faded of that, (n,) each."""
+    shown = np.empty(len(faded) + 1)
+    shown[0] = start
+    for i in range(len(faded)):
+        shown[i + 1] = behind[i] + (shown[i] - before[i]) * faded[i]
+    return shown

@@ -113,7 +113,8 @@ class Effect(Formulas):
         constants_of(model) -> numbers               as many as `constants` says, for the formulas of a deployment
         stiffness(model) -> (N/m, N s/m)             what the formulas do not show at rest, a contact; the step follows it
         as_stated() -> effect                        the same with its numbers as one states them, each of `directions` a unit vector
-        observe(time_s, channels) -> channels        what a camera makes of the motion
+        observe(time_s, channels) -> channels        what a camera makes of the motion; if it `remembers` what was before, it is
+                                                     told of more instants than there are frames, none of them far from the next
         true_time(shown_s) -> s                      the rig's time at which the camera's clock showed this
         observe_force(time_s, elongation, force)     what a load cell makes of the force
     """
@@ -122,6 +123,7 @@ class Effect(Formulas):
     acts_on: ClassVar[str]
     constants: ClassVar[int] = 0
     directions: ClassVar[tuple[str, ...]] = ()
+    remembers: ClassVar[bool] = False
 
     def __post_init__(self) -> None:
         for item, size, low, high in _limits_of(type(self)):

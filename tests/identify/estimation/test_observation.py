@@ -16,6 +16,7 @@ from simulate.effects import (
     LegDisparity,
     PlatformMass,
     ScaleError,
+    SensorFilter,
     StopStiffness,
     ViscousFriction,
 )
@@ -72,6 +73,18 @@ def test_films_side_by_side_are_those_that_are_seen_one_by_one(prototype, turned
         for channel, values in observe_beside(views[0], [adjusted]).items():
             assert np.array_equal(together[channel][k], alone[channel])
             assert np.array_equal(values[0], alone[channel])
+
+
+@pytest.mark.parametrize("tau", [3e-4, 4e-3])
+def test_a_slow_camera_sees_a_blow_between_its_frames_and_what_passes_while_frames_are_missing(prototype, tau):
+    """The same as a camera of the same time constant with twenty thousand frames a second shows at these instants."""
+    slow = replace(prototype, end_stop=EndStop(5000.0, 15.0), effects=(SensorFilter((0.0, tau)),))
+    every, chance = np.arange(159 * 80 + 1) / 2e4, np.random.default_rng(3)
+    frames = np.concatenate([[0], np.sort(chance.choice(np.arange(1, 160), 90, replace=False)) * 80])
+    expected, seen = observe(View(slow, every, RELEASE)), observe(View(slow, every[frames], RELEASE))
+    assert np.max(expected["z_m"]) > 0.98 * slow.geometry.deployed_height_m
+    for channel in ("x_m", "y_m", "z_m"):
+        assert np.max(np.abs(seen[channel] - expected[channel][frames])) < 5e-7
 
 
 def test_what_changes_the_base_model_does_so_behind_a_table_of_rates(prototype):
