@@ -43,6 +43,7 @@ _SETTLING = 8  # fits of what turns out to hold a share in the end
 _ALIKE = 0.25  # of what the foremost name was promised, that another may be promised less and be as good where lines lead astray
 _DEAD_END = 2  # fits that one costs besides which leaves the films far off: it takes as long
 _SHORT = 1.0  # of a promise, in log evidence: then the fit may have gone astray
+_BEYOND = 2.0  # a promise, in log evidence, may a fit well be, for straight lines know no curve
 
 
 @dataclass
@@ -125,11 +126,11 @@ class Search(Tried):
     def settled(self) -> Hypothesis:
         """The hypothesis with the largest probability; of one with a force without a name the rest.
 
-        What may stand in its place is fitted, if it was only weighed: a class rests on fits, too.
+        What may stand in its place is fitted, if it was only weighed: a class rests on fits, too, and so does a name alone.
         """
         for _ in range(_SETTLING):
             self._weigh_tables_beside_foremost()
-            promised = [self.ahead[names] for names in credible_set(self.weights()) if names not in self.fitted]
+            promised = [self.ahead[names] for names in credible_set(self.weights(_BEYOND)) if names not in self.fitted]
             worth = [one for one in promised if one.promise is not None and not self._adds_to_enough(one)]
             if not worth:
                 break

@@ -90,13 +90,18 @@ class Tried:
         likely = [less for less in fewer if weights.get(less, 0.0) > 1.0 - CREDIBLE]
         return self._sure_of(max(likely, key=lambda less: weights[less])) if likely else names
 
-    def weights(self) -> dict[Names, float]:
+    def weights(self, more: float = 0.0) -> dict[Names, float]:
         """Probability of each hypothesis that was fitted or weighed, the largest first; they add up to one.
 
         A force without a name counts beside the hypothesis that is foremost in the end, and beside nothing.
+
+        Parameters
+        ----------
+        more : log evidence that a fit brings beyond what was promised.
         """
-        kept = {(), self.foremost.names, self._base}
-        logs = {n: one.log_weight for n, one in self.ahead.items() if one.promise is not None or one.beside.names in kept}
+        kept, named = {(), self.foremost.names, self._base}, {n: one for n, one in self.ahead.items() if one.promise is not None}
+        logs = {n: one.log_weight for n, one in self.ahead.items() if one.beside.names in kept}
+        logs |= {names: one.log_weight + more for names, one in named.items()}
         logs = {names: log for names, log in logs.items() if names not in self.fitted}
         logs |= {names: self.fitted[names].log_weight for names in (*self._closing(), *self._rivals())}
         whole = np.logaddexp.reduce(list(logs.values()))
