@@ -11,6 +11,7 @@ from measure.common.arrays import Array
 
 _ALREADY_THERE = 0.9995  # correlation with force, elongation or time, from which on a column is that quantity in other units
 WORTH_NAMING = 0.05  # share of the residual
+_AS_MUCH = 0.95  # of the largest share, from which on noise may decide which of two columns has it: often they are one quantity
 
 
 def shares(loops: Sequence[LoopData], residuals: Sequence[Array], tables: Sequence[Array]) -> dict[str, float]:
@@ -42,8 +43,10 @@ def _is_a_copy(data: LoopData, column: Array) -> bool:
 
 
 def hint(found: dict[str, float]) -> str:
-    """The sentence that names the column worth trying, or nothing."""
+    """The sentence that names the column worth trying, and those that explain as much; or nothing."""
     if not found or max(found.values()) < WORTH_NAMING:
         return ""
-    name = max(found, key=lambda key: found[key])
-    return f'column "{name}" explains {100 * found[name]:.0f} % of what is left; --covariate "{name}" fits its share of the force jointly'
+    name, *others = sorted(found, key=lambda key: -found[key])
+    alike = [f'"{other}"' for other in others if found[other] > _AS_MUCH * found[name]]
+    share = f"{100 * found[name]:.0f} % of what is left" + (f", {' and '.join(alike)} as much" if alike else "")
+    return f'column "{name}" explains {share}; --covariate "{name}" fits its share of the force jointly'
