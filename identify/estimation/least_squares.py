@@ -15,7 +15,7 @@ from identify.estimation.covariance import shift_of
 from identify.estimation.fit import Fitted, P, Posed
 from measure.common.arrays import Array
 
-_FORESEEN = 0.5  # part of a change of the gaps that a Jacobian may miss and still be updated instead of being worked out again
+_PREDICTED = 0.5  # part of a change of the gaps that a Jacobian may miss and still be updated instead of being worked out again
 _AT_BOUND, _OFF_BOUND = 1e-6, 1e-3  # in scales: nearer than this a parameter is at its bound, and starts so far off it
 _LAST_LEG = 60
 _OF_LOOPS, _POLISHING, _SHORTER, _POLISHED = 200, 60, 0.9, 1e-11  # evaluations; further steps, by how much each is shorter, the last one
@@ -115,7 +115,7 @@ def polished(fit: Fitted[P]) -> Fitted[P]:
 
 
 class _Course:
-    """The way of a fit: gaps as they are asked for, and a Jacobian that is worked out again where it no longer foresees the gaps.
+    """The way of a fit: gaps as they are asked for, and a Jacobian that is worked out again where it no longer predicts the gaps.
 
     Elsewhere it is updated by what a step has shown (Broyden 1965), which costs no simulation.
     """
@@ -149,12 +149,12 @@ class _Course:
 
 
 def updated_slopes(slopes: Array, step: Array, change: Array) -> Array | None:
-    """A Jacobian (m, k) after a step (k,) that changed the gaps by (m,), by Broyden's update; None where it did not foresee the change."""
+    """A Jacobian (m, k) after a step (k,) that changed the gaps by (m,), by Broyden's update; None where it did not predict the change."""
     missed = change - slopes @ step
     length = float(step @ step)
     if length == 0.0:
         return slopes
-    if float(missed @ missed) > _FORESEEN**2 * float(change @ change):
+    if float(missed @ missed) > _PREDICTED**2 * float(change @ change):
         return None
     return slopes + np.outer(missed, step / length)
 

@@ -300,7 +300,7 @@ class Search(Tried):
         """Fit what is left of several names without each of them: the first one may have stood for the second.
 
         One that even straight lines from there can hardly do without is needed. Where a fit leads astray it is fitted from what it was
-        promised, too. Where several names brought far more than straight lines foresaw, they have led to another local minimum: then what
+        promised, too. Where several names brought far more than straight lines predicted, they have led to another local minimum: then what
         was fitted before is brought there as well.
         """
         led = self.led.get(one.names)
@@ -326,7 +326,7 @@ class Search(Tried):
     def _base_again(self, led: Weighed, is_elsewhere: bool = False) -> None:
         """The base from where an effect has led: it may lie in a wrong local minimum of the releases, or have stopped too early.
 
-        is_elsewhere : whether the effect brought far more than straight lines foresaw from the base, so that another minimum may have.
+        is_elsewhere : whether the effect brought far more than straight lines predicted from the base, so that another minimum may have.
         """
         nothing = self.fitted[()]
         of, q = nothing.weighed.exact.given, led.fit.q[: led.fit.problem.first_effect]

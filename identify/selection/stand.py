@@ -177,7 +177,7 @@ class Stand:
         return self.at(self.fit.problem, self.fit.q, self.sizes)
 
     def moved_to(self, problem: Problem, q: Array, sizes: Array) -> Stand:
-        """Simulated anew elsewhere; the linear pieces are updated by what the way has shown where they foresaw it."""
+        """Simulated anew elsewhere; the linear pieces are updated by what the way has shown where they predicted it."""
         gaps, k, m = problem.gaps(q), len(q), problem.measured
         slopes = np.zeros((len(gaps), k + len(sizes)))
         slopes[:, :k], slopes[:m, k:] = self.fit.jacobian, self.errors.columns
