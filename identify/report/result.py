@@ -118,6 +118,7 @@ def _gaps(found: Explanation) -> dict[str, Any]:
         gaps["held_out"] = {
             "before": {"rms_over_noise": gap_left(*(held.before for held in found.held)) / over},
             "after": {"rms_over_noise": gap_left(*(held.after for held in found.held)) / over},
+            "lead": float(np.sum([held.lead for held in found.held])),
         }
     return gaps
 

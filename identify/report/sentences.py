@@ -35,13 +35,21 @@ def _finding_in_words(found: Explanation) -> str:
     names = ", ".join(_named(finding) for finding in found.findings)
     lead = {"named": "missing effect: ", "class": "missing effect, one of a class: ", "several": "missing effects: ", "partly": "mainly "}
     tail = f"; {left_sentence(found)}" if found.verdict == "partly" else ""
-    return lead[found.verdict] + names + _or_nothing(found) + _at_bound(found) + _forces_by_run(found) + _within(found) + tail
+    more = _or_nothing(found) + _at_bound(found) + _by_chance(found) + _forces_by_run(found) + _within(found)
+    return lead[found.verdict] + names + more + tail
 
 
 def _why_unknown(found: Explanation) -> str:
     if not found.vetoed:
         return "nothing in the catalogue explains it"
     return f"what explains it best ({' and '.join(found.vetoed)}) makes the gap of a run held out larger, so it is not named"
+
+
+def _by_chance(found: Explanation) -> str:
+    """That the gap of a run held out grows with what is said, but no more than chance may do."""
+    if not (found.findings and any(held.grows for held in found.held)):
+        return ""
+    return "; the gap of a run held out grows by no more than the fits leave open, so nothing is named alone"
 
 
 def left_sentence(found: Explanation) -> str | None:

@@ -39,8 +39,9 @@ from identify.selection.hypotheses import BUDGETS, MODEL_ERRORS, Budget, Hypothe
 from identify.selection.model_errors import FORCES, slight_errors
 from identify.selection.other_side import all_sides
 from identify.selection.search import Search
+from identify.selection.stand import Stand, Weighed
 from identify.selection.unknown_force import simulated
-from identify.selection.verdict import Finding, Names, Verdict, after_a_veto, doing_without, is_unnamed, verdict_of
+from identify.selection.verdict import Finding, Names, Verdict, after_a_veto, doing_without, in_a_class, is_unnamed, verdict_of
 from simulate.effects import CATALOGUE, GeometryError
 from simulate.files.model_file import add_effects
 from simulate.model.effect import Effect
@@ -106,7 +107,9 @@ def _explained(
     say("looking at the runs held out")
     held = tuple(Held(*held_out(run, before, after)) for run in runs if run.hold_out)
     if verdict.names and any(one.grows for one in held):
-        verdict = after_a_veto(verdict, leaves_noise=judged.leaves_noise)
+        held = tuple(replace(one, lead=_lead(one, nothing.weighed, foremost.weighed)) for one in held)
+        is_worse = any(one.contradicts for one in held)
+        verdict = after_a_veto(verdict, leaves_noise=judged.leaves_noise) if is_worse else in_a_class(verdict)
     is_base = verdict.word == "unknown" or (verdict.word == "no-gap" and not set(foremost.names) <= set(judged.slight))
     said = nothing if is_base else foremost
     if said is nothing:
@@ -181,10 +184,24 @@ def _as_far_as_known(verdict: Verdict, findings: Sequence[Finding], foremost: Hy
     effect = next((one for one in foremost.fit.problem.effects if one.name in verdict.names and one.name not in MODEL_ERRORS), None)
     on_loops = bool(foremost.fit.problem.loops) and effect is not None and effect.acts_on_shaker()
     many = effect is not None and len(effect.flat()) > FEW_PARAMETERS and not on_loops
-    if not (alone and many):
-        return verdict
-    others = [name for name in verdict.weights if name not in (*verdict.names, "unknown", "no-gap") and " + " not in name]
-    return replace(verdict, word="class", equivalents={verdict.names[0]: tuple(others[:1])})
+    return in_a_class(verdict) if alone and many else verdict
+
+
+def _lead(held: Held, nothing: Weighed, foremost: Weighed) -> float:
+    """By how much names make a run that took no part more probable, in log probability."""
+    return _log_probability(held.after, foremost) - _log_probability(held.before, nothing)
+
+
+def _log_probability(held: Fit, one: Weighed) -> float:
+    """Log probability of a run that took no part, all that a hypothesis leaves open integrated out: of all runs, less that of the rest."""
+    stand, of = one.stand, held.problem
+    whole = replace(stand.given, films=(*stand.given.films, *of.films), loops=(*stand.given.loops, *of.loops))
+    own = [whole.index_of(parameter.name) for parameter in of.parameters[of.first_nuisance : of.first_effect]]
+    q = laid_out(stand.fit, whole)
+    q[own] = laid_out(held, whole)[own]
+    exact = one.both.is_exact
+    there = Stand.exact(Fit(whole, q, *whole.jacobian(q), True)) if exact else Stand.off_by(whole, q, stand.errors_by_key)
+    return there.weighed().log_z - one.evidence.log_z
 
 
 def _noise_beside(drafted: Drafted | None, noise: Sequence[NoiseOfChannel]) -> tuple[NoiseOfChannel, ...]:

@@ -5,8 +5,10 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
+import numpy as np
+
 from identify.campaign.noiseless import AddedNoise
-from identify.criteria import NO_WORSE
+from identify.criteria import GAP_P, NO_WORSE
 from identify.design.further_test import NextTest
 from identify.draft.drafted import Drafted
 from identify.estimation.problem import Fit
@@ -35,15 +37,28 @@ class DetectionLimit:
 
 @dataclass(frozen=True)
 class Held:
-    """A run that took no part: its gap before and after, only its own release fitted."""
+    """A run that took no part: its gap before and after, only its own release fitted.
+
+    lead : log probability of the run with the names, over that without, all that the fits leave open integrated out; NaN where it was
+    not asked for, because the names make no gap larger.
+    """
 
     before: Fit
     after: Fit
+    lead: float = float("nan")
 
     @property
     def grows(self) -> bool:
-        """Whether the names make it worse."""
+        """Whether the names make its gap larger."""
         return gap_left(self.after) > NO_WORSE * gap_left(self.before)
+
+    @property
+    def contradicts(self) -> bool:
+        """Whether the names make it larger than chance does, which happens to right names at most once in a thousand runs.
+
+        That a model which is right makes what was measured so much less probable than another one has at most that probability.
+        """
+        return self.grows and self.lead < np.log(GAP_P)
 
 
 @dataclass(frozen=True, repr=False)

@@ -95,6 +95,12 @@ def doing_without(verdict: Verdict, slight: Collection[str]) -> Verdict:
     return replace(verdict, word=word, names=names)
 
 
+def in_a_class(verdict: Verdict) -> Verdict:
+    """The same where a name is not to be said alone: the most probable other one stands beside it."""
+    others = [name for name in verdict.weights if name not in (*verdict.names, "unknown", "no-gap") and " + " not in name]
+    return replace(verdict, word="class", equivalents={verdict.names[0]: tuple(others[:1])}) if verdict.word == "named" else verdict
+
+
 def after_a_veto(verdict: Verdict, *, leaves_noise: bool) -> Verdict:
     """The same where its names make the gap of a run held out larger: none of them is said.
 

@@ -77,3 +77,10 @@ def leaving(size) -> Any:
 @pytest.mark.parametrize(("before", "after", "grows"), [(3.0, 1.0, False), (1.0, 1.01, False), (1.0, 1.05, True), (1.0, 3.0, True)])
 def test_names_make_a_held_out_run_worse_where_its_gap_grows_by_more_than_a_trifle(before, after, grows):
     assert Held(leaving(before), leaving(after)).grows is grows
+
+
+@pytest.mark.parametrize(
+    ("after", "lead", "contradicts"), [(1.05, -6.0, False), (1.05, -8.0, True), (1.0, -8.0, False), (1.05, np.nan, False)]
+)
+def test_names_are_contradicted_where_a_run_is_a_thousand_times_less_probable_with_them_and_its_gap_larger(after, lead, contradicts):
+    assert bool(Held(leaving(1.0), leaving(after), lead).contradicts) is contradicts

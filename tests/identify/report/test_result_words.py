@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 from identify.gap.size import NoiseOfChannel
-from identify.report.sentences import _colour, _likelier, _or_nothing, next_experiment, sentence, within_tolerances
+from identify.report.sentences import _by_chance, _colour, _likelier, _or_nothing, next_experiment, sentence, within_tolerances
 from identify.selection.explanation import Explanation
 from simulate.effects import EndStopDissipation, PlatformMass, StopStiffness
 
@@ -130,3 +130,12 @@ def test_an_unknown_gap_says_why_the_likeliest_names_are_not_said(monkeypatch, v
     made = unknown()
     made.vetoed = vetoed
     assert sentence(made) == f"there is a gap, and {why}"
+
+
+@pytest.mark.parametrize(("grows", "said"), [((True,), True), ((False, True), True), ((False,), False), ((), False)])
+def test_a_held_out_gap_that_grows_by_chance_is_said(grows, said):
+    made = unknown()
+    made.findings, made.held = ("viscous-friction",), tuple(SimpleNamespace(grows=one) for one in grows)
+    assert ("no more than the fits leave open" in _by_chance(made)) is said
+    made.findings = ()
+    assert _by_chance(made) == ""

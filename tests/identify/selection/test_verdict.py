@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from identify.selection.hypotheses import log_prior
-from identify.selection.verdict import after_a_veto, credible_set, doing_without, verdict_of
+from identify.selection.verdict import after_a_veto, credible_set, doing_without, in_a_class, verdict_of
 from simulate.effects import CATALOGUE
 
 HUB, PULLEY, PAIR = ("hub-inertia",), ("pulley-inertia",), ("hub-inertia", "viscous-friction")
@@ -113,3 +113,11 @@ def test_names_that_make_a_held_out_gap_larger_are_not_said_but_kept_as_vetoed(w
     before = verdict_of(weights, foremost=HUB, closes_most=TABLE not in weights, leaves_noise=TABLE not in weights)
     after = after_a_veto(before, leaves_noise=leaves_noise)
     assert (after.word, after.names, after.vetoed) == (word, (), vetoed)
+
+
+def test_a_name_that_is_not_to_be_said_alone_stands_beside_the_most_probable_other_one():
+    weights = {HUB: 0.97, ("leg-mass",): 0.02, (): 0.01}
+    alone = in_a_class(verdict_of(weights, closes_most=True))
+    assert (alone.word, alone.names, alone.equivalents) == ("class", HUB, {HUB[0]: ("leg-mass",)})
+    two = verdict_of({(*HUB, "leg-mass"): 0.99, (): 0.01}, closes_most=True)
+    assert in_a_class(two) == two

@@ -1,0 +1,49 @@
+"""What a run that took no part says against a name: integrated over all that the fits leave open, so that chance is no veto."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from identify.campaign.runs import read_campaign
+from identify.criteria import GAP_P
+from identify.selection.explain import explain
+from identify.selection.hypotheses import BUDGETS
+from simulate.effects import CATALOGUE, ViscousFriction
+from simulate.files.model_file import read_model
+
+FEW = {name: CATALOGUE[name] for name in ("viscous-friction", "scale-error")}
+LOOPS = (1.0, 0.03), (3.0, 0.03)
+
+
+@pytest.fixture
+def explained(campaign):
+    """What acts in the runs that take part, and what in the one held out, explained."""
+
+    def ask(acts, acts_in_held_out):
+        folders = [campaign(hidden, seed, loops=LOOPS, loop_steps=4000) for seed, hidden in ((61, acts), (62, acts_in_held_out))]
+        runs, others = (read_campaign([folder / "campaign.toml"]) for folder in folders)
+        strange = next(run for run in others if run.hold_out)
+        runs = [replace(run, table=strange.table) if run.hold_out else run for run in runs]
+        return explain(read_model(folders[0] / "model.toml"), runs, FEW, budget=BUDGETS["quick"])
+
+    return ask
+
+
+@pytest.mark.slow
+def test_a_friction_that_was_gone_in_the_run_held_out_is_not_named(explained):
+    found = explained(ViscousFriction(0.5), None)
+    assert found.verdict == "unknown"
+    assert found.vetoed == ("viscous-friction",)
+    assert found.held[0].lead < np.log(GAP_P)
+
+
+@pytest.mark.slow
+def test_a_run_with_the_same_friction_speaks_for_it_but_were_its_gap_to_grow_it_would_not_be_named_alone(explained, monkeypatch):
+    monkeypatch.setattr("identify.selection.explanation.Held.grows", True)
+    found = explained(ViscousFriction(0.5), ViscousFriction(0.5))
+    assert [finding.name for finding in found.findings] == ["viscous-friction"]
+    assert found.verdict == "class"
+    assert found.held[0].lead > -np.log(GAP_P)
