@@ -29,7 +29,7 @@ from identify.selection.unknown_force import unnamed_forces
 from identify.selection.verdict import Names, credible_set, foremost_of, is_unnamed, of_the_unnamed
 from identify.selection.weighing import (
     errors_without,
-    from_rest,
+    from_sizes,
     led_anew,
     stands_of,
     weighed,
@@ -281,7 +281,8 @@ class Search(Tried):
             if short and (from_afar := solve_from_afar(*posed(beside, promise))).cost < found.exact.fit.cost - ROUGHLY:
                 self._keep(ahead.names, weighed(from_afar))
         if found.log_z < beside.log_z - _DEEPER and not promise.instead:
-            self._keep(ahead.names, from_rest(posed(beside, promise)[0], beside))
+            problem = posed(beside, promise)[0]
+            self._keep(ahead.names, from_sizes(problem, beside, np.zeros(len(problem.parameters) - len(beside.fit.q))))
         for one in (found, *(_fitted(beside, other) for other in promise.others)):
             self._keep(ahead.names, one)
         found = self.fitted[ahead.names].weighed

@@ -89,10 +89,7 @@ def loops_miss(fit: Fit) -> bool:
 def weighed_within(given: Problem, q: Array, errors: Mapping[tuple[str, int], float]) -> Weighed:
     """Weigh a hypothesis from where the model file is off by some errors; as it is, it is fitted from there in a few steps.
 
-    Parameters
-    ----------
-    given : the problem, with the model file as it is. q : (k,) its parameters.
-    errors : of the model file, by name and place, in tolerances.
+    given : the problem, with the model file as it is. q : (k,) its parameters. errors : by name and place, in tolerances.
     """
     stand = Stand.off_by(given, q, errors)
     within, found = stepped(stand, stand.weighed())
@@ -111,11 +108,6 @@ def weighed_again(before: Weighed, fit: Fit) -> Weighed:
     return Weighed(before.exact, within, Both(before.both.exact, found))
 
 
-def from_rest(problem: Problem, before: Weighed) -> Weighed:
-    """Weigh a hypothesis with one name more from where the one before it stands, that name at nought: it is hardly less likely then."""
-    return from_sizes(problem, before, np.zeros(len(problem.parameters) - len(before.fit.q)))
-
-
 def from_sizes(problem: Problem, before: Weighed, sizes: Array) -> Weighed:
     """Weigh a hypothesis with one effect more from where the one before it stands, and from some sizes (n,) of the effect, in scales."""
     start = np.concatenate([before.fit.q, sizes])
@@ -127,21 +119,29 @@ def from_sizes(problem: Problem, before: Weighed, sizes: Array) -> Weighed:
 def led_anew(one: Weighed) -> Weighed | None:
     """The same hypothesis led by ever longer films from base and releases as the model file has them, its effects as they are.
 
-    Its fit began where the base had bent to what was missing, and may have stayed there. None where what it leaves is not unusual for
-    noise, where no film reaches its stop, behind which there are other places, or where it falls behind what is there now or leads to no
-    likelier place.
+    Its fit began where the base had bent to what was missing, and may have stayed there. Where what it leaves is not unusual for noise, or
+    where no film reaches its stop, behind which there are other places, only a law that is bent is begun anew. None where it falls behind
+    what is there now or leads to no likelier place.
     """
     stand = one.within
     if gap_test(one.fit).p_value > UNUSUAL_P or not horizons(stand.given):
-        return None
+        return _unbent(one)
     courses = [_course_of(stand)]
     led = led_beside(stand, stand.origin, np.zeros(len(stand.sizes)), courses)
-    if led is None:
-        return None
-    there = _on_other_sides(stand, led, courses)
-    if there.weighed().log_z < stand.weighed().log_z + HARDLY:
+    there = led and _on_other_sides(stand, led, courses)
+    if there is None or there.weighed().log_z < stand.weighed().log_z + HARDLY:
         return None
     return weighed_within(one.exact.given, there.fit.q, there.errors_by_key)
+
+
+def _unbent(one: Weighed) -> Weighed | None:
+    """The same hypothesis from the law as the model file has it, all else as it is, if that is likelier."""
+    if one.fit.problem.loops or not is_bent(one.fit):
+        return None
+    q = one.fit.q.copy()
+    q[: one.fit.problem.first_nuisance] = 0.0
+    there = weighed_within(one.exact.given, q, one.within.errors_by_key)
+    return there if there.log_z > one.log_z + HARDLY else None
 
 
 def without(one: Weighed, name: str) -> Weighed:
@@ -150,9 +150,8 @@ def without(one: Weighed, name: str) -> Weighed:
     kept = np.setdiff1d(np.arange(len(there.q)), there.problem.rows_of(name))
     problem = given.with_effects([effect for effect in given.effects if effect.name != name])
     errors = errors_without(one, (name,))
-    if not errors:
-        return weighed(to_the_end(solve(problem, there.q[kept], loosely=True)))
-    return weighed_within(problem, there.q[kept], errors)
+    q = there.q[kept]
+    return weighed_within(problem, q, errors) if errors else weighed(to_the_end(solve(problem, q, loosely=True)))
 
 
 def errors_without(one: Weighed, names: Iterable[str]) -> dict[tuple[str, int], float]:
@@ -193,9 +192,8 @@ def stands_of(one: Weighed) -> list[tuple[Weighed, float]]:
 
 def _with_films_of(one: Weighed, problem: Problem) -> Weighed:
     """The same with the films of a problem, which are shorter. Errors of the model file start from where whole films have led them."""
-    if one.both.is_exact:
-        return weighed(solve(problem, one.exact.fit.q))
-    return weighed_within(problem, one.within.fit.q, one.within.errors_by_key)
+    within = one.within
+    return weighed(solve(problem, one.exact.fit.q)) if one.both.is_exact else weighed_within(problem, within.fit.q, within.errors_by_key)
 
 
 def _both(exact: Evidence, within: Stand) -> Both:

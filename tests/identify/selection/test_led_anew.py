@@ -150,3 +150,17 @@ def test_with_films_up_to_the_first_stop_errors_of_the_model_file_start_from_whe
     short: Any = "shorter films"
     expected = (short, "q as it is") if is_exact else (short, "q of errors", {("platform-mass", 0): 2.0})
     assert weighing._with_films_of(one, short) == expected
+
+
+@pytest.mark.slow
+def test_a_law_that_stays_bent_while_only_noise_is_left_is_begun_anew_where_no_loops_hold_it(right, monkeypatch):
+    """Between both is a ridge: straight lines from the bent law lead back to it."""
+    monkeypatch.setattr(weighing, "is_bent", lambda fit: True)
+    monkeypatch.setattr(weighing, "gap_test", lambda fit: SimpleNamespace(p_value=0.5))
+    lost = astray(right)
+    found = led_anew(lost)
+    assert found is not None
+    assert found.log_z == pytest.approx(right.log_z, abs=4.0)
+    assert led_anew(right) is None
+    monkeypatch.setattr(weighing, "is_bent", lambda fit: False)
+    assert led_anew(lost) is None
