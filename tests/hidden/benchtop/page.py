@@ -70,7 +70,8 @@ def headline(rows: Sequence[Scored]) -> list[Rate]:
         rate("outside: unknown, partly, or an honest class", outside, lambda r: r.honest, "at least 16 of 20"),
         rate("outside: the draft removes 70 % of the held-out excess", outside, lambda r: r.draft_worth_having, "at least 12 of 20"),
         Rate("95 % intervals that hold the truth", sum(r.inside for r in rows), sum(r.intervals for r in rows), "90 to 99 %"),
-        rate("names that make the held-out gap larger", [r for r in rows if r.names], lambda r: r.worse, "none"),
+        rate("names that make the held-out gap larger", [r for r in rows if r.names], lambda r: r.worse, ""),
+        rate("the same of names said alone", [r for r in rows if r.verdict == "named"], lambda r: r.worse, "none"),
         rate("no answer", rows, lambda r: r.verdict == "failed", "none"),
     ]
 
