@@ -127,3 +127,23 @@ def test_nothing_is_looked_for_on_the_other_side_only_where_something_is_likelie
     search.run(None)  # type: ignore[arg-type]
     assert sides == [()] * turned
     assert ("ripple",) in search.fitted
+
+
+@pytest.mark.parametrize(("rival", "fits"), [(-3.3, [("sensor-filter",)]), (-6.0, [])])
+def test_what_was_promised_a_few_hundredths_beside_a_name_alone_is_fitted_before_that_is_said(monkeypatch, rival, fits):
+    """A filter was promised 0.034 beside a delay's 0.96, and was the likelier one once it was fitted."""
+    search, names = Search({}, lambda names: 0.0, BUDGETS["normal"], lambda text: None), ("sensor-lag",)
+    search.fitted = {(): hypothesis((), -100.0, 1.3, 1.3), names: hypothesis(names, 0.0)}
+    search.ahead = {("sensor-filter",): promised(("sensor-filter",), rival), ("unknown",): promised(("missing-force",), -9.0, None)}
+    search.ahead[("unknown",)].beside = search.ahead[("sensor-filter",)].beside = search.fitted[()]
+    search.promised, search.tables, done = {(): []}, {(): []}, []
+
+    def fit(ahead) -> None:
+        done.append(ahead.names)
+        search.fitted[ahead.names] = hypothesis(ahead.names, 1.2)
+
+    monkeypatch.setattr(search, "_fit", fit)
+    monkeypatch.setattr(search, "_brought_back", lambda one: one)
+    found = search.settled()
+    assert done == fits
+    assert found.names == (fits[0] if fits else names)
