@@ -29,7 +29,6 @@ _MOST_SAMPLES_A_SECOND = 2e4  # between which poses are interpolated; more cost 
 _EXACT = Nuisance()
 _LONGEST_FLIGHT_S = 1e-3  # where nothing is stiff: exact to half a micrometre
 _SHORTEST_STEP_S = 1.25e-4  # however stiff an effect is; steps are divided at the stops, for a film sees micrometres
-_BETWEEN_S = 1e-3  # instants at which a camera that remembers looks between frames: a stop stays in touch for twenty times as long
 
 
 @dataclass(frozen=True)
@@ -137,10 +136,13 @@ class View:
 
     @cached_property
     def frames(self) -> NDArray[np.intp]:
-        """Where the frames stand among the instants at which the camera looks, (n,): it looks between them where an effect remembers."""
+        """Where the frames stand among the instants at which the camera looks, (n,).
+
+        Where an effect remembers it looks between the frames, about as often as the simulation has samples.
+        """
         if len(self.shown_s) < 2 or not any(effect.remembers for effect in self.model.effects):
             return np.arange(len(self.shown_s))
-        steps = np.maximum(np.ceil(np.diff(self.shown_s) / _BETWEEN_S), 1.0)
+        steps = np.maximum(np.round(np.diff(self.shown_s) * _sample_rate(self.model)), 1.0)
         return np.concatenate([[0], np.cumsum(steps.astype(np.intp))])
 
     @cached_property
@@ -158,9 +160,8 @@ class View:
     @cached_property
     def rig(self) -> Model:
         """What moves: the model without its camera and clock, released as it was, for as long as the film lasts."""
-        given = self.model.simulation
         duration = duration_for(self.times_s, self.release)
-        simulation = altered(given, duration_s=duration, sample_rate_Hz=min(given.sample_rate_Hz, _MOST_SAMPLES_A_SECOND))
+        simulation = altered(self.model.simulation, duration_s=duration, sample_rate_Hz=_sample_rate(self.model))
         moved = released(with_rate_worked_in(self.model), self.release)
         acting = [effect for effect in moved.effects if effect.acts_on != "measurement" and not _only_adjusts(type(effect))]
         for effect in moved.effects:
@@ -183,6 +184,10 @@ class View:
         for effect in self.model.effects:
             channels = effect.observe(self.looked_s, channels)
         return {name: values[..., self.frames] for name, values in channels.items()}
+
+
+def _sample_rate(model: Model) -> float:
+    return min(model.simulation.sample_rate_Hz, _MOST_SAMPLES_A_SECOND)
 
 
 @cache

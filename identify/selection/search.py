@@ -43,7 +43,7 @@ _SETTLING = 8  # fits of what turns out to hold a share in the end
 _ALIKE = 0.25  # of what the foremost name was promised, that another may be promised less and be as good where lines lead astray
 _DEAD_END = 2  # fits that one costs besides which leaves the films far off: it takes as long
 _SHORT = 1.0  # of a promise, in log evidence: then the fit may have gone astray
-_BEYOND = 2.0  # a promise, in log evidence, may a fit well be, for straight lines know no curve
+_BEYOND = 2.0  # log evidence by which a fit may well exceed its promise: straight lines know no curve
 
 
 @dataclass
