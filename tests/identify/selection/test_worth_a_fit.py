@@ -134,8 +134,9 @@ def test_what_was_promised_a_few_hundredths_beside_a_name_alone_is_fitted_before
     """A filter was promised 0.034 beside a delay's 0.96, and was the likelier one once it was fitted."""
     search, names = Search({}, lambda names: 0.0, BUDGETS["normal"], lambda text: None), ("sensor-lag",)
     search.fitted = {(): hypothesis((), -100.0, 1.3, 1.3), names: hypothesis(names, 0.0)}
-    search.ahead = {("sensor-filter",): promised(("sensor-filter",), rival), ("unknown",): promised(("missing-force",), -9.0, None)}
-    search.ahead[("unknown",)].beside = search.ahead[("sensor-filter",)].beside = search.fitted[()]
+    for one in (promised(("sensor-filter",), rival), promised(("missing-force",), -9.0, None)):
+        one.beside = search.fitted[()]
+        search.ahead[one.names] = one
     search.promised, search.tables, done = {(): []}, {(): []}, []
 
     def fit(ahead) -> None:
