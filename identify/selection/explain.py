@@ -199,9 +199,7 @@ def _log_probability(held: Fit, one: Weighed) -> float:
     own = [whole.index_of(parameter.name) for parameter in of.parameters[of.first_nuisance : of.first_effect]]
     q = laid_out(stand.fit, whole)
     q[own] = laid_out(held, whole)[own]
-    exact = one.both.is_exact
-    there = Stand.exact(Fit(whole, q, *whole.jacobian(q), True)) if exact else Stand.off_by(whole, q, stand.errors_by_key)
-    return there.weighed().log_z - one.evidence.log_z
+    return Stand.placed(whole, q, stand.errors_by_key).weighed().log_z - one.evidence.log_z
 
 
 def _noise_beside(drafted: Drafted | None, noise: Sequence[NoiseOfChannel]) -> tuple[NoiseOfChannel, ...]:

@@ -10,7 +10,6 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from identify.criteria import CREDIBLE, HARDLY, LOSES, TO_COMPARE
-from identify.estimation.problem import Fit
 from identify.selection.evidence import Both, Evidence
 from identify.selection.model_errors import mirrored
 from identify.selection.stand import Stand, Weighed
@@ -81,10 +80,8 @@ def _image(stand: Stand, axis: int, turned: Sequence[int], *, centred: bool = Fa
     """A stand in a mirror across an axis, some of its parameters turned round; the centre of mass in the middle if it is to be."""
     q = _effects_in_mirror(stand, axis)
     q[list(turned)] *= -1.0
-    if not len(stand.sizes):
-        return Stand.exact(Fit(stand.given, q, *stand.given.jacobian(q), True))
     errors = mirrored(stand.errors_by_key, axis, _geometry_of(stand))
-    return Stand.off_by(stand.given, q, errors | ({(CentreOfMassOffset.name, axis): 0.0} if centred else {}))
+    return Stand.placed(stand.given, q, errors | ({(CentreOfMassOffset.name, axis): 0.0} if errors and centred else {}))
 
 
 def _effects_in_mirror(stand: Stand, axis: int) -> Array:

@@ -68,6 +68,11 @@ class Stand:
         fit = Fit(problem, q, *problem.jacobian(q), True)
         return cls(given, fit, errors.at(fit), sizes, is_fresh=True)
 
+    @classmethod
+    def placed(cls, given: Problem, q: Array, known: Mapping[tuple[str, int], float]) -> Stand:
+        """With these errors of the model file, or with the model file as it is where there are none."""
+        return cls.off_by(given, q, known) if known else cls.exact(Fit(given, q, *given.jacobian(q), True))
+
     @property
     def errors_by_key(self) -> dict[tuple[str, int], float]:
         """Size of each error by name and place, in tolerances."""

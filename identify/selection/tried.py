@@ -99,10 +99,10 @@ class Tried:
         ----------
         more : log evidence that a fit brings beyond what was promised.
         """
-        kept, named = {(), self.foremost.names, self._base}, {n: one for n, one in self.ahead.items() if one.promise is not None}
-        logs = {n: one.log_weight for n, one in self.ahead.items() if one.beside.names in kept}
-        logs |= {names: one.log_weight + more for names, one in named.items()}
-        logs = {names: log for names, log in logs.items() if names not in self.fitted}
+        kept = {(), self.foremost.names, self._base}
+        left = {names: one for names, one in self.ahead.items() if names not in self.fitted}
+        logs = {names: one.log_weight + more for names, one in left.items() if one.promise is not None}
+        logs |= {names: one.log_weight for names, one in left.items() if one.promise is None and one.beside.names in kept}
         logs |= {names: self.fitted[names].log_weight for names in (*self._closing(), *self._rivals())}
         whole = np.logaddexp.reduce(list(logs.values()))
         found = {names: float(np.exp(log - whole)) for names, log in logs.items()}

@@ -113,8 +113,7 @@ class Effect(Formulas):
         constants_of(model) -> numbers               as many as `constants` says, for the formulas of a deployment
         stiffness(model) -> (N/m, N s/m)             what the formulas do not show at rest, a contact; the step follows it
         as_stated() -> effect                        the same with its numbers as one states them, each of `directions` a unit vector
-        observe(time_s, channels) -> channels        what a camera makes of the motion; if it `remembers` what was before, it is
-                                                     told of more instants than there are frames, none of them far from the next
+        observe(time_s, channels) -> channels        what a camera makes of the motion, seen between its frames if it `remembers`
         true_time(shown_s) -> s                      the rig's time at which the camera's clock showed this
         observe_force(time_s, elongation, force)     what a load cell makes of the force
     """
@@ -346,7 +345,6 @@ def effect_from(catalogue: Catalogue, name: str, parameters: Mapping[str, Any]) 
         raise InputError(f'no effect is named "{name}"; {nearest(name, catalogue)}')
     kind = catalogue[name]
     known = [item.name for item in fields(kind)]
-    for key in parameters:
-        if key not in known:
-            raise InputError(f'effect "{name}" has no parameter "{key}"; {nearest(key, known)}')
+    if unknown := [key for key in parameters if key not in known]:
+        raise InputError(f'effect "{name}" has no parameter "{unknown[0]}"; {nearest(unknown[0], known)}')
     return kind(**parameters)
