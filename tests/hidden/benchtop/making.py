@@ -160,7 +160,7 @@ def _table(case: Case, run: Deployment | Shaking, chance: Chance) -> Any:
         stroke = stroke_of(run)
         force = loop_by("ode", case.model, stroke, run.start_force_N)
         return recorded(cell_shows(force, stroke, run, case.model.effects), stroke, run, _cell(case.track), chance)
-    at = _condition(case, run)
+    at = in_run(case.model, run)
     times = np.arange(round((run.time_s[-1] + AFTER_S) * 1000.0) + 1) / 1000.0
     motion = moved_by_mujoco(at, times) if case.engine == "mujoco" else moved_by_ode(at, times, "LSODA", 1e-8, 1e-10)
     assert at.geometry is not None
@@ -169,15 +169,6 @@ def _table(case: Case, run: Deployment | Shaking, chance: Chance) -> Any:
     if run.tells_sigma:
         clean = replace(clean, sigma={name: np.full(len(run.time_s), run.sigma[name]) for name in run.channels})
     return tracked(clean, dict(run.sigma), case.track, run.zeroed, chance)
-
-
-def _condition(case: Case, run: Deployment) -> Model:
-    """The rig in this run: a ballast is added to the platform that there is, whatever the file says of its mass."""
-    known = case.rig.known.platform.mass_kg
-    if "platform.mass_kg" in run.changes:
-        real = case.model.platform.mass_kg + run.changes["platform.mass_kg"] - known
-        run = replace(run, changes={**run.changes, "platform.mass_kg": real})
-    return in_run(case.model, run)
 
 
 def _sealed(spec: Spec, case: Case) -> dict[str, Any]:

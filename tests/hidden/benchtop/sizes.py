@@ -20,7 +20,7 @@ Array = np.ndarray
 
 EFFECT_SIZE, OUTSIDE_SIZE = 5.0, 10.0
 SHOWS = 1.5  # times the detectable size, from which on a test finds an error in 95 of 100
-_ROUNDS = 8
+_ROUNDS = 12
 
 
 @dataclass(frozen=True)
@@ -82,12 +82,15 @@ def amount_of(hidden: Hidden, runs: LooseYardstick, outside: bool) -> tuple[floa
 
 
 def _detectable(hidden: Hidden, runs: LooseYardstick, wanted: float) -> float | None:
-    amount, shows = min(1.0, hidden.most), 0.0
+    """The amount that shows as much as is wanted; as if it showed by its square, and halfway where that leads out of what is known."""
+    amount, shows, low, high = min(1.0, hidden.most), 0.0, 0.0, np.inf
     for _ in range(_ROUNDS):
         there = runs.bench.with_model(runs.bench.rig.true.with_effect(hidden.at(amount))).here
         left = runs.free.left(np.concatenate([there - runs.bench.here, np.zeros(len(runs.free.basis) - len(there))]))
         shows = float(left @ left)
         if abs(shows / wanted - 1.0) < 0.1 or (shows < wanted and amount == hidden.most):
             break
-        amount = min(amount * float(np.clip(np.sqrt(wanted / max(shows, 1e-9)), 0.02, 20.0)), hidden.most)
+        low, high = (amount, high) if shows < wanted else (low, amount)
+        by_square = amount * float(np.clip(np.sqrt(wanted / max(shows, 1e-9)), 0.02, 20.0))
+        amount = min(by_square if low < by_square < high else float(np.sqrt(low * high)), hidden.most)
     return amount if shows > 0.5 * wanted else None

@@ -25,9 +25,13 @@ DURATION_S, STEP_S = 0.65, 1.25e-4
 
 
 def in_run(model: Model, run: Deployment) -> Model:
-    """The model as it was in this run: what its conditions change, how it was let go, its legs of that day."""
+    """The model as it was in this run: what its conditions change, how it was let go, its legs of that day.
+
+    A ballast is added to the platform that there is, whatever the file says of its mass.
+    """
+    beyond_file_kg = model.platform.mass_kg - run.file_mass_kg
     for key, value in run.changes.items():
-        model = with_value(model, key, value)
+        model = with_value(model, key, value + beyond_file_kg if key == "platform.mass_kg" else value)
     at = model.release
     release = replace(at, position_m=_plus(at.position_m, run.position_m), theta_rad=_plus(at.theta_rad, run.theta_rad))
     law = model.actuator.shifted(tuple(run.legs_N.tolist())) if np.any(run.legs_N) else model.actuator

@@ -26,11 +26,13 @@ CYCLES, SAMPLES = 3, 1000
 class Deployment:
     """A filmed deployment. zeroed : counted from the first frame, as a film is; the camera then runs before the release.
 
+    changes : what the list of runs says of it. file_mass_kg : the platform's mass in the model file; what a run has more is ballast.
     tells_sigma : whether the table says how sure it is. position_m, theta_rad, legs_N, instant_s : how this run was let go.
     rendered : whether the table is made by tracking a made film.
     """
 
     changes: Mapping[str, Any]
+    file_mass_kg: float
     channels: tuple[str, ...]
     sigma: Mapping[str, float]
     zeroed: bool
@@ -136,6 +138,7 @@ def deployment(spec: Spec, known: Model, changes: Mapping[str, Any], seen: Seen,
     waits = 0.02 if seen.zeroed else 0.0
     return Deployment(
         changes,
+        known.platform.mass_kg,
         seen.channels,
         sigma_of(spec, seen.channels),
         seen.zeroed,
