@@ -18,15 +18,7 @@ from numpy.typing import NDArray
 
 from identify.gap.linear_pieces import Columns
 from identify.noise.noise_model import weights
-from identify.selection.evidence import (
-    Evidence,
-    Normal,
-    White,
-    log_inside,
-    parts_of,
-    prior_precision,
-    prior_pull,
-)
+from identify.selection.evidence import Evidence, Normal, White, log_inside, parts_of, prior_precision, prior_pull
 from measure.common.arrays import Array
 from simulate.model.effect import Effect
 

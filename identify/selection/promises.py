@@ -9,17 +9,15 @@ from functools import reduce
 import numpy as np
 from numpy.typing import NDArray
 
-from identify.criteria import FORCES_DIFFER, LOSES, ROUGHLY
-from identify.estimation.horizons import horizons
-from identify.estimation.least_squares import solve
+from identify.criteria import FORCES_DIFFER, LOSES
 from identify.estimation.parameters import STORED_FORCE
-from identify.estimation.problem import Fit, Problem
+from identify.estimation.problem import Problem
 from identify.gap.linear_pieces import Columns
 from identify.gap.signatures import chords
 from identify.selection.evidence import Both
 from identify.selection.first_look import Gain, Promise
 from identify.selection.model_errors import FORCES, as_wide, effect_spreads
-from identify.selection.stand import Stand, Weighed
+from identify.selection.stand import Weighed
 from measure.common.arrays import Array
 from simulate.model.effect import Effect
 from simulate.model.measures import Measures
@@ -28,8 +26,6 @@ from simulate.model.wave import Wave
 _SHOWN = 1e-6  # of the noise, by a typical size
 _CHORDS = 3.0  # of a size at which an effect is tried: one standard deviation of its prior
 _HALF = 0.5  # of what a name brings at a first look; one that brings less is not looked at in its place
-_DUE = 8  # names that are fitted whole where a law has bent, at most
-_STEPS, _NEARLY = 12, 5.0  # of a fit in a few steps; log evidence below the best of them, from where a whole fit may still lead higher
 _FEW = 3  # shapes of an effect that are weighed to the end
 
 
@@ -64,48 +60,6 @@ def posed(before: Weighed, promise: Promise) -> tuple[Problem, Array]:
     return problem, np.concatenate([promise.base, own, promise.sizes])
 
 
-def nearly_as_good(at: Weighed, whole: Problem, found: Sequence[Promise]) -> list[Promise]:
-    """Every name followed in a few steps from where the law is as the model file has it: those that stay near the best in longer films.
-
-    Where a law has bent to what is missing, straight lines say little of any name, and films up to their first stop hardly more. One that
-    brings no more than the law does by itself is none of them.
-
-    Parameters
-    ----------
-    at : with the law of the model file, and films up to their first stop. whole : the problem with whole films.
-    """
-    legs = horizons(whole) or [whole.until_s]
-    by_law = _law_followed(at, legs)
-    left = [promise for promise in found if promise.shape is not None and promise.looks]
-    for place, horizon in enumerate(legs):
-        followed = [_followed(at, promise, horizon) for promise in left]
-        least = max([by_law[place], *(log_z - _NEARLY for log_z, _ in followed)])
-        ranked = sorted((one for one in followed if one[0] > least), key=lambda one: -one[0])
-        left = [replace(promise, log_z=log_z) if place == 0 else promise for log_z, promise in ranked]
-    return left[:_DUE]
-
-
-def _law_followed(at: Weighed, legs: Sequence[float]) -> list[float]:
-    """What the law does by itself: its log evidence after each leg."""
-    fit, reached = at.fit, []
-    for horizon in legs:
-        fit = _few_steps(at.exact.given.until(horizon), fit.q)
-        reached.append(Stand.exact(fit).weighed().log_z)
-    return reached
-
-
-def _followed(at: Weighed, promise: Promise, horizon: float) -> tuple[float, Promise]:
-    """A promise fitted in a few steps with films up to a time, s: its log evidence there, and where it stands."""
-    problem, start = posed(at, promise)
-    fit, first, own = _few_steps(problem.until(horizon), start), problem.first_effect, problem.rows_of(promise.name)
-    log_z = Stand.exact(fit).weighed().log_z
-    return log_z, replace(promise, base=fit.q[:first], sizes=fit.q[own], errors=None)
-
-
-def _few_steps(problem: Problem, start: Array) -> Fit:
-    return solve(problem, start, most_steps=_STEPS, enough=ROUGHLY, loosely=True)
-
-
 def _of_forces(at: Weighed, instead: str) -> Promise:
     """Stored forces that differ from run to run by more than their tolerance, which is a prior of the fit already."""
     own = [i for i, one in enumerate(at.fit.problem.parameters) if one.key == STORED_FORCE]
@@ -127,11 +81,6 @@ class _Shape:
     columns: Columns
     shown: NDArray[np.bool_] | None
     known: float
-
-    @property
-    def hides(self) -> bool:
-        """Whether some of its parameters show only once there is some of the effect."""
-        return self.shown is not None and not self.shown.all()
 
     def looked_at(self, at: Weighed) -> tuple[_Shape, Gain]:
         """With a prior as wide as its amounts are large, and what it brings at a first look."""
@@ -224,7 +173,7 @@ class _Looked:
     def _led(self, at: Weighed, way: _Shape, both: Both) -> tuple[float, Both, Array]:
         """Where one of the ways leads: its log evidence, the evidence there, and sizes (n,) of the effect's parameters."""
         log_z, sizes = self._shared([both.log_z]), way.sizes(both.likelier.amounts)
-        if not (way.hides and sizes.any()):
+        if way.shown is None or way.shown.all() or not sizes.any():  # else some of its parameters show once there is some of the effect
             return log_z, both, sizes
         return max((log_z, both, sizes), _with_shape_free(at, way.effect, sizes), key=lambda one: one[0])
 

@@ -14,7 +14,6 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from identify.criteria import CLOSE, CREDIBLE, LOSES, NEAR, ROUGHLY
-from identify.estimation.horizons import solve_from_afar
 from identify.estimation.least_squares import solve, to_the_end
 from identify.estimation.multistart import Minima, released_again
 from identify.estimation.problem import Fit
@@ -22,40 +21,29 @@ from identify.selection.first_look import Promise
 from identify.selection.hypotheses import Ahead, Hypothesis, halves
 from identify.selection.model_errors import FORCES
 from identify.selection.other_side import on_the_likelier_side
-from identify.selection.promises import nearly_as_good, posed, promises
+from identify.selection.promises import posed, promises
 from identify.selection.stand import Weighed
 from identify.selection.tried import Tried
 from identify.selection.unknown_force import unnamed_forces
 from identify.selection.verdict import Names, credible_set, foremost_of, is_unnamed, of_the_unnamed
-from identify.selection.weighing import (
-    errors_without,
-    from_sizes,
-    led_anew,
-    stands_of,
-    weighed,
-    weighed_again,
-    weighed_within,
-    without,
-)
+from identify.selection.weighing import errors_without, led_anew, stands_of, weighed, weighed_again, weighed_within, without
 
 _DEEPER = 10.0  # sum of squares, or log evidence, by which another local minimum is worth looking from anew
 _SETTLING = 8  # fits of what turns out to hold a share in the end
 _ALIKE = 0.25  # of what the foremost name was promised, that another may be promised less and be as good where lines lead astray
 _DEAD_END = 2  # fits that one costs besides which leaves the films far off: it takes as long
-_SHORT = 1.0  # of a promise, in log evidence: then the fit may have gone astray
+_UNSETTLED = 1.0  # log evidence that lines promise at the base and the simulation does not keep
 _BEYOND = 2.0  # log evidence by which a fit may well exceed its promise: straight lines know no curve
 
 
 @dataclass
 class Search(Tried):
-    """A search with what it has tried. seen_from : from where all others were weighed. due : names that are fitted whatever they promise,
-    because the law had bent to what is missing. led : by what promise each was fitted. tried_anew : what was led from the model file, too.
-    brought_back : what was looked for in other local minima since it was fitted. reached : log weight to which the fit of each led by
-    itself. releases : local minima of each run's release that were found. turned : what was looked for on the other side of what no film
-    shows."""
+    """A search with what it has tried. seen_from : from where all others were weighed. led : by what promise each was fitted.
+    tried_anew : what was led from the model file, too. brought_back : what was looked for in other local minima since it was fitted.
+    reached : log weight to which the fit of each led by itself. releases : local minima of each run's release that were found. turned :
+    what was looked for on the other side of what no film shows."""
 
     seen_from: set[Names] = field(default_factory=set)
-    due: set[Names] = field(default_factory=set)
     led: dict[Names, Ahead] = field(default_factory=dict)
     tried_anew: set[Names] = field(default_factory=set)
     brought_back: set[Names] = field(default_factory=set)
@@ -77,6 +65,8 @@ class Search(Tried):
                 self._fit_or_turn(max(worth, key=lambda one: one.log_weight))
             elif self.foremost.names not in self.seen_from and self._leads_on(self.foremost):
                 self._look_from(self._brought_back(self.foremost))
+            elif self._is_on_one_side(self.foremost):
+                self._turn(self.foremost.names)
             else:
                 return
 
@@ -85,6 +75,10 @@ class Search(Tried):
         """Whether names that were fitted, or a force without a name, are likelier than none: on the other side none may be needed."""
         unnamed = [one.log_weight for one in self.ahead.values() if one.promise is None]
         return max([self.foremost.log_weight, *unnamed]) > self.fitted[()].log_weight
+
+    def _is_on_one_side(self, one: Hypothesis) -> bool:
+        """Whether names that leave noise were not looked for on the other side yet: there they may not be needed."""
+        return bool(one.names) and one.names not in self.turned and one.weighed.leaves_noise
 
     def _fit_or_turn(self, ahead: Ahead) -> None:
         """Fit a hypothesis; before a name is added to the foremost ones, look for these on the other side: there it may not be needed."""
@@ -110,7 +104,6 @@ class Search(Tried):
         for weighed_there in (self.ahead, self.tables, self.promised):
             for other in [other for other in weighed_there if set(names) <= set(other)]:
                 del weighed_there[other]
-        self.due = {other for other in self.due if not set(names) <= set(other)}
         if names:
             self._base_again(after, is_elsewhere=True)
 
@@ -167,13 +160,16 @@ class Search(Tried):
         return one
 
     def _is_worth_a_fit(self, one: Ahead) -> bool:
-        if one.promise is None or one.names in self.fitted:
+        if one.promise is None or self._is_known(one):
             return False
         if self._adds_to_enough(one):
             return one.log_weight > self.foremost.log_weight - (0.0 if self.foremost.names else LOSES)
-        if one.names in self.due:
-            return True
-        return self._may_reach_the_unnamed(one) and (one.log_weight > self._bar or self._is_alike(one))
+        return self._may_reach_the_unnamed(one) and (one.log_weight > self.foremost.log_weight - self.budget.least or self._is_alike(one))
+
+    def _is_known(self, one: Ahead) -> bool:
+        """Whether it was fitted; not if far more is promised now, from a base that was found since: then that fit went astray."""
+        found = self.fitted.get(one.names)
+        return found is not None and (self.led.get(one.names) is one or one.log_weight <= found.log_weight + _DEEPER)
 
     def _may_reach_the_unnamed(self, one: Ahead) -> bool:
         """Whether it comes near the likeliest force without a name, were its fit to bring as much more than promised as one before did.
@@ -191,11 +187,6 @@ class Search(Tried):
         """
         best = self.foremost
         return set(best.names) <= set(one.names) and best.weighed.leaves_noise
-
-    @property
-    def _bar(self) -> float:
-        """Log weight from which on a promise is worth a fit."""
-        return self.foremost.log_weight - self.budget.least
 
     def _is_alike(self, one: Ahead) -> bool:
         """Whether it was promised nearly as much as the foremost one, from the same place, where straight lines led that one astray."""
@@ -222,30 +213,13 @@ class Search(Tried):
         for at, reached in stands_of(one.weighed) if further else [(one.weighed, one.weighed.along_lines)]:
             found = list(promises(at, self.catalogue))
             self._weigh(one, found if further else (), reached)
-            if further and at is not one.weighed and not one.weighed.stand.misses and self._misses_something(one):
-                near = nearly_as_good(at, one.weighed.exact.given, found)
-                self.due |= {tuple(sorted({*one.names, promise.name})) for promise in near}
-                self._weigh(one, near, reached)
             if at is one.weighed:
                 self.promised[one.names] = found
             if at.along_lines == reached and not one.names:
                 self._weigh_tables(one, at, found)
         for effect in one.fit.problem.effects:
             if effect.is_linear():  # another one cannot be taken out along straight lines
-                self._weigh_in_place(one, effect.name)
-
-    def _weigh_in_place(self, one: Hypothesis, name: str) -> None:
-        """Weigh every name in the place of one.
-
-        Where a fit brought far more than straight lines had promised, they are not to be trusted here either: then what says nearly as much
-        at a first look as the name itself is fitted.
-        """
-        found = list(promises(one.weighed, self.catalogue, name))
-        self._weigh(one, found, one.weighed.along_lines)
-        promised = self.ahead.get(one.names)
-        if promised is not None and one.log_weight > promised.log_weight + _DEEPER:
-            least = (1.0 - _ALIKE) * one.weighed.gain_of(name)
-            self.due |= {tuple(sorted({*one.names, other.name} - {name})) for other in found if other.first > least}
+                self._weigh(one, promises(one.weighed, self.catalogue, effect.name), one.weighed.along_lines)
 
     def _weigh(self, one: Hypothesis, found: Iterable[Promise], reached: float) -> None:
         for promise in found:
@@ -276,13 +250,6 @@ class Search(Tried):
         self.led[ahead.names] = ahead
         beside = ahead.beside.weighed
         found = _fitted(beside, promise)
-        if promise.errors is None or beside.both.is_exact:
-            short = found.log_z + self.prior(ahead.names) < ahead.log_weight - _SHORT
-            if short and (from_afar := solve_from_afar(*posed(beside, promise))).cost < found.exact.fit.cost - ROUGHLY:
-                self._keep(ahead.names, weighed(from_afar))
-        if found.log_z < beside.log_z - _DEEPER and not promise.instead:
-            problem = posed(beside, promise)[0]
-            self._keep(ahead.names, from_sizes(problem, beside, np.zeros(len(problem.parameters) - len(beside.fit.q))))
         for one in (found, *(_fitted(beside, other) for other in promise.others)):
             self._keep(ahead.names, one)
         found = self.fitted[ahead.names].weighed
@@ -300,29 +267,21 @@ class Search(Tried):
     def _with_less(self, one: Hypothesis) -> None:
         """Fit what is left of several names without each of them: the first one may have stood for the second.
 
-        One that even straight lines from there can hardly do without is needed. Where a fit leads astray it is fitted from what it was
-        promised, too. Where several names brought far more than straight lines predicted, they have led to another local minimum: then what
-        was fitted before is brought there as well.
+        While a gap is left, one that even straight lines from there can hardly do without is needed. Where several names brought far more
+        than straight lines predicted, they have led to another local minimum: then what was fitted before is brought there as well.
         """
-        led = self.led.get(one.names)
+        led, least = self.led.get(one.names), -np.inf if one.weighed.leaves_noise else one.weighed.along_lines - NEAR
         is_elsewhere = led is not None and one.log_weight > led.log_weight + _DEEPER
         for name in one.names if len(one.names) > 1 else ():
             names = tuple(other for other in one.names if other != name)
             before = self.fitted.get(names)
-            if name == FORCES or (before is not None and not is_elsewhere) or self._is_needed(one, name):
+            is_fitted = before is not None and not is_elsewhere
+            if name == FORCES or is_fitted or one.weighed.doing_without(name).along_lines < least:
                 continue
             self.say("fitting " + ", ".join(names))
             self._keep(names, without(one.weighed, name))
-            if before is None:
-                promised = self.ahead.get(names)
-                if promised is not None and promised.promise is not None and self.fitted[names].log_weight < promised.log_weight - _SHORT:
-                    self._fit(promised)
-            elif self.fitted[names] is not before:
+            if before is not None and self.fitted[names] is not before:
                 self._brought_back(self.fitted[names])
-
-    def _is_needed(self, one: Hypothesis, name: str) -> bool:
-        """Whether straight lines say that what is left without a name has no share."""
-        return one.weighed.doing_without(name).along_lines < one.weighed.along_lines - NEAR
 
     def _base_again(self, led: Weighed, is_elsewhere: bool = False) -> None:
         """The base from where an effect has led: it may lie in a wrong local minimum of the releases, or have stopped too early.
@@ -336,7 +295,7 @@ class Search(Tried):
             if again.cost < before.cost - _DEEPER and (again.rms < CLOSE or halves(before, again)):
                 self._keep((), weighed(again))
         elif nothing.weighed.both.within is not None:
-            is_settled = nothing.weighed.leaves_noise and nothing.weighed.evidence.unkept < _SHORT
+            is_settled = nothing.weighed.leaves_noise and nothing.weighed.evidence.unkept < _UNSETTLED
             if is_elsewhere or not is_settled or halves(nothing.fit, led.fit):
                 self._keep((), weighed_within(of, q, errors_without(led, led.names)))
 

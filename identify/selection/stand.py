@@ -206,13 +206,10 @@ class Stand:
 
     def log_probability(self, noise: tuple[ChannelNoise, ...]) -> float:
         """Of measurements and parameters as simulated here."""
-        return self._log_probability(self.fit.gaps, self.fit.q, self.sizes, noise)
+        return self.log_probability_at(self.fit.gaps, self.fit.q, self.sizes, noise)
 
-    def log_probability_at(self, problem: Problem, q: Array, sizes: Array, noise: tuple[ChannelNoise, ...]) -> float:
-        """The same at another place."""
-        return self._log_probability(problem.gaps(q), q, sizes, noise)
-
-    def _log_probability(self, gaps: Array, q: Array, sizes: Array, noise: tuple[ChannelNoise, ...]) -> float:
+    def log_probability_at(self, gaps: Array, q: Array, sizes: Array, noise: tuple[ChannelNoise, ...]) -> float:
+        """Of gaps as simulated elsewhere, and of the parameters there."""
         blocks, first, known = self.fit.problem.blocks, self.fit.problem.first_effect, gaps[self.known]
         likelihood = sum(log_probability(of, gaps[b.rows], spacing(b.samples)) for of, b in zip(noise, blocks, strict=True))
         beyond = q[first:] / self.columns.spread

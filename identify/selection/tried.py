@@ -7,8 +7,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from identify.criteria import CREDIBLE, UNUSUAL_P
-from identify.gap.gap_test import gap_test
+from identify.criteria import CREDIBLE
 from identify.gap.unnamed import Unnamed
 from identify.selection.first_look import Promise
 from identify.selection.hypotheses import Ahead, Budget, Hypothesis, Prior, Say
@@ -120,8 +119,3 @@ class Tried:
     def tables_beside(self, names: Names) -> list[Unnamed]:
         """Forces without a name beside a hypothesis that was looked from, the likeliest first; else those beside the foremost."""
         return self.tables.get(names) or self.tables[self._base]
-
-    def _misses_something(self, one: Hypothesis) -> bool:
-        """Whether it leaves what is unusual for noise, or some name promises more; else a law that has bent may stay so."""
-        promised = (other for other in self.ahead.values() if other.promise is not None)
-        return gap_test(one.fit).p_value < UNUSUAL_P or any(other.log_weight > one.log_weight for other in promised)

@@ -323,7 +323,7 @@ def _a_step_on(stand: Stand, found: Evidence, gain: float) -> Stand | None:
         step, change = _parted(stand, part)
         q, sizes = np.clip(stand.fit.q + step, low, high), stand.sizes + change
         problem = stand.with_errors(sizes)
-        return stand.log_probability_at(problem, q, sizes, found.noise), problem, q, sizes
+        return stand.log_probability_at(problem.gaps(q), q, sizes, found.noise), problem, q, sizes
 
     best = tried(way)
     if best[0] <= least and stand.is_fresh:

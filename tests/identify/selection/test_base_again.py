@@ -50,11 +50,11 @@ def test_a_base_that_is_far_off_or_not_settled_is_led_by_what_a_name_has_found(
     assert tried == ([expected] if is_tried else [])
 
 
-def hypothesis(names, log_weight, loses=10.0) -> Any:
+def hypothesis(names, log_weight, loses=10.0, leaves_noise=True) -> Any:
     """loses : log evidence without one of its names, along straight lines."""
-    less = SimpleNamespace(along_lines=log_weight - loses)
+    less, stand = SimpleNamespace(along_lines=log_weight - loses), SimpleNamespace(misses=False)
     weighed = SimpleNamespace(
-        log_z=log_weight, along_lines=log_weight, leaves_noise=True, doing_without=lambda name: less, stand=SimpleNamespace(misses=False)
+        log_z=log_weight, along_lines=log_weight, leaves_noise=leaves_noise, doing_without=lambda name: less, stand=stand
     )
     return SimpleNamespace(names=names, log_weight=log_weight, weighed=weighed, fit=SimpleNamespace(cost=1.0))
 
@@ -107,14 +107,6 @@ def test_the_base_is_weighed_anew_from_one_name_and_from_several_only_where_they
     assert tried == ([reached == -200.0] if again else [])
 
 
-@pytest.mark.parametrize(("cost", "kept"), [(95.0, -230.0), (99.5, -260.0)])
-def test_a_fit_that_stays_short_of_its_promise_is_tried_from_afar_and_kept_where_that_is_a_better_fit(monkeypatch, cost, kept):
-    one = fitting(monkeypatch, ("ripple",), weighed_as={100.0: -260.0, cost: -230.0}, cost=100.0, from_afar=cost)
-    monkeypatch.setattr(one, "_base_again", lambda led, is_elsewhere: None)
-    one._fit(ahead_of(("ripple",), -240.0))
-    assert one.fitted[("ripple",)].log_weight == kept
-
-
 def test_a_wave_is_fitted_from_each_place_that_may_be_its_own_and_the_likeliest_is_kept(monkeypatch):
     one = fitting(monkeypatch, ("ripple",), weighed_as={100.0: -260.0, 90.0: -240.0, 95.0: -250.0})
     costs = iter([100.0, 90.0, 95.0])
@@ -132,23 +124,25 @@ def ahead_of(names, log_weight) -> Any:
     return SimpleNamespace(names=names, log_weight=log_weight, promise=SimpleNamespace(errors=None, instead="", others=()), beside=beside)
 
 
-def fitting(monkeypatch, names, weighed_as, cost=0.0, from_afar=0.0) -> Any:
+def fitting(monkeypatch, names, weighed_as, cost=0.0) -> Any:
     """A search whose fits end at these sums of squares; weighed_as : log evidence by sum of squares."""
     one = searching(monkeypatch, [hypothesis((), -300.0), hypothesis(names, -1000.0)])
     monkeypatch.setattr(search, "posed", lambda beside, promise: (None, None))
     monkeypatch.setattr(search, "solve", lambda problem, start, loosely: SimpleNamespace(cost=cost))
     monkeypatch.setattr(search, "to_the_end", lambda fit: fit)
-    monkeypatch.setattr(search, "solve_from_afar", lambda problem, start: SimpleNamespace(cost=from_afar))
     monkeypatch.setattr(search, "weighed", lambda fit: SimpleNamespace(log_z=weighed_as[fit.cost], exact=SimpleNamespace(fit=fit)))
     monkeypatch.setattr(one, "_brought_back", lambda found: found)
     monkeypatch.setattr(one, "_with_less", lambda found: None)
     return one
 
 
-@pytest.mark.parametrize(("loses", "fits"), [(NEAR - 1.0, True), (NEAR + 1.0, False)])
-def test_a_name_is_not_left_out_that_straight_lines_can_hardly_do_without(monkeypatch, loses, fits):
+@pytest.mark.parametrize(
+    ("loses", "leaves_noise", "fits"), [(NEAR - 1.0, False, True), (NEAR + 1.0, False, False), (NEAR + 1.0, True, True)]
+)
+def test_a_name_that_straight_lines_can_hardly_do_without_is_left_out_only_where_noise_is_left(monkeypatch, loses, leaves_noise, fits):
+    """Beside a cable-pendulum a shake of the base had grown: by straight lines it was worth 59, without it a fit was 15 likelier."""
     both = ("geometry-error", "handrail-contact")
-    one, left_out = searching(monkeypatch, [hypothesis(both, -240.0, loses), hypothesis(both[:1], -390.0)]), []
+    one, left_out = searching(monkeypatch, [hypothesis(both, -240.0, loses, leaves_noise), hypothesis(both[:1], -390.0)]), []
 
     def without(weighed, name):
         left_out.append(name)

@@ -76,33 +76,31 @@ def test_a_second_name_that_may_be_nothing_is_not_said(logs, leaves_noise, sure)
     assert search._sure_of(BOTH) == sure
 
 
-@pytest.mark.parametrize(("promised_before", "due"), [(-120.0, {("cable-pendulum",)}), (-55.0, set())])
-def test_in_the_place_of_a_name_that_brought_far_more_than_promised_what_says_as_much_is_fitted(monkeypatch, promised_before, due):
-    """A handrail without clearance is a spring: straight lines from there say little of it, at a first look nearly as much."""
-    beside = [SimpleNamespace(name="cable-pendulum", first=200.0), SimpleNamespace(name="release-pose", first=120.0)]
-    monkeypatch.setattr(search_module, "promises", lambda at, catalogue, instead: beside)
-    search, names = Search({}, lambda names: 0.0, BUDGETS["normal"], lambda text: None), ("handrail-contact",)
-    monkeypatch.setattr(search, "_weigh", lambda one, found, reached: None)
-    search.ahead[names] = promised(names, promised_before)
-    one = hypothesis(names, -50.0)
-    one.weighed = SimpleNamespace(along_lines=-45.0, gain_of=lambda name: 237.0)
-    search._weigh_in_place(one, "handrail-contact")
-    assert search.due == due
+@pytest.mark.parametrize(("fitted", "is_worth"), [(-124.0, True), (-105.0, False)])
+def test_a_name_that_was_fitted_from_a_worse_base_is_fitted_again_where_far_more_is_promised_now(fitted, is_worth):
+    """An inertia came to -123 from a base of -134, whose releases leant the wrong way; from a base of -108 it is promised -99."""
+    search, names = Search({}, lambda names: 0.0, BUDGETS["normal"], lambda text: None), ("platform-inertia",)
+    search.fitted = {(): hypothesis((), -108.0), names: hypothesis(names, fitted)}
+    search.led = {names: promised(names, -124.0)}
+    again = promised(names, -99.0)
+    assert search._is_worth_a_fit(again) == is_worth
+    search.led[names] = again
+    assert not search._is_worth_a_fit(again)
 
 
 @pytest.mark.parametrize(
     ("leaves_noise", "named", "unnamed", "turned"),
     [
-        (True, -101.0, -103.0, 0),  # what leaves noise and is likeliest stays so on whatever side
-        (True, -99.0, -103.0, 1),
-        (True, -101.0, -99.0, 1),
-        (False, -101.0, -103.0, 1),
+        (True, -101.0, -103.0, []),  # what leaves noise and is likeliest stays so on whatever side
+        (True, -99.0, -103.0, [(), ("ripple",)]),
+        (True, -101.0, -99.0, [()]),
+        (False, -101.0, -103.0, [()]),
     ],
 )
 def test_nothing_is_looked_for_on_the_other_side_only_where_something_is_likelier_or_it_leaves_a_gap(
     monkeypatch, leaves_noise, named, unnamed, turned
 ):
-    """A name is promised as much as nothing, and comes to `named`."""
+    """A name is promised as much as nothing, and comes to `named`; before it is said it is looked for on the other side, too."""
     search, sides, nothing = Search({}, lambda names: 0.0, BUDGETS["normal"], lambda text: None), [], hypothesis((), -100.0)
     nothing.weighed.leaves_noise = leaves_noise
 
@@ -125,7 +123,7 @@ def test_nothing_is_looked_for_on_the_other_side_only_where_something_is_likelie
         monkeypatch.setattr(search, name, stub)
     monkeypatch.setattr(search_module, "weighed", lambda base: None)
     search.run(None)  # type: ignore[arg-type]
-    assert sides == [()] * turned
+    assert sides == turned
     assert ("ripple",) in search.fitted
 
 
