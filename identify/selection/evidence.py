@@ -17,7 +17,7 @@ from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import linalg, special
+from scipy import linalg, special, stats
 
 from identify.criteria import DEGREES, NOTHING, SAME, WITHIN
 from identify.estimation.covariance import Factored
@@ -69,6 +69,17 @@ class Evidence:
     def covariance(self) -> Array:
         """The inverse of the information."""
         return self.information.inverse
+
+    @property
+    def prior_p(self) -> float:
+        """How likely base, releases and errors are as far from what is known of them, of so many as the measurements determine.
+
+        That many are k - tr(C P), C the covariance and P what is known beforehand (MacKay 2003, chapter 28).
+        """
+        known = np.concatenate([self.lines.prior_gaps + self.lines.prior_columns @ self.step, self.errors])
+        own = slice(0, len(self.step) + len(self.errors))
+        held = float(np.sum(self.covariance[own, own] * prior_precision(self.lines, self.columns)[own, own]))
+        return float(stats.chi2.sf(known @ known, len(known) - held))
 
 
 @dataclass(frozen=True)

@@ -13,7 +13,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from identify.criteria import CLOSE, CREDIBLE, LOSES, NEAR, ROUGHLY
+from identify.criteria import CLOSE, CREDIBLE, LOSES, NEAR, ROUGHLY, UNUSUAL_P
 from identify.estimation.least_squares import solve, to_the_end
 from identify.estimation.multistart import Minima, released_again
 from identify.estimation.problem import Fit
@@ -55,8 +55,6 @@ class Search(Tried):
     def run(self, base: Fit) -> None:
         """Search on from a fit without any effect, until nothing that was only weighed might hold a share or the budget is spent."""
         self._keep((), weighed(base))
-        if not self.fitted[()].weighed.leaves_noise:
-            self._turn(())
         while True:
             worth = [one for one in self.ahead.values() if self._is_worth_a_fit(one)]
             if () not in self.turned and self._doubts_the_base:
@@ -72,9 +70,13 @@ class Search(Tried):
 
     @property
     def _doubts_the_base(self) -> bool:
-        """Whether names that were fitted, or a force without a name, are likelier than none: on the other side none may be needed."""
-        unnamed = [one.log_weight for one in self.ahead.values() if one.promise is None]
-        return max([self.foremost.log_weight, *unnamed]) > self.fitted[()].log_weight
+        """Whether the base leaves a gap, or is improbable, or names that were fitted or a force without a name are likelier.
+
+        On the other side of what no film shows none may be needed, and from the wrong side straight lines say little of any.
+        """
+        unnamed, base = [one.log_weight for one in self.ahead.values() if one.promise is None], self.fitted[()]
+        is_unusual = not base.weighed.leaves_noise or base.weighed.evidence.prior_p < UNUSUAL_P
+        return is_unusual or max([self.foremost.log_weight, *unnamed]) > base.log_weight
 
     def _is_on_one_side(self, one: Hypothesis) -> bool:
         """Whether names that leave noise were not looked for on the other side yet: there they may not be needed."""

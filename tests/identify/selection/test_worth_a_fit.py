@@ -22,7 +22,7 @@ def hypothesis(names, log_weight, rms=1.0, as_it_is=1.0, leaves_noise=True) -> A
         is_believable=True,
         fit=SimpleNamespace(rms=rms),
         largest_rms=as_it_is,
-        weighed=SimpleNamespace(leaves_noise=leaves_noise),
+        weighed=SimpleNamespace(leaves_noise=leaves_noise, evidence=SimpleNamespace(prior_p=0.5)),
     )
 
 
@@ -89,20 +89,21 @@ def test_a_name_that_was_fitted_from_a_worse_base_is_fitted_again_where_far_more
 
 
 @pytest.mark.parametrize(
-    ("leaves_noise", "named", "unnamed", "turned"),
+    ("leaves_noise", "prior_p", "named", "unnamed", "turned"),
     [
-        (True, -101.0, -103.0, []),  # what leaves noise and is likeliest stays so on whatever side
-        (True, -99.0, -103.0, [(), ("ripple",)]),
-        (True, -101.0, -99.0, [()]),
-        (False, -101.0, -103.0, [()]),
+        (True, 0.5, -101.0, -103.0, []),  # what leaves noise and is likeliest stays so on whatever side
+        (True, 0.5, -99.0, -103.0, [(), ("ripple",)]),
+        (True, 0.5, -101.0, -99.0, [()]),
+        (False, 0.5, -101.0, -103.0, [()]),
+        (True, 0.01, -101.0, -103.0, [()]),
     ],
 )
-def test_nothing_is_looked_for_on_the_other_side_only_where_something_is_likelier_or_it_leaves_a_gap(
-    monkeypatch, leaves_noise, named, unnamed, turned
+def test_nothing_is_looked_for_on_the_other_side_only_where_something_is_likelier_or_it_is_unusual(
+    monkeypatch, leaves_noise, prior_p, named, unnamed, turned
 ):
     """A name is promised as much as nothing, and comes to `named`; before it is said it is looked for on the other side, too."""
     search, sides, nothing = Search({}, lambda names: 0.0, BUDGETS["normal"], lambda text: None), [], hypothesis((), -100.0)
-    nothing.weighed.leaves_noise = leaves_noise
+    nothing.weighed.leaves_noise, nothing.weighed.evidence.prior_p = leaves_noise, prior_p
 
     def fit(ahead) -> None:
         search.fitted[ahead.names] = hypothesis(ahead.names, named)
