@@ -72,9 +72,10 @@ class Evidence:
 
     @property
     def prior_p(self) -> float:
-        """How likely base, releases and errors are as far from what is known of them, of so many as the measurements determine.
+        """Probability that base, releases and errors are as far or farther from what is known of them beforehand.
 
-        That many are k - tr(C P), C the covariance and P what is known beforehand (MacKay 2003, chapter 28).
+        Only as many count as the measurements determine: k - tr(C P) of k, C their covariance and P the precision that is known beforehand
+        (MacKay 2003, chapter 28). The others stay at what is known.
         """
         known = np.concatenate([self.lines.prior_gaps + self.lines.prior_columns @ self.step, self.errors])
         own = slice(0, len(self.step) + len(self.errors))

@@ -93,8 +93,8 @@ class Search(Tried):
     def _turn(self, names: Names) -> None:
         """Look for a hypothesis on the other side of what no film shows, once; from a much likelier place all beside it is weighed anew.
 
-        Where the base leaves noise and nothing is likelier there is no need to: a likelier base would change no verdict. Where it leaves a
-        gap, names may close it: then the other side is not searched thoroughly.
+        Where a base leaves a gap, names may close it; and names were fitted from a base that was looked for already: then the other side
+        is not searched thoroughly.
         """
         self.turned.add(names)
         before = self.fitted[names].weighed

@@ -22,7 +22,7 @@ ERRORS = ("platform-mass", "geometry-error", "platform-inertia", "stored-force-p
 EFFECTS = tuple(name for name in HIDDEN if name not in ONLY_IN_THE_KERNEL)
 ONLY_LOOPS = ("sensor-lag", "force-offset")
 RUN_SETS = {"loops": 0.6, "films": 0.25, "elevation": 0.15}
-SHOWN_BY_ELEVATION = ("stored-force-per-run",)  # of an error: a mass is followed by the law, which no loop holds, but for a ballast's share
+SHOWN_BY_ELEVATION = ("stored-force-per-run",)  # errors; a wrong mass looks like another force law there, which no loop holds
 GENERATION = 7  # counts up when cases are made in another way, so that old ones are not taken for new
 
 

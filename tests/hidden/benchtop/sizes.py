@@ -82,7 +82,10 @@ def amount_of(hidden: Hidden, runs: LooseYardstick, outside: bool) -> tuple[floa
 
 
 def _detectable(hidden: Hidden, runs: LooseYardstick, wanted: float) -> float | None:
-    """The amount that shows as much as is wanted; as if it showed by its square, and halfway where that leads out of what is known."""
+    """The amount that shows as much as is wanted; None where none does.
+
+    Each guess takes what shows to grow by the square of the amount; a guess outside of where the amount must lie is replaced by its middle.
+    """
     amount, shows, low, high = min(1.0, hidden.most), 0.0, 0.0, np.inf
     for _ in range(_ROUNDS):
         there = runs.bench.with_model(runs.bench.rig.true.with_effect(hidden.at(amount))).here
