@@ -101,7 +101,7 @@ def _explained(
     base = solve_from_afar(problem)
     search.run(base)
     foremost, nothing, weights = search.settled(), search.fitted[()], search.weights()
-    before = min(nothing.fit, base, key=lambda fit: fit.rms)  # far off, what counts memory as noise may leave more than least squares
+    before = _with_nothing(nothing.weighed, base)
     judged = _judged(search, foremost, before, weights)
     foremost, verdict, findings, after = judged.foremost, judged.verdict, judged.findings, judged.foremost.fit
     say("looking at the runs held out")
@@ -185,6 +185,14 @@ def _as_far_as_known(verdict: Verdict, findings: Sequence[Finding], foremost: Hy
     on_loops = bool(foremost.fit.problem.loops) and effect is not None and effect.acts_on_shaker()
     many = effect is not None and len(effect.flat()) > FEW_PARAMETERS and not on_loops
     return in_a_class(verdict) if alone and many else verdict
+
+
+def _with_nothing(nothing: Weighed, squares: Fit) -> Fit:
+    """The model before anything is named: where noise is left as it is likeliest; else least squares, if they leave less.
+
+    Far off, what counts memory as noise may leave more than these. But with an exact model file they may drag base and releases.
+    """
+    return nothing.fit if nothing.leaves_noise else min(nothing.fit, squares, key=lambda fit: fit.rms)
 
 
 def _lead(held: Held, nothing: Weighed, foremost: Weighed) -> float:

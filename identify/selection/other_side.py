@@ -15,7 +15,7 @@ from identify.selection.model_errors import mirrored
 from identify.selection.stand import Stand, Weighed
 from identify.selection.weighing import led_beside, led_once, stepped
 from measure.common.arrays import Array
-from simulate.effects import CentreOfMassOffset
+from simulate.effects import CentreOfMassOffset, GeometryError
 from simulate.model.mirror import mirrored_effect
 from simulate.model.rig import Geometry
 
@@ -76,12 +76,18 @@ def _has_sides(stand: Stand, axis: int) -> bool:
     return not np.allclose(_effects_in_mirror(stand, axis), stand.fit.q)
 
 
-def _image(stand: Stand, axis: int, turned: Sequence[int], *, centred: bool = False) -> Stand:
-    """A stand in a mirror across an axis, some of its parameters turned round; the centre of mass in the middle if it is to be."""
+def _image(stand: Stand, axis: int, turned: Sequence[int]) -> Stand:
+    """A stand in a mirror across an axis, some of its parameters turned round."""
     q = _effects_in_mirror(stand, axis)
     q[list(turned)] *= -1.0
-    errors = mirrored(stand.errors_by_key, axis, _geometry_of(stand))
-    return Stand.placed(stand.given, q, errors | ({(CentreOfMassOffset.name, axis): 0.0} if errors and centred else {}))
+    return Stand.placed(stand.given, q, mirrored(stand.errors_by_key, axis, _geometry_of(stand)))
+
+
+def _unbent(image: Stand, axis: int, *, centred: bool) -> Stand:
+    """An image with its joints as drawn, and the centre of mass in the middle if it is to be: they bend to a wrong side."""
+    errors = image.errors_by_key
+    bent = [key for key in errors if key[0] == GeometryError.name or (centred and key == (CentreOfMassOffset.name, axis))]
+    return Stand.placed(image.given, image.fit.q, errors | dict.fromkeys(bent, 0.0))
 
 
 def _effects_in_mirror(stand: Stand, axis: int) -> Array:
@@ -102,17 +108,18 @@ def _geometry_of(stand: Stand) -> Geometry:
 def _images(stand: Stand, axis: int, turned: Sequence[int], *, thoroughly: bool) -> Iterator[Stand]:
     """Where a search on the other side starts, four places of which any may lead to the best one of that side.
 
-    The mirror image itself, and led from there by ever longer films; led with the centre of mass in the middle; and with the tilts kept.
-    What only follows one that was led before is left out.
+    The mirror image itself, and with its joints as drawn led by ever longer films; led with the centre of mass in the middle; and with the
+    tilts kept. What only follows one that was led before is left out.
     """
     keys = [one.key for one in stand.fit.problem.parameters]
     image = _image(stand, axis, turned)
     if thoroughly or not image.misses:
         yield image
-    led, courses = led_once(image, image.fit.q, image.sizes)
+    start = _unbent(image, axis, centred=False)
+    led, courses = led_once(start, start.fit.q, start.sizes)
     yield led
     for kept in (list(turned), [k for k in turned if not keys[k].startswith(_TILTS)]) if thoroughly else ():
-        start = _image(stand, axis, kept, centred=True)
+        start = _unbent(_image(stand, axis, kept), axis, centred=True)
         other = led_beside(start, start.fit.q, start.sizes, courses)
         if other is not None:
             yield other

@@ -63,6 +63,8 @@ class Search(Tried):
                 self._fit_or_turn(max(worth, key=lambda one: one.log_weight))
             elif self.foremost.names not in self.seen_from and self._leads_on(self.foremost):
                 self._look_from(self._brought_back(self.foremost))
+            elif self._is_astray:
+                self._look_from(self.fitted[()])
             elif self._is_on_one_side(self.foremost):
                 self._turn(self.foremost.names)
             else:
@@ -77,6 +79,12 @@ class Search(Tried):
         unnamed, base = [one.log_weight for one in self.ahead.values() if one.promise is None], self.fitted[()]
         is_unusual = not base.weighed.leaves_noise or base.weighed.evidence.prior_p < UNUSUAL_P
         return is_unusual or max([self.foremost.log_weight, *unnamed]) > base.log_weight
+
+    @property
+    def _is_astray(self) -> bool:
+        """Whether a name was fitted to what is far less likely than nothing: from the base that was found since it may lead elsewhere."""
+        base = self.fitted[()].weighed.log_z
+        return () not in self.seen_from and any(one.names and one.weighed.log_z < base - _DEEPER for one in self.fitted.values())
 
     def _is_on_one_side(self, one: Hypothesis) -> bool:
         """Whether names that leave noise were not looked for on the other side yet: there they may not be needed."""
@@ -96,11 +104,11 @@ class Search(Tried):
         Where a base leaves a gap, names may close it; and names were fitted from a base that was looked for already: then the other side
         is not searched thoroughly.
         """
-        self.turned.add(names)
         before = self.fitted[names].weighed
         after = on_the_likelier_side(before, thoroughly=before.leaves_noise and not names)
         if after is not before:
             self._keep(names, after)
+        self.turned.add(names)
         if after.log_z <= before.log_z + _DEEPER:
             return
         for weighed_there in (self.ahead, self.tables, self.promised):
@@ -204,8 +212,8 @@ class Search(Tried):
         if known is None or one.log_weight > known.log_weight:
             self.fitted[names] = one
         if known is None or one.log_weight > known.log_weight + _DEEPER:
-            self.seen_from.discard(names)
-            self.brought_back.discard(names)
+            for done in (self.seen_from, self.brought_back, self.turned):
+                done.discard(names)
 
     def _look_from(self, one: Hypothesis) -> None:
         """Weigh every hypothesis with one name more, or another name in the place of one."""

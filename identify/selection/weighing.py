@@ -171,11 +171,12 @@ def along_lines(fit: Fit) -> Weighed:
 def stands_of(one: Weighed) -> list[tuple[Weighed, float]]:
     """Where straight lines are taken, and what the hypothesis itself reaches with the same measurements.
 
-    Close to the measurements they lead where they say. Farther off they are taken with the films up to their first stop as well. And as
-    the law may have bent to what is missing, where no loops hold it, they are taken from the law of the model file, too. Beside names
-    that leave noise a further one is small.
+    Close to the measurements they lead where they say. Farther off, or where base, releases and errors have improbably come close, they are
+    taken with the films up to their first stop as well. And as the law may have bent to what is missing, where no loops hold it, they are
+    taken from the law of the model file, too. Beside names that leave noise a further one is small.
     """
-    exact, far = one.exact.fit, one.stand.misses and bool(one.fit.problem.films)
+    exact = one.exact.fit
+    far = bool(one.fit.problem.films) and (one.stand.misses or one.evidence.prior_p < UNUSUAL_P)
     bends = not one.fit.problem.loops
     stands, problem = [(one, one.along_lines)], before_the_stops(exact.problem)
     is_small = bool(one.names) and one.leaves_noise

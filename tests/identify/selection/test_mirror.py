@@ -16,7 +16,7 @@ from identify.estimation.problem import Fit
 from identify.selection import other_side, weighing
 from identify.selection.evidence import Both
 from identify.selection.model_errors import mirrored
-from identify.selection.other_side import _image, all_sides, on_the_likelier_side
+from identify.selection.other_side import _image, _unbent, all_sides, on_the_likelier_side
 from identify.selection.stand import Stand, Weighed
 from identify.selection.weighing import weighed
 from simulate.effects import (
@@ -78,7 +78,14 @@ def test_releases_and_centre_of_mass_stand_on_the_side_of_the_truth(campaign, fi
     found = {effect.name: effect.flat() for effect, _ in on_the_likelier_side(one).within.moved}
     assert found["centre-of-mass-offset"][1] == pytest.approx(true[-1].offset_m[1], abs=4e-4)
     ((axis, turned),) = one.within.given.mirrors()
-    assert _image(one.within, axis, turned, centred=True).errors_by_key["centre-of-mass-offset", 1] == 0.0
+    image = _image(one.within, axis, turned)
+    kept, centred = (_unbent(image, axis, centred=centred).errors_by_key for centred in (False, True))
+    joints = {key for key in kept if key[0] == "geometry-error"}
+    assert any(image.errors_by_key[key] for key in joints)
+    assert not any(kept[key] or centred[key] for key in joints)
+    assert {key: size for key, size in image.errors_by_key.items() if key not in joints} == {k: kept[k] for k in kept if k not in joints}
+    assert {key for key in kept if kept[key] != centred[key]} == {("centre-of-mass-offset", 1)}
+    assert centred["centre-of-mass-offset", 1] == 0.0
 
 
 def test_a_mirror_turns_round_what_no_film_shows(campaign):
@@ -166,7 +173,8 @@ def test_the_other_side_is_led_to_from_afar_where_the_mirror_image_is_far_off_or
     monkeypatch.setattr(other_side, "stepped", stepped)
     monkeypatch.setattr(other_side, "led_beside", led_beside)
     monkeypatch.setattr(other_side, "led_once", lambda start, q, sizes: (led_beside(start, q, sizes, []), []))
-    monkeypatch.setattr(other_side, "_image", lambda stand, axis, turned, centred=False: place("image"))
+    monkeypatch.setattr(other_side, "_image", lambda stand, axis, turned: place("image"))
+    monkeypatch.setattr(other_side, "_unbent", lambda image, axis, centred: place("unbent"))
     stand: Any = SimpleNamespace(
         given=SimpleNamespace(mirrors=lambda: [(1, [0])]),
         fit=SimpleNamespace(problem=SimpleNamespace(parameters=[SimpleNamespace(key="theta_x_rad")])),

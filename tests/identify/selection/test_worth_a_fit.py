@@ -22,7 +22,7 @@ def hypothesis(names, log_weight, rms=1.0, as_it_is=1.0, leaves_noise=True) -> A
         is_believable=True,
         fit=SimpleNamespace(rms=rms),
         largest_rms=as_it_is,
-        weighed=SimpleNamespace(leaves_noise=leaves_noise, evidence=SimpleNamespace(prior_p=0.5)),
+        weighed=SimpleNamespace(leaves_noise=leaves_noise, evidence=SimpleNamespace(prior_p=0.5), log_z=log_weight),
     )
 
 
@@ -126,6 +126,44 @@ def test_nothing_is_looked_for_on_the_other_side_only_where_something_is_likelie
     search.run(None)  # type: ignore[arg-type]
     assert sides == turned
     assert ("ripple",) in search.fitted
+
+
+@pytest.mark.parametrize(("astray", "seen", "looked"), [(-250.0, False, [(), ("backlash",)]), (-250.0, True, []), (-205.0, False, [])])
+def test_all_is_weighed_anew_from_a_base_found_since_where_a_name_was_fitted_to_what_is_far_less_likely(monkeypatch, astray, seen, looked):
+    """Legs that differ came to -11235 from a base of -11650; from the base of -11206 that was found since they come to -10949."""
+    search, names, turned = Search({}, lambda names: 0.0, BUDGETS["normal"], lambda text: None), ("backlash",), []
+    search.fitted = {
+        (): hypothesis((), -200.0),
+        names: hypothesis(names, -150.0),
+        ("leg-disparity",): hypothesis(("leg-disparity",), astray),
+    }
+    search.seen_from, search.turned, done = {names} | ({()} if seen else set()), {(), names}, []
+
+    def look(one) -> None:
+        done.append(one.names)
+        search.seen_from.add(one.names)
+        if not one.names:  # the other name may be found anew, then the foremost one is looked from again
+            search.seen_from.discard(names)
+
+    for name, stub in {"_look_from": look, "_keep": lambda names, found: None, "_brought_back": lambda one: one}.items():
+        monkeypatch.setattr(search, name, stub)
+    monkeypatch.setattr(search, "_turn", turned.append)
+    monkeypatch.setattr(search_module, "weighed", lambda base: None)
+    search.run(None)  # type: ignore[arg-type]
+    assert done == looked
+    assert not turned
+
+
+@pytest.mark.parametrize(("gain", "again"), [(20.0, True), (5.0, False), (-5.0, False)])
+def test_what_is_found_in_a_far_likelier_place_is_looked_from_brought_back_and_turned_again(gain, again):
+    search, names = Search({}, lambda names: 0.0, BUDGETS["normal"], lambda text: None), ("leg-disparity",)
+    places = [SimpleNamespace(log_z=log_z, better_of=lambda other: other) for log_z in (-100.0, -100.0 + gain)]
+    for place in places:
+        search._keep(names, place)  # type: ignore[arg-type]
+        done = [names in one for one in (search.seen_from, search.brought_back, search.turned)]
+        for one in (search.seen_from, search.brought_back, search.turned):
+            one.add(names)
+    assert done == [not again] * 3
 
 
 @pytest.mark.parametrize(("rival", "fits"), [(-3.3, [("sensor-filter",)]), (-6.0, [])])
