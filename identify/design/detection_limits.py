@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+from collections.abc import Iterable
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy import stats
 
 from identify.criteria import CREDIBLE
+from identify.selection.explanation import DetectionLimit
 from identify.selection.first_look import Gain, Promise
 from identify.selection.hypotheses import Prior
 from measure.common.arrays import Array
@@ -17,20 +17,6 @@ from simulate.model.effect import Effect
 from simulate.model.measures import Measures
 
 POWER = 0.9
-
-
-@dataclass(frozen=True)
-class DetectionLimit:
-    """What could have been seen of one effect.
-
-    sizes : for each parameter, alone, the smallest size that would be found nine times out of ten, in its unit, whatever the
-    effect's shape (a frequency, a time constant) of those from which a search starts. easiest : the same for the shape that shows
-    most. NaN where the measurements do not show it within its bounds, or base and releases can do the same.
-    """
-
-    effect: Effect
-    sizes: Mapping[str, float]
-    easiest: Mapping[str, float]
 
 
 def detection_limits(promised: Iterable[Promise], prior: Prior, measures: Measures) -> tuple[DetectionLimit, ...]:

@@ -283,18 +283,7 @@ def _rivals(search: Search, verdict: Verdict) -> dict[str, Fit]:
 
 
 def extended(model: Model, explanation: Explanation) -> Model:
-    """The user's model with base and effects as found, ready to be written; a law that the fit knows worse than the file stays the file's.
-
-    Parameters
-    ----------
-    model : the model file's.
-    explanation : what `explain` found.
-
-    Returns
-    -------
-    Model
-        To be handed to `write_model`.
-    """
+    """A user's model with base and effects as found, ready to be written; a law that the fit knows worse than the file stays the file's."""
     at = explanation.model
     named = tuple(finding.effect for finding in explanation.findings)
     made = add_effects(model, (*at.effects, *(effect for effect in named if effect.name == FORCES)))

@@ -9,7 +9,6 @@ import numpy as np
 
 from identify.campaign.noiseless import AddedNoise
 from identify.criteria import GAP_P, NO_WORSE
-from identify.design.detection_limits import DetectionLimit
 from identify.design.further_test import NextTest
 from identify.draft.drafted import Drafted
 from identify.estimation.problem import Fit
@@ -20,6 +19,20 @@ from identify.selection.verdict import Finding, Names, may_be_nothing
 from measure.notebook.shown import Shown
 from simulate.model.effect import Effect
 from simulate.model.model import Model
+
+
+@dataclass(frozen=True)
+class DetectionLimit:
+    """What could have been seen of one effect.
+
+    sizes : for each parameter, alone, the smallest size that would be found nine times out of ten, in its unit, whatever the
+    effect's shape (a frequency, a time constant) of those from which a search starts. easiest : the same for the shape that shows
+    most. NaN where the measurements do not show it within its bounds, or base and releases can do the same.
+    """
+
+    effect: Effect
+    sizes: Mapping[str, float]
+    easiest: Mapping[str, float]
 
 
 @dataclass(frozen=True)

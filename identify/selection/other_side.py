@@ -13,7 +13,7 @@ from identify.criteria import CREDIBLE, HARDLY, LOSES, TO_COMPARE
 from identify.selection.evidence import Both, Evidence
 from identify.selection.model_errors import mirrored
 from identify.selection.stand import Stand, Weighed
-from identify.selection.weighing import led_beside, led_once, stepped
+from identify.selection.weighing import Course, led_beside, stepped
 from measure.common.arrays import Array
 from simulate.effects import CentreOfMassOffset, GeometryError
 from simulate.model.mirror import mirrored_effect
@@ -83,7 +83,7 @@ def _image(stand: Stand, axis: int, turned: Sequence[int]) -> Stand:
     return Stand.placed(stand.given, q, mirrored(stand.errors_by_key, axis, _geometry_of(stand)))
 
 
-def _unbent(image: Stand, axis: int, *, centred: bool) -> Stand:
+def _unbent(image: Stand, axis: int, *, centred: bool = False) -> Stand:
     """An image with its joints as drawn, and the centre of mass in the middle if it is to be: they bend to a wrong side."""
     errors = image.errors_by_key
     bent = [key for key in errors if key[0] == GeometryError.name or (centred and key == (CentreOfMassOffset.name, axis))]
@@ -115,11 +115,9 @@ def _images(stand: Stand, axis: int, turned: Sequence[int], *, thoroughly: bool)
     image = _image(stand, axis, turned)
     if thoroughly or not image.misses:
         yield image
-    start = _unbent(image, axis, centred=False)
-    led, courses = led_once(start, start.fit.q, start.sizes)
-    yield led
-    for kept in (list(turned), [k for k in turned if not keys[k].startswith(_TILTS)]) if thoroughly else ():
-        start = _unbent(_image(stand, axis, kept), axis, centred=True)
-        other = led_beside(start, start.fit.q, start.sizes, courses)
-        if other is not None:
-            yield other
+    further = (turned, [k for k in turned if not keys[k].startswith(_TILTS)]) if thoroughly else ()
+    courses: list[Course] = []
+    for start in (_unbent(image, axis), *(_unbent(_image(stand, axis, kept), axis, centred=True) for kept in further)):
+        led = led_beside(start, start.fit.q, start.sizes, courses)
+        if led is not None:
+            yield led

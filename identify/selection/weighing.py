@@ -126,7 +126,8 @@ def led_anew(one: Weighed) -> Weighed | None:
     stand = one.within
     if gap_test(one.fit).p_value > UNUSUAL_P or not horizons(stand.given):
         return _unbent(one)
-    courses = [_course_of(stand)]
+    cuts = (_cut(stand, stand.fit.q, stand.sizes, horizon) for horizon in horizons(stand.given))
+    courses = [[Leg.of(cut, cut.weighed()) for cut in cuts]]
     led = led_beside(stand, stand.origin, np.zeros(len(stand.sizes)), courses)
     there = led and _on_other_sides(stand, led, courses)
     if there is None or there.weighed().log_z < stand.weighed().log_z + HARDLY:
@@ -215,7 +216,9 @@ def settled(stand: Stand, noise: tuple[ChannelNoise, ...] = ()) -> tuple[Stand, 
 
 def _from_afar(stand: Stand) -> Stand:
     """A stand led by ever longer films, from where it is; where that leaves a gap also from the model file as it is."""
-    led, courses = led_once(stand, stand.fit.q, stand.sizes)
+    courses: list[Course] = []
+    led = led_beside(stand, stand.fit.q, stand.sizes, courses)
+    assert led is not None  # there is nothing to follow
     if led.misses:
         led = _likelier(led, led_beside(stand, stand.origin, np.zeros(len(stand.sizes)), courses))
     return _on_other_sides(stand, led, courses)
@@ -252,16 +255,8 @@ def _mirrored(fit: Fit) -> Iterator[Array]:
             yield q
 
 
-def led_once(stand: Stand, q: Array, sizes: Array) -> tuple[Stand, list[Course]]:
-    """A stand led from a place by ever longer films, and its course, to which those of others may be added."""
-    courses: list[Course] = []
-    led = led_beside(stand, q, sizes, courses)
-    assert led is not None  # there is nothing to follow
-    return led, courses
-
-
 def led_beside(stand: Stand, q: Array, sizes: Array, courses: list[Course]) -> Stand | None:
-    """The same beside other courses, to which its own is added; None where it only follows one of them."""
+    """A stand led from a place by ever longer films, beside other courses, to which its own is added; None where it only follows one."""
     course: Course = []
     others = list(courses)
     courses.append(course)
@@ -273,12 +268,6 @@ def led_beside(stand: Stand, q: Array, sizes: Array, courses: list[Course]) -> S
             return None
     there = stand.at(stand.with_errors(sizes), q, sizes)
     return stepped(there, there.weighed(), most=TO_COMPARE)[0]
-
-
-def _course_of(stand: Stand) -> Course:
-    """A stand where it is, seen with ever longer films."""
-    cuts = (_cut(stand, stand.fit.q, stand.sizes, horizon) for horizon in horizons(stand.given))
-    return [Leg.of(cut, cut.weighed()) for cut in cuts]
 
 
 def _leg(stand: Stand, q: Array, sizes: Array, horizon: float) -> tuple[Stand, Evidence]:

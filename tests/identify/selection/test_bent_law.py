@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import pytest
 
+from identify.selection.evidence import Evidence
 from identify.selection.hypotheses import BUDGETS, log_prior
 from identify.selection.promises import promises
 from identify.selection.search import Search
@@ -22,6 +23,20 @@ def test_a_drag_to_which_the_law_has_bent_promises_far_more_from_the_law_of_the_
     found = [one.log_z - reached for at, reached in stands for one in promises(at, catalogue) if one.name == "air-drag"]
     assert max(found) == found[-1]
     assert found[-1] > found[0] + 10.0
+
+
+@pytest.mark.parametrize(("prior_p", "stands"), [(0.4, 1), (0.01, 2)])
+def test_where_an_improbable_base_has_come_close_names_are_weighed_up_to_the_first_stop_as_well(
+    campaign, fitted, monkeypatch, prior_p, stands
+):
+    """Joints bent by up to two tolerances followed a cable: of it straight lines promised -2 there, and 31 up to the first stop."""
+    one = weighed(fitted(campaign(None, 94, loops=((1.0, 0.03),), deployments=({},), hold_out=False)))
+    assert not one.stand.misses
+    monkeypatch.setattr(Evidence, "prior_p", prior_p)
+    found = stands_of(one)
+    assert len(found) == stands
+    assert found[0] == (one, one.along_lines)
+    assert all(at.fit.problem.measured < one.fit.problem.measured and reached == at.along_lines for at, reached in found[1:])
 
 
 @pytest.mark.slow

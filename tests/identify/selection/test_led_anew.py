@@ -82,7 +82,9 @@ def test_films_that_are_missed_early_but_by_less_than_now_are_led_on(right, monk
 @pytest.mark.slow
 def test_what_falls_far_behind_another_or_comes_to_where_it_has_been_is_led_no_farther(right):
     stand = right.within
-    _, (course,) = weighing.led_once(stand, stand.fit.q, stand.sizes)
+    courses: list[weighing.Course] = []
+    assert weighing.led_beside(stand, stand.fit.q, stand.sizes, courses) is not None
+    (course,) = courses
     assert len(course) == len(horizons(stand.given)) == 3
     better = replace(course[0], log_z=1e9)
     elsewhere = [replace(leg, place=leg.place + 4.0 * course[-1].deviation) for leg in course]

@@ -139,10 +139,10 @@ def test_a_release_is_turned_to_its_other_side_where_films_are_missed_or_met_by_
 @pytest.mark.parametrize(("misses", "turned"), [(True, -50.0), (False, -100.0)])
 def test_of_two_places_to_which_films_led_the_likelier_one_is_turned_to_its_other_side(monkeypatch, misses, turned):
     first, from_file = led_to(-100.0, misses, [0.0], [0.0, 0.0]), led_to(-50.0, True, [0.0], [0.0, 0.0])
-    monkeypatch.setattr(weighing, "led_once", lambda stand, q, sizes: (first, []))
-    monkeypatch.setattr(weighing, "led_beside", lambda stand, q, sizes, courses: from_file)
+    ways = {"here": first, "from the file": from_file}
+    monkeypatch.setattr(weighing, "led_beside", lambda stand, q, sizes, courses: ways[q])
     monkeypatch.setattr(weighing, "_on_other_sides", lambda stand, led, courses: led)
-    stand: Any = SimpleNamespace(fit=SimpleNamespace(q=None), sizes=np.zeros(1), origin=None)
+    stand: Any = SimpleNamespace(fit=SimpleNamespace(q="here"), sizes=np.zeros(1), origin="from the file")
     assert weighing._from_afar(stand).weighed().log_z == turned
 
 
@@ -150,15 +150,15 @@ def test_of_two_places_to_which_films_led_the_likelier_one_is_turned_to_its_othe
     ("thoroughly", "misses", "behind", "stepped_from"),
     [
         (False, False, 2.0, ["image"]),
-        (False, False, 10.0, ["image", "led"]),
-        (False, True, 2.0, ["led"]),
-        (True, True, 2.0, ["image", "led", "led", "led"]),
+        (False, False, 10.0, ["image", "led as drawn"]),
+        (False, True, 2.0, ["led as drawn"]),
+        (True, True, 2.0, ["image", "led as drawn", "led as drawn, centred", "led as drawn, centred"]),
     ],
 )
 def test_the_other_side_is_led_to_from_afar_where_the_mirror_image_is_far_off_or_less_likely(
     monkeypatch, thoroughly, misses, behind, stepped_from
 ):
-    places = []
+    places, led = [], []
 
     def stepped(start, found, most=None) -> Any:
         places.append(start.name)
@@ -168,13 +168,18 @@ def test_the_other_side_is_led_to_from_afar_where_the_mirror_image_is_far_off_or
         return SimpleNamespace(name=name, fit=SimpleNamespace(q=None), misses=misses, sizes=None, weighed=lambda: None)
 
     def led_beside(start, q, sizes, others) -> Any:
-        return place("led")
+        assert others == ["own"] * len(led)
+        led.append(start)
+        others.append("own")
+        return place(f"led {start.name}")
+
+    def unbent(image, axis, *, centred=False):
+        return place("as drawn, centred" if centred else "as drawn")
 
     monkeypatch.setattr(other_side, "stepped", stepped)
     monkeypatch.setattr(other_side, "led_beside", led_beside)
-    monkeypatch.setattr(other_side, "led_once", lambda start, q, sizes: (led_beside(start, q, sizes, []), []))
     monkeypatch.setattr(other_side, "_image", lambda stand, axis, turned: place("image"))
-    monkeypatch.setattr(other_side, "_unbent", lambda image, axis, centred: place("unbent"))
+    monkeypatch.setattr(other_side, "_unbent", unbent)
     stand: Any = SimpleNamespace(
         given=SimpleNamespace(mirrors=lambda: [(1, [0])]),
         fit=SimpleNamespace(problem=SimpleNamespace(parameters=[SimpleNamespace(key="theta_x_rad")])),

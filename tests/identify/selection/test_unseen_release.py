@@ -37,7 +37,6 @@ def led_to(monkeypatch, sizes):
         return weighing.replace(stand, sizes=np.full(len(stand.sizes), sizes))
 
     monkeypatch.setattr(weighing, "led_beside", beside)
-    monkeypatch.setattr(weighing, "led_once", lambda stand, q, nothing: (beside(stand, q), []))
     return starts
 
 

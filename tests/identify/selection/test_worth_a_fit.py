@@ -157,13 +157,13 @@ def test_all_is_weighed_anew_from_a_base_found_since_where_a_name_was_fitted_to_
 @pytest.mark.parametrize(("gain", "again"), [(20.0, True), (5.0, False), (-5.0, False)])
 def test_what_is_found_in_a_far_likelier_place_is_looked_from_brought_back_and_turned_again(gain, again):
     search, names = Search({}, lambda names: 0.0, BUDGETS["normal"], lambda text: None), ("leg-disparity",)
-    places = [SimpleNamespace(log_z=log_z, better_of=lambda other: other) for log_z in (-100.0, -100.0 + gain)]
-    for place in places:
-        search._keep(names, place)  # type: ignore[arg-type]
-        done = [names in one for one in (search.seen_from, search.brought_back, search.turned)]
-        for one in (search.seen_from, search.brought_back, search.turned):
-            one.add(names)
-    assert done == [not again] * 3
+    before, after = (SimpleNamespace(log_z=log_z, better_of=lambda other: other) for log_z in (-100.0, -100.0 + gain))
+    search._keep(names, before)  # type: ignore[arg-type]
+    done = search.seen_from, search.brought_back, search.turned
+    for one in done:
+        one.add(names)
+    search._keep(names, after)  # type: ignore[arg-type]
+    assert [names in one for one in done] == [not again] * 3
 
 
 @pytest.mark.parametrize(("rival", "fits"), [(-3.3, [("sensor-filter",)]), (-6.0, [])])
