@@ -19,7 +19,7 @@ from simulate.effects import CentreOfMassOffset, GeometryError
 from simulate.model.mirror import mirrored_effect
 from simulate.model.rig import Geometry
 
-_TILTS = ("theta_x", "theta_y")  # how their keys begin
+_OFF = 2.0  # tolerances by which the centre of mass starts off to a side
 
 
 def on_the_likelier_side(one: Weighed, *, thoroughly: bool = True) -> Weighed:
@@ -30,8 +30,8 @@ def on_the_likelier_side(one: Weighed, *, thoroughly: bool = True) -> Weighed:
 
     Parameters
     ----------
-    thoroughly : whether the search starts from all places on the other side that may lead to its best one. Else it starts from the image,
-        if films are close to it; and if that leads to no place as likely, from where ever longer films lead.
+    thoroughly : whether the search starts from all places that may lead to the best one. Else it starts from the image, if films are
+        close to it; and if that leads to no place as likely, from where ever longer films lead on the other side.
     """
     stand, found = one.within, one.both.within
     if found is None or one.both.share_of_exact > CREDIBLE:
@@ -83,11 +83,12 @@ def _image(stand: Stand, axis: int, turned: Sequence[int]) -> Stand:
     return Stand.placed(stand.given, q, mirrored(stand.errors_by_key, axis, _geometry_of(stand)))
 
 
-def _unbent(image: Stand, axis: int, *, centred: bool = False) -> Stand:
-    """An image with its joints as drawn, and the centre of mass in the middle if it is to be: they bend to a wrong side."""
-    errors = image.errors_by_key
-    bent = [key for key in errors if key[0] == GeometryError.name or (centred and key == (CentreOfMassOffset.name, axis))]
-    return Stand.placed(image.given, image.fit.q, errors | dict.fromkeys(bent, 0.0))
+def _apart(image: Stand, axis: int, turned: Sequence[int], side: float) -> Stand:
+    """An image with nothing known of what no film shows, its joints as drawn, and the centre of mass off to a side, 1.0 or -1.0."""
+    q, errors = image.fit.q.copy(), image.errors_by_key
+    q[list(turned)] = 0.0
+    drawn = {key: 0.0 for key in errors if key[0] == GeometryError.name}
+    return Stand.placed(image.given, q, errors | drawn | ({(CentreOfMassOffset.name, axis): _OFF * side} if errors else {}))
 
 
 def _effects_in_mirror(stand: Stand, axis: int) -> Array:
@@ -106,18 +107,18 @@ def _geometry_of(stand: Stand) -> Geometry:
 
 
 def _images(stand: Stand, axis: int, turned: Sequence[int], *, thoroughly: bool) -> Iterator[Stand]:
-    """Where a search on the other side starts, four places of which any may lead to the best one of that side.
+    """Where a search on the other side starts: the mirror image, if it is close to the films, and from where ever longer films lead.
 
-    The mirror image itself, and with its joints as drawn led by ever longer films; led with the centre of mass in the middle; and with the
-    tilts kept. What only follows one that was led before is left out.
+    These start with the centre of mass on the other side than it is, and thoroughly with it on both sides, for releases and joints bend to
+    a wrong one. What only follows one that was led before is left out.
     """
-    keys = [one.key for one in stand.fit.problem.parameters]
     image = _image(stand, axis, turned)
     if thoroughly or not image.misses:
         yield image
-    further = (turned, [k for k in turned if not keys[k].startswith(_TILTS)]) if thoroughly else ()
+    other = float(np.copysign(1.0, image.errors_by_key.get((CentreOfMassOffset.name, axis), 0.0)))
     courses: list[Course] = []
-    for start in (_unbent(image, axis), *(_unbent(_image(stand, axis, kept), axis, centred=True) for kept in further)):
+    for side in (other, -other) if thoroughly else (other,):
+        start = _apart(image, axis, turned, side)
         led = led_beside(start, start.fit.q, start.sizes, courses)
         if led is not None:
             yield led

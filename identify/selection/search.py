@@ -101,11 +101,11 @@ class Search(Tried):
     def _turn(self, names: Names) -> None:
         """Look for a hypothesis on the other side of what no film shows, once; from a much likelier place all beside it is weighed anew.
 
-        Where a base leaves a gap, names may close it; and names were fitted from a base that was looked for already: then the other side
-        is not searched thoroughly.
+        Where a base comes close and leaves a gap, names may close it; and names were fitted from a base that was looked for already: then
+        the search is not thorough.
         """
         before = self.fitted[names].weighed
-        after = on_the_likelier_side(before, thoroughly=before.leaves_noise and not names)
+        after = on_the_likelier_side(before, thoroughly=not names and (before.leaves_noise or before.stand.misses))
         if after is not before:
             self._keep(names, after)
         self.turned.add(names)
@@ -212,7 +212,7 @@ class Search(Tried):
         if known is None or one.log_weight > known.log_weight:
             self.fitted[names] = one
         if known is None or one.log_weight > known.log_weight + _DEEPER:
-            for done in (self.seen_from, self.brought_back, self.turned):
+            for done in (self.seen_from, self.brought_back, *([self.turned] if names else [])):
                 done.discard(names)
 
     def _look_from(self, one: Hypothesis) -> None:

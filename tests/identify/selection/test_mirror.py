@@ -16,7 +16,7 @@ from identify.estimation.problem import Fit
 from identify.selection import other_side, weighing
 from identify.selection.evidence import Both
 from identify.selection.model_errors import mirrored
-from identify.selection.other_side import _image, _unbent, all_sides, on_the_likelier_side
+from identify.selection.other_side import _apart, _image, all_sides, on_the_likelier_side
 from identify.selection.stand import Stand, Weighed
 from identify.selection.weighing import weighed
 from simulate.effects import (
@@ -79,13 +79,13 @@ def test_releases_and_centre_of_mass_stand_on_the_side_of_the_truth(campaign, fi
     assert found["centre-of-mass-offset"][1] == pytest.approx(true[-1].offset_m[1], abs=4e-4)
     ((axis, turned),) = one.within.given.mirrors()
     image = _image(one.within, axis, turned)
-    kept, centred = (_unbent(image, axis, centred=centred).errors_by_key for centred in (False, True))
-    joints = {key for key in kept if key[0] == "geometry-error"}
+    start = _apart(image, axis, turned, -1.0)
+    joints = {key for key in image.errors_by_key if key[0] == "geometry-error"}
     assert any(image.errors_by_key[key] for key in joints)
-    assert not any(kept[key] or centred[key] for key in joints)
-    assert {key: size for key, size in image.errors_by_key.items() if key not in joints} == {k: kept[k] for k in kept if k not in joints}
-    assert {key for key in kept if kept[key] != centred[key]} == {("centre-of-mass-offset", 1)}
-    assert centred["centre-of-mass-offset", 1] == 0.0
+    apart = dict.fromkeys(joints, 0.0) | {("centre-of-mass-offset", 1): -2.0}
+    assert start.errors_by_key == image.errors_by_key | apart
+    assert not start.fit.q[turned].any()
+    assert np.array_equal(np.delete(start.fit.q, turned), np.delete(image.fit.q, turned))
 
 
 def test_a_mirror_turns_round_what_no_film_shows(campaign):
@@ -150,9 +150,9 @@ def test_of_two_places_to_which_films_led_the_likelier_one_is_turned_to_its_othe
     ("thoroughly", "misses", "behind", "stepped_from"),
     [
         (False, False, 2.0, ["image"]),
-        (False, False, 10.0, ["image", "led as drawn"]),
-        (False, True, 2.0, ["led as drawn"]),
-        (True, True, 2.0, ["image", "led as drawn", "led as drawn, centred", "led as drawn, centred"]),
+        (False, False, 10.0, ["image", "led from -1"]),
+        (False, True, 2.0, ["led from -1"]),
+        (True, True, 2.0, ["image", "led from -1", "led from 1"]),
     ],
 )
 def test_the_other_side_is_led_to_from_afar_where_the_mirror_image_is_far_off_or_less_likely(
@@ -165,7 +165,8 @@ def test_the_other_side_is_led_to_from_afar_where_the_mirror_image_is_far_off_or
         return start, SimpleNamespace(kept=-100.0 - behind)
 
     def place(name) -> Any:
-        return SimpleNamespace(name=name, fit=SimpleNamespace(q=None), misses=misses, sizes=None, weighed=lambda: None)
+        com = {("centre-of-mass-offset", 1): -0.7}
+        return SimpleNamespace(name=name, fit=SimpleNamespace(q=None), misses=misses, sizes=None, weighed=lambda: None, errors_by_key=com)
 
     def led_beside(start, q, sizes, others) -> Any:
         assert others == ["own"] * len(led)
@@ -173,17 +174,14 @@ def test_the_other_side_is_led_to_from_afar_where_the_mirror_image_is_far_off_or
         others.append("own")
         return place(f"led {start.name}")
 
-    def unbent(image, axis, *, centred=False):
-        return place("as drawn, centred" if centred else "as drawn")
+    def apart(image, axis, turned, side):
+        return place(f"from {side:g}")
 
     monkeypatch.setattr(other_side, "stepped", stepped)
     monkeypatch.setattr(other_side, "led_beside", led_beside)
     monkeypatch.setattr(other_side, "_image", lambda stand, axis, turned: place("image"))
-    monkeypatch.setattr(other_side, "_unbent", unbent)
-    stand: Any = SimpleNamespace(
-        given=SimpleNamespace(mirrors=lambda: [(1, [0])]),
-        fit=SimpleNamespace(problem=SimpleNamespace(parameters=[SimpleNamespace(key="theta_x_rad")])),
-    )
+    monkeypatch.setattr(other_side, "_apart", apart)
+    stand: Any = SimpleNamespace(given=SimpleNamespace(mirrors=lambda: [(1, [0])]))
     one: Any = SimpleNamespace(within=stand, both=SimpleNamespace(within=SimpleNamespace(kept=-100.0), share_of_exact=0.0))
     assert on_the_likelier_side(one, thoroughly=thoroughly) is one
     assert places == stepped_from

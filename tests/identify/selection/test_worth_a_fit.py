@@ -154,16 +154,39 @@ def test_all_is_weighed_anew_from_a_base_found_since_where_a_name_was_fitted_to_
     assert not turned
 
 
+@pytest.mark.parametrize(("names", "turns"), [(("leg-disparity",), True), ((), False)])
 @pytest.mark.parametrize(("gain", "again"), [(20.0, True), (5.0, False), (-5.0, False)])
-def test_what_is_found_in_a_far_likelier_place_is_looked_from_brought_back_and_turned_again(gain, again):
-    search, names = Search({}, lambda names: 0.0, BUDGETS["normal"], lambda text: None), ("leg-disparity",)
+def test_what_is_found_in_a_far_likelier_place_is_looked_from_and_brought_back_again_and_names_are_turned(gain, again, names, turns):
+    """Nothing is turned once: its search is thorough, and takes long."""
+    search = Search({}, lambda names: 0.0, BUDGETS["normal"], lambda text: None)
     before, after = (SimpleNamespace(log_z=log_z, better_of=lambda other: other) for log_z in (-100.0, -100.0 + gain))
     search._keep(names, before)  # type: ignore[arg-type]
     done = search.seen_from, search.brought_back, search.turned
     for one in done:
         one.add(names)
     search._keep(names, after)  # type: ignore[arg-type]
-    assert [names in one for one in done] == [not again] * 3
+    assert [names in one for one in done] == [not again, not again, not (again and turns)]
+
+
+@pytest.mark.parametrize(
+    ("names", "leaves_noise", "misses", "thoroughly"),
+    [((), True, False, True), ((), False, True, True), ((), False, False, False), (("ripple",), True, False, False)],
+)
+def test_only_nothing_that_leaves_noise_or_is_far_off_is_looked_for_thoroughly(monkeypatch, names, leaves_noise, misses, thoroughly):
+    """Close to films that show a gap a name may close it."""
+    search, asked = Search({}, lambda names: 0.0, BUDGETS["normal"], lambda text: None), []
+    one = hypothesis(names, -100.0, leaves_noise=leaves_noise)
+    one.weighed.stand = SimpleNamespace(misses=misses)
+    search.fitted = {names: one}
+
+    def side(one, *, thoroughly):
+        asked.append(thoroughly)
+        return one
+
+    monkeypatch.setattr(search_module, "on_the_likelier_side", side)
+    search._turn(names)
+    assert asked == [thoroughly]
+    assert search.turned == {names}
 
 
 @pytest.mark.parametrize(("rival", "fits"), [(-3.3, [("sensor-filter",)]), (-6.0, [])])
