@@ -33,16 +33,23 @@ def _finding_in_words(found: Explanation) -> str:
     if found.verdict in plain:
         return plain[found.verdict]
     names = ", ".join(_named(finding) for finding in found.findings)
-    lead = {"named": "missing effect: ", "class": "missing effect, one of a class: ", "several": "missing effects: ", "partly": "mainly "}
     tail = f"; {left_sentence(found)}" if found.verdict == "partly" else ""
     more = _or_nothing(found) + _at_bound(found) + _by_chance(found) + _forces_by_run(found) + _within(found)
-    return lead[found.verdict] + names + more + tail
+    return _before_the_names(found) + names + more + tail
+
+
+def _before_the_names(found: Explanation) -> str:
+    """A class of one name says behind it why it is none alone: nothing may be missing, or a gap held out grows."""
+    before = {"named": "missing effect: ", "class": "missing effect, one of a class: ", "several": "missing effects: ", "partly": "mainly "}
+    is_one = found.verdict == "class" and not any(finding.equivalents for finding in found.findings)
+    return before["named" if is_one else found.verdict]
 
 
 def _why_unknown(found: Explanation) -> str:
     if not found.vetoed:
         return "nothing in the catalogue explains it"
-    return f"what explains it best ({' and '.join(found.vetoed)}) makes the gap of a run held out larger, so it is not named"
+    best = f"what explains it best ({' and '.join(found.vetoed)})"
+    return f"{best} makes the gap of a run held out larger than chance does, so it is not named"
 
 
 def _by_chance(found: Explanation) -> str:

@@ -8,7 +8,16 @@ from typing import Any
 import pytest
 
 from identify.gap.size import NoiseOfChannel
-from identify.report.sentences import _by_chance, _colour, _likelier, _or_nothing, next_experiment, sentence, within_tolerances
+from identify.report.sentences import (
+    _before_the_names,
+    _by_chance,
+    _colour,
+    _likelier,
+    _or_nothing,
+    next_experiment,
+    sentence,
+    within_tolerances,
+)
 from identify.selection.explanation import Explanation
 from simulate.effects import EndStopDissipation, PlatformMass, StopStiffness
 
@@ -47,6 +56,19 @@ def test_a_class_that_cannot_exclude_nothing_says_so(verdict, nothing, said):
     found = class_of(verdict, nothing)
     assert _or_nothing(found) == said
     assert (found.weight_of_nothing is None) == (not said)
+
+
+@pytest.mark.parametrize(
+    ("verdict", "rivals", "said"),
+    [
+        ("class", ("geometry-error",), "missing effect, one of a class: "),
+        ("class", (), "missing effect: "),
+        ("named", (), "missing effect: "),
+        ("partly", (), "mainly "),
+    ],
+)
+def test_a_class_of_one_name_is_not_said_to_be_one_of_several(verdict, rivals, said):
+    assert _before_the_names(class_of(verdict, 0.3, rivals)) == said
 
 
 @pytest.mark.parametrize(
@@ -122,7 +144,10 @@ def test_what_the_model_file_is_off_by_is_said_to_be_within_its_tolerances_or_be
     ("vetoed", "why"),
     [
         ((), "nothing in the catalogue explains it"),
-        (("geometry-error",), "what explains it best (geometry-error) makes the gap of a run held out larger, so it is not named"),
+        (
+            ("geometry-error",),
+            "what explains it best (geometry-error) makes the gap of a run held out larger than chance does, so it is not named",
+        ),
     ],
 )
 def test_an_unknown_gap_says_why_the_likeliest_names_are_not_said(monkeypatch, vetoed, why):
