@@ -107,10 +107,10 @@ def _geometry_of(stand: Stand) -> Geometry:
 
 
 def _images(stand: Stand, axis: int, turned: Sequence[int], *, thoroughly: bool) -> Iterator[Stand]:
-    """Where a search on the other side starts: the mirror image, if it is close to the films, and from where ever longer films lead.
+    """Where a search on the other side starts: from the mirror image, and from where ever longer films lead.
 
-    These start with the centre of mass on the other side than it is, and thoroughly with it on both sides, for releases and joints bend to
-    a wrong one. What only follows one that was led before is left out.
+    These begin with the centre of mass on the other side than it is, and thoroughly with it on both sides, for releases and joints bend to
+    a wrong one. What only follows one that was led before is left out, and an image that is far off if the search is not thorough.
     """
     image = _image(stand, axis, turned)
     if thoroughly or not image.misses:
