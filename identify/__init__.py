@@ -17,8 +17,8 @@ if TYPE_CHECKING:
     from identify.gap.compare import compare as compare
     from identify.gap.comparison import Comparison as Comparison
     from identify.loops.prepare import prepare as prepare
+    from identify.report.explained.extended_model import extended as extended
     from identify.selection.explain import explain as explain
-    from identify.selection.explain import extended as extended
     from identify.selection.explanation import Explanation as Explanation
 
 _HOMES = {
@@ -31,7 +31,7 @@ _HOMES = {
     "Comparison": "gap.comparison",
     "explain": "selection.explain",
     "Explanation": "selection.explanation",
-    "extended": "selection.explain",
+    "extended": "report.explained.extended_model",
 }
 
 __all__ = ["ActuatorFit", "Comparison", "Explanation", "Run", "compare", "explain", "extended", "fit_actuator", "prepare", "read_campaign"]

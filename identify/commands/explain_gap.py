@@ -142,9 +142,9 @@ def summary(found: Explanation) -> list[str]:
 def _write(given: Namespace, found: Explanation, inputs: list[Path]) -> None:
     """All results at once, after everything has been computed."""
     from identify.draft.effect_file import FILE
+    from identify.report.explained.extended_model import extended
     from identify.report.explained.page import report_html
     from identify.report.result import missing_table, result_of
-    from identify.selection.explain import extended
     from measure.common.output import json_text, provenance, write_json, write_text
     from measure.tables.csv_cells import write_columns
     from simulate.files.model_file import write_model

@@ -27,7 +27,6 @@ from identify.estimation.least_squares import laid_out, solve
 from identify.estimation.parameters import Change
 from identify.estimation.problem import Fit, Problem
 from identify.gap.bent_law import with_law_as_given
-from identify.gap.dragged import lost
 from identify.gap.held_out import carried_over, held_out
 from identify.gap.leg_force import LegForce
 from identify.gap.platform_force import ForceAlongTime, ForceTable, MissingForce
@@ -43,7 +42,6 @@ from identify.selection.stand import Stand, Weighed
 from identify.selection.unknown_force import simulated
 from identify.selection.verdict import Finding, Names, Verdict, after_a_veto, doing_without, in_a_class, is_unnamed, verdict_of
 from simulate.effects import CATALOGUE, GeometryError
-from simulate.files.model_file import add_effects
 from simulate.model.effect import Effect
 from simulate.model.model import Model
 
@@ -280,12 +278,3 @@ def _rivals(search: Search, verdict: Verdict) -> dict[str, Fit]:
     (name,) = verdict.names
     found = {other: search.fitted.get((other,)) for other in verdict.equivalents[name]}
     return {other: one.fit for other, one in found.items() if one is not None and other != FORCES}
-
-
-def extended(model: Model, explanation: Explanation) -> Model:
-    """A user's model with base and effects as found, ready to be written; a law that the fit knows worse than the file stays the file's."""
-    at = explanation.model
-    named = tuple(finding.effect for finding in explanation.findings)
-    made = add_effects(model, (*at.effects, *(effect for effect in named if effect.name == FORCES)))
-    law = at.actuator if not any(lost(explanation.after)) else model.actuator
-    return replace(made, actuator=replace(law, covariance=None))

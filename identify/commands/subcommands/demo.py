@@ -178,9 +178,9 @@ def _explain(steps: _Steps, model: Model, work: Path) -> Explanation:
 
 def _report(given: Namespace, found: Explanation, compared: Comparison, work: Path) -> Path:
     from identify.commands.compare_model import summary
+    from identify.report.explained.extended_model import extended
     from identify.report.explained.page import report_html
     from identify.report.result import result_of
-    from identify.selection.explain import extended
     from measure.common.output import provenance, write_json, write_text
     from simulate.files.model_file import write_model
 
