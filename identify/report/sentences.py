@@ -35,14 +35,14 @@ def _finding_in_words(found: Explanation) -> str:
     names = ", ".join(_named(finding) for finding in found.findings)
     tail = f"; {left_sentence(found)}" if found.verdict == "partly" else ""
     more = _or_nothing(found) + _at_bound(found) + _by_chance(found) + _forces_by_run(found) + _within(found)
-    return _before_the_names(found) + names + more + tail
+    return _opening(found) + names + more + tail
 
 
-def _before_the_names(found: Explanation) -> str:
-    """A class of one name says behind it why it is none alone: nothing may be missing, or a gap held out grows."""
-    before = {"named": "missing effect: ", "class": "missing effect, one of a class: ", "several": "missing effects: ", "partly": "mainly "}
+def _opening(found: Explanation) -> str:
+    """What stands before the names. A class of one name is said like a name; what stands beside it (nothing, or chance) follows it."""
+    opens = {"named": "missing effect: ", "class": "missing effect, one of a class: ", "several": "missing effects: ", "partly": "mainly "}
     is_one = found.verdict == "class" and not any(finding.equivalents for finding in found.findings)
-    return before["named" if is_one else found.verdict]
+    return opens["named" if is_one else found.verdict]
 
 
 def _why_unknown(found: Explanation) -> str:

@@ -99,7 +99,7 @@ def _explained(
     base = solve_from_afar(problem)
     search.run(base)
     foremost, nothing, weights = search.settled(), search.fitted[()], search.weights()
-    before = _with_nothing(nothing.weighed, base)
+    before = _before_any_name(nothing.weighed, base)
     judged = _judged(search, foremost, before, weights)
     foremost, verdict, findings, after = judged.foremost, judged.verdict, judged.findings, judged.foremost.fit
     say("looking at the runs held out")
@@ -185,10 +185,11 @@ def _as_far_as_known(verdict: Verdict, findings: Sequence[Finding], foremost: Hy
     return in_a_class(verdict) if alone and many else verdict
 
 
-def _with_nothing(nothing: Weighed, squares: Fit) -> Fit:
-    """The model before anything is named: where noise is left as it is likeliest; else least squares, if they leave less.
+def _before_any_name(nothing: Weighed, squares: Fit) -> Fit:
+    """The fit before anything is named: the likeliest one where it leaves noise; else least squares, if they leave a smaller gap.
 
-    Far off, what counts memory as noise may leave more than these. But with an exact model file they may drag base and releases.
+    Far from the measurements the likeliest fit takes a part of the gap for noise with a memory. Close to them least squares may drag the
+    release, for they take the model file for exact.
     """
     return nothing.fit if nothing.leaves_noise else min(nothing.fit, squares, key=lambda fit: fit.rms)
 

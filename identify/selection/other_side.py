@@ -5,6 +5,7 @@ Releases, centre of mass, legs and all other directions must change sides togeth
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Sequence
 
 import numpy as np
@@ -83,8 +84,8 @@ def _image(stand: Stand, axis: int, turned: Sequence[int]) -> Stand:
     return Stand.placed(stand.given, q, mirrored(stand.errors_by_key, axis, _geometry_of(stand)))
 
 
-def _apart(image: Stand, axis: int, turned: Sequence[int], side: float) -> Stand:
-    """An image with nothing known of what no film shows, its joints as drawn, and the centre of mass off to a side, 1.0 or -1.0."""
+def _off_to(side: float, image: Stand, axis: int, turned: Sequence[int]) -> Stand:
+    """An image whose centre of mass is off to a side, 1.0 or -1.0; its joints are as drawn, and what no film shows of a release is zero."""
     q, errors = image.fit.q.copy(), image.errors_by_key
     q[list(turned)] = 0.0
     drawn = {key: 0.0 for key in errors if key[0] == GeometryError.name}
@@ -109,16 +110,17 @@ def _geometry_of(stand: Stand) -> Geometry:
 def _images(stand: Stand, axis: int, turned: Sequence[int], *, thoroughly: bool) -> Iterator[Stand]:
     """Where a search on the other side starts: from the mirror image, and from where ever longer films lead.
 
-    These begin with the centre of mass on the other side than it is, and thoroughly with it on both sides, for releases and joints bend to
-    a wrong one. What only follows one that was led before is left out, and an image that is far off if the search is not thorough.
+    The films lead from a centre of mass on the other side than it is now. A thorough search starts from both sides, for releases and joints
+    may have bent to the wrong one. Left out is a start that only follows one before it, and, if the search is not thorough, an image that
+    is far from the films.
     """
     image = _image(stand, axis, turned)
     if thoroughly or not image.misses:
         yield image
-    other = float(np.copysign(1.0, image.errors_by_key.get((CentreOfMassOffset.name, axis), 0.0)))
+    other = math.copysign(1.0, image.errors_by_key.get((CentreOfMassOffset.name, axis), 0.0))
     courses: list[Course] = []
     for side in (other, -other) if thoroughly else (other,):
-        start = _apart(image, axis, turned, side)
+        start = _off_to(side, image, axis, turned)
         led = led_beside(start, start.fit.q, start.sizes, courses)
         if led is not None:
             yield led

@@ -82,7 +82,7 @@ class Search(Tried):
 
     @property
     def _is_astray(self) -> bool:
-        """Whether a name was fitted to what is far less likely than nothing: from the base that was found since it may lead elsewhere."""
+        """Whether the fit of a name ended far less likely than a base that was found later: from that base it may end elsewhere."""
         base = self.fitted[()].weighed.log_z
         return () not in self.seen_from and any(one.names and one.weighed.log_z < base - _DEEPER for one in self.fitted.values())
 
@@ -101,8 +101,8 @@ class Search(Tried):
     def _turn(self, names: Names) -> None:
         """Look for a hypothesis on the other side of what no film shows, once; from a much likelier place all beside it is weighed anew.
 
-        Where a base comes close and leaves a gap, names may close it; and names were fitted from a base that was looked for already: then
-        the search is not thorough.
+        The search is not thorough where a base is close to the films and leaves a gap, for names may close that; nor for names, which were
+        fitted from a base that has been turned already.
         """
         before = self.fitted[names].weighed
         after = on_the_likelier_side(before, thoroughly=not names and (before.leaves_noise or before.stand.misses))
@@ -212,8 +212,10 @@ class Search(Tried):
         if known is None or one.log_weight > known.log_weight:
             self.fitted[names] = one
         if known is None or one.log_weight > known.log_weight + _DEEPER:
-            for done in (self.seen_from, self.brought_back, *([self.turned] if names else [])):
-                done.discard(names)
+            self.seen_from.discard(names)
+            self.brought_back.discard(names)
+            if names:  # of nothing the other side is searched thoroughly, which takes long
+                self.turned.discard(names)
 
     def _look_from(self, one: Hypothesis) -> None:
         """Weigh every hypothesis with one name more, or another name in the place of one."""

@@ -172,9 +172,9 @@ def along_lines(fit: Fit) -> Weighed:
 def stands_of(one: Weighed) -> list[tuple[Weighed, float]]:
     """Where straight lines are taken, and what the hypothesis itself reaches with the same measurements.
 
-    Close to the measurements they lead where they say. Farther off, or where base, releases and errors have improbably come close, they are
-    taken with the films up to their first stop as well. And as the law may have bent to what is missing, where no loops hold it, they are
-    taken from the law of the model file, too. Beside names that leave noise a further one is small.
+    Close to the measurements they lead where they say. Farther off, and where a base is close only by improbable releases and errors, they
+    are taken with the films up to their first stop as well. And as the law may have bent to what is missing, where no loops hold it, they
+    are taken from the law of the model file, too. Beside names that leave noise a further one is small.
     """
     exact = one.exact.fit
     far = bool(one.fit.problem.films) and (one.stand.misses or one.evidence.prior_p < UNUSUAL_P)

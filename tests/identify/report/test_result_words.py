@@ -9,10 +9,10 @@ import pytest
 
 from identify.gap.size import NoiseOfChannel
 from identify.report.sentences import (
-    _before_the_names,
     _by_chance,
     _colour,
     _likelier,
+    _opening,
     _or_nothing,
     next_experiment,
     sentence,
@@ -68,7 +68,7 @@ def test_a_class_that_cannot_exclude_nothing_says_so(verdict, nothing, said):
     ],
 )
 def test_a_class_of_one_name_is_not_said_to_be_one_of_several(verdict, rivals, said):
-    assert _before_the_names(class_of(verdict, 0.3, rivals)) == said
+    assert _opening(class_of(verdict, 0.3, rivals)) == said
 
 
 @pytest.mark.parametrize(

@@ -16,7 +16,7 @@ from identify.estimation.problem import Fit
 from identify.selection import other_side, weighing
 from identify.selection.evidence import Both
 from identify.selection.model_errors import mirrored
-from identify.selection.other_side import _apart, _image, all_sides, on_the_likelier_side
+from identify.selection.other_side import _image, _off_to, all_sides, on_the_likelier_side
 from identify.selection.stand import Stand, Weighed
 from identify.selection.weighing import weighed
 from simulate.effects import (
@@ -79,7 +79,7 @@ def test_releases_and_centre_of_mass_stand_on_the_side_of_the_truth(campaign, fi
     assert found["centre-of-mass-offset"][1] == pytest.approx(true[-1].offset_m[1], abs=4e-4)
     ((axis, turned),) = one.within.given.mirrors()
     image = _image(one.within, axis, turned)
-    start = _apart(image, axis, turned, -1.0)
+    start = _off_to(-1.0, image, axis, turned)
     joints = {key for key in image.errors_by_key if key[0] == "geometry-error"}
     assert any(image.errors_by_key[key] for key in joints)
     apart = dict.fromkeys(joints, 0.0) | {("centre-of-mass-offset", 1): -2.0}
@@ -174,13 +174,13 @@ def test_the_other_side_is_led_to_from_afar_where_the_mirror_image_is_far_off_or
         others.append("own")
         return place(f"led {start.name}")
 
-    def apart(image, axis, turned, side):
+    def off_to(side, image, axis, turned):
         return place(f"from {side:g}")
 
     monkeypatch.setattr(other_side, "stepped", stepped)
     monkeypatch.setattr(other_side, "led_beside", led_beside)
     monkeypatch.setattr(other_side, "_image", lambda stand, axis, turned: place("image"))
-    monkeypatch.setattr(other_side, "_apart", apart)
+    monkeypatch.setattr(other_side, "_off_to", off_to)
     stand: Any = SimpleNamespace(given=SimpleNamespace(mirrors=lambda: [(1, [0])]))
     one: Any = SimpleNamespace(within=stand, both=SimpleNamespace(within=SimpleNamespace(kept=-100.0), share_of_exact=0.0))
     assert on_the_likelier_side(one, thoroughly=thoroughly) is one

@@ -11,7 +11,7 @@ import pytest
 
 from identify.campaign.runs import read_campaign
 from identify.criteria import GAP_P
-from identify.selection.explain import _with_nothing, explain
+from identify.selection.explain import _before_any_name, explain
 from identify.selection.hypotheses import BUDGETS
 from simulate.effects import CATALOGUE, ViscousFriction
 from simulate.files.model_file import read_model
@@ -56,4 +56,4 @@ def test_where_tolerances_leave_noise_an_exact_model_file_that_drags_the_release
     """After a veto the answer began with a release moved by 19 spreads: least squares left 0.976, the fit within tolerances 0.98."""
     exact: Any = SimpleNamespace(rms=squares)
     nothing: Any = SimpleNamespace(fit=SimpleNamespace(rms=0.98), leaves_noise=leaves_noise)
-    assert _with_nothing(nothing, exact) is (exact if says_squares else nothing.fit)
+    assert _before_any_name(nothing, exact) is (exact if says_squares else nothing.fit)

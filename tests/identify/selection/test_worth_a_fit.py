@@ -157,7 +157,7 @@ def test_all_is_weighed_anew_from_a_base_found_since_where_a_name_was_fitted_to_
 @pytest.mark.parametrize(("names", "turns"), [(("leg-disparity",), True), ((), False)])
 @pytest.mark.parametrize(("gain", "again"), [(20.0, True), (5.0, False), (-5.0, False)])
 def test_what_is_found_in_a_far_likelier_place_is_looked_from_and_brought_back_again_and_names_are_turned(gain, again, names, turns):
-    """Nothing is turned once: its search is thorough, and takes long."""
+    """The base, which has no names, is turned once only: its search is thorough, and takes long."""
     search = Search({}, lambda names: 0.0, BUDGETS["normal"], lambda text: None)
     before, after = (SimpleNamespace(log_z=log_z, better_of=lambda other: other) for log_z in (-100.0, -100.0 + gain))
     search._keep(names, before)  # type: ignore[arg-type]
@@ -172,7 +172,7 @@ def test_what_is_found_in_a_far_likelier_place_is_looked_from_and_brought_back_a
     ("names", "leaves_noise", "misses", "thoroughly"),
     [((), True, False, True), ((), False, True, True), ((), False, False, False), (("ripple",), True, False, False)],
 )
-def test_only_nothing_that_leaves_noise_or_is_far_off_is_looked_for_thoroughly(monkeypatch, names, leaves_noise, misses, thoroughly):
+def test_only_a_base_that_leaves_noise_or_is_far_off_is_searched_thoroughly(monkeypatch, names, leaves_noise, misses, thoroughly):
     """Close to films that show a gap a name may close it."""
     search, asked = Search({}, lambda names: 0.0, BUDGETS["normal"], lambda text: None), []
     one = hypothesis(names, -100.0, leaves_noise=leaves_noise)
