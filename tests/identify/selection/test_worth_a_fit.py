@@ -141,6 +141,7 @@ def test_all_is_weighed_anew_from_a_base_found_since_where_a_name_was_fitted_to_
 
     def look(one) -> None:
         done.append(one.names)
+        assert len(done) <= len(looked)
         search.seen_from.add(one.names)
         if not one.names:  # the other name may be found anew, then the foremost one is looked from again
             search.seen_from.discard(names)
