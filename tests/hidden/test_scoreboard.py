@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 import shutil
+import time
+from functools import partial
 from pathlib import Path
+from threading import Event
 from typing import Any
 
 import numpy as np
@@ -12,7 +15,7 @@ from board import running
 from board.further import with_further_run
 from board.making import made, sealed_file
 from board.page import markdown, printed
-from board.running import METHODS, OURS, PATIENCE_S, asked, read_answers, run, tokens_answered, version
+from board.running import METHODS, OURS, PATIENCE_S, ask_all, asked, read_answers, run, tokens_answered, version
 from board.scoring import Scored, scored
 from board.specs import Spec, board
 from board.tally import Rate, headline, held_out_gap, strata, tally
@@ -119,6 +122,25 @@ def test_an_interrupted_run_goes_on_and_asks_nothing_twice(tmp_path: Path, monke
     assert tokens_answered(OURS, tmp_path) == {IN_LOOPS.token}
     file.write_text(file.read_text().replace(version(), "older"))
     assert tokens_answered(OURS, tmp_path) == set()
+
+
+def test_no_case_is_begun_when_the_time_is_over_and_each_is_asked_as_soon_as_a_place_is_free(tmp_path: Path, monkeypatch):
+    begun, slow_may_end = [], Event()
+
+    def ask(method: str, case: Path, patience_s: float) -> tuple[int, float, dict[str, str]]:
+        begun.append(case.name)
+        if case.name == "slow":
+            assert slow_may_end.wait(60.0)
+        elif case.name == "last":
+            slow_may_end.set()
+        return 0, 1.0, {"verdict": "no-gap"}
+
+    monkeypatch.setattr(running, "asked", ask)
+    makers = {name: partial(Path, name) for name in ("slow", "first", "last")}
+    assert ask_all(makers, OURS, tmp_path / "late.jsonl", until=time.monotonic() - 1.0) == {}
+    assert begun == []
+    assert set(ask_all(makers, OURS, tmp_path / "answers.jsonl")) == {"slow", "first", "last"}
+    assert sorted(begun) == ["first", "last", "slow"]
 
 
 def test_who_does_not_come_to_an_end_is_ended_by_processor_time_and_has_failed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):

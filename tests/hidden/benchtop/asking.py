@@ -5,6 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Sequence
 from concurrent.futures import ProcessPoolExecutor
+from functools import partial
 from multiprocessing import get_context
 from pathlib import Path
 
@@ -36,16 +37,18 @@ def ask(
     say: Callable[[str], None] = lambda text: None,
 ) -> list[Scored]:
     """Ask about one case after the other until the time is over, and score those that were answered. Mixed, they are a fair sample."""
-    end, have = time.monotonic() + 60.0 * minutes, _have(folder)
-    left = [spec for spec in specs if spec.token not in have]
+    until = time.monotonic() + 60.0 * minutes
     with _processes(processes) as apart:
-        for first in range(0, len(left), processes):
-            if time.monotonic() > end:
-                say(f"the time is over: {len(specs) - len(left) + first} of {len(specs)} cases")
-                break
-            makers = {spec.token: apart.submit(made, spec, folder).result for spec in left[first : first + processes]}
-            ask_all(makers, OURS, _file(folder), processes=processes, patience_s=patience_s, say=say)
-    return answered(specs, folder)
+        makers = {spec.token: partial(_made_apart, apart, spec, folder) for spec in specs}
+        ask_all(makers, OURS, _file(folder), processes=processes, patience_s=patience_s, say=say, until=until)
+    rows = answered(specs, folder)
+    if len(rows) < len(specs):
+        say(f"the time is over: {len(rows)} of {len(specs)} cases")
+    return rows
+
+
+def _made_apart(apart: ProcessPoolExecutor, spec: Spec, folder: Path) -> Path:
+    return apart.submit(made, spec, folder).result()
 
 
 def _processes(n: int) -> ProcessPoolExecutor:

@@ -21,7 +21,7 @@ from measure.common.output import write_text
 
 from .campaigns import FRAMES, Campaign, Deployment, Seen, Shaking, deployment, shaking
 from .making import Case, case_folder, drawn_case, listed, tables_of
-from .running import Answer, ask_all
+from .running import Answer, ask_all, in_turn
 from .scoring import Scored, score_case
 from .specs import Spec
 
@@ -61,7 +61,7 @@ def splits(rows: Sequence[Scored], answers: Sequence[Answer], method: str, folde
         if row.verdict == "class" and row.class_correct and _recommends(answer)
     }
     makers = {token: _maker(row.spec, test, folder) for token, (row, test) in classes.items()}
-    again = ask_all(makers, method, folder / f"{method}-further.jsonl", **how)
+    again = ask_all(in_turn(makers), method, folder / f"{method}-further.jsonl", **how)
     return [
         Split(row.spec, row, score_case(row.spec, again[token], folder), min(test["splits"].values(), default=float("nan")))
         for token, (row, test) in classes.items()

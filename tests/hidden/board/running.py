@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+import math
 import os
 import shutil
 import signal
@@ -15,6 +16,7 @@ import subprocess
 import sys
 import tempfile
 import threading
+import time
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
@@ -118,8 +120,19 @@ def tokens_answered(method: str, folder: Path) -> set[str]:
 def run(specs: Sequence[Spec], method: str, folder: Path, **how: Any) -> list[Answer]:
     """The answers of a method to these cases, made where they are not there yet. how : as for `ask_all`."""
     makers = {spec.token: partial(made, spec, folder) for spec in specs}
-    have = ask_all(makers, method, folder / f"{method}.jsonl", **how)
+    have = ask_all(in_turn(makers), method, folder / f"{method}.jsonl", **how)
     return [have[spec.token] for spec in specs]
+
+
+def in_turn(makers: Mapping[str, Callable[[], Path]]) -> dict[str, Callable[[], Path]]:
+    """Makers of which one works at a time: a simulation of many uses all cores, and only one such can run in a process."""
+    lock = threading.Lock()
+
+    def alone(maker: Callable[[], Path]) -> Path:
+        with lock:
+            return maker()
+
+    return {token: partial(alone, maker) for token, maker in makers.items()}
 
 
 def ask_all(
@@ -130,14 +143,19 @@ def ask_all(
     processes: int = 2,
     patience_s: float = PATIENCE_S,
     say: Say = lambda text: None,
+    until: float = math.inf,
 ) -> dict[str, Answer]:
-    """Ask about each case that has no answer by the same sources in the file yet; makers give the folder of a case, by its token."""
+    """Ask about each case that has no answer by the same sources in the file yet.
+
+    makers : give the folder of a case, by its token, several at a time; until : of the monotonic clock, no case is begun later.
+    """
     have = {answer.token: answer for answer in read_answers(file) if answer.version == version(method)}
     lock = threading.Lock()
 
     def one(token: str) -> None:
-        with lock:  # cases are made one at a time, for a simulation of many uses all cores
-            case = makers[token]()
+        if time.monotonic() > until:
+            return
+        case = makers[token]()
         said = asked(method, case, patience_s)
         if said[0] < 0:  # ended from outside, by a signal; that is no answer, but twice is a crash
             said = asked(method, case, patience_s)
