@@ -287,8 +287,7 @@ class Search(Tried):
         for name in one.names if len(one.names) > 1 else ():
             names = tuple(other for other in one.names if other != name)
             before = self.fitted.get(names)
-            is_fitted = before is not None and not is_elsewhere
-            if name == FORCES or is_fitted or one.weighed.doing_without(name).along_lines < least:
+            if name == FORCES or (before is not None and not is_elsewhere) or one.weighed.doing_without(name).along_lines < least:
                 continue
             self.say("fitting " + ", ".join(names))
             self._keep(names, without(one.weighed, name))

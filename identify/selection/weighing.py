@@ -206,22 +206,22 @@ def settled(stand: Stand, noise: tuple[ChannelNoise, ...] = ()) -> tuple[Stand, 
     """A stand taken to the largest probability under coloured noise, and its evidence there.
 
     Steps of Gauss and Newton, shortened where the simulation does not keep what the straight lines promise, as long as they raise the
-    probability of measurements and parameters. Where nothing is added to the model and films are far off, they are met up to the first stop
-    first, and then ever further.
+    probability of measurements and parameters. With nothing added to the model films are met up to the first stop first, then ever further.
     """
-    if len(stand.sizes) and not stand.names and stand.misses:
+    if len(stand.sizes) and not stand.names:
         stand = _from_afar(stand)
     return stepped(stand, stand.weighed(noise))
 
 
 def _from_afar(stand: Stand) -> Stand:
-    """A stand led by ever longer films, from where it is; where that leaves a gap also from the model file as it is."""
+    """A stand led by ever longer films from the model file as it is; where that leaves a gap also from least squares, which bend it."""
     courses: list[Course] = []
-    led = led_beside(stand, stand.fit.q, stand.sizes, courses)
+    again: list[Course] = []  # a course that misses is none to follow
+    led = led_beside(stand, stand.origin, np.zeros(len(stand.sizes)), courses)
     assert led is not None  # there is nothing to follow
     if led.misses:
-        led = _likelier(led, led_beside(stand, stand.origin, np.zeros(len(stand.sizes)), courses))
-    return _on_other_sides(stand, led, courses)
+        led = _likelier(led, led_beside(stand, stand.fit.q, stand.sizes, again))
+    return _on_other_sides(stand, led, [*courses, *again])
 
 
 def _on_other_sides(stand: Stand, led: Stand, courses: list[Course]) -> Stand:

@@ -138,10 +138,21 @@ def test_a_release_is_turned_to_its_other_side_where_films_are_missed_or_met_by_
 
 @pytest.mark.parametrize(("misses", "turned"), [(True, -50.0), (False, -100.0)])
 def test_of_two_places_to_which_films_led_the_likelier_one_is_turned_to_its_other_side(monkeypatch, misses, turned):
-    first, from_file = led_to(-100.0, misses, [0.0], [0.0, 0.0]), led_to(-50.0, True, [0.0], [0.0, 0.0])
-    ways = {"here": first, "from the file": from_file}
-    monkeypatch.setattr(weighing, "led_beside", lambda stand, q, sizes, courses: ways[q])
-    monkeypatch.setattr(weighing, "_on_other_sides", lambda stand, led, courses: led)
+    """From the model file first; where that misses also from where least squares are, which does not follow it."""
+    from_file, from_here = led_to(-100.0, misses, [0.0], [0.0, 0.0]), led_to(-50.0, True, [0.0], [0.0, 0.0])
+    ways = {"here": from_here, "from the file": from_file}
+
+    def led_beside(stand, q, sizes, courses) -> Any:
+        assert not courses
+        courses.append(q)
+        return ways[q]
+
+    def on_other_sides(stand, led, courses) -> Any:
+        assert courses == (["from the file", "here"] if misses else ["from the file"])
+        return led
+
+    monkeypatch.setattr(weighing, "led_beside", led_beside)
+    monkeypatch.setattr(weighing, "_on_other_sides", on_other_sides)
     stand: Any = SimpleNamespace(fit=SimpleNamespace(q="here"), sizes=np.zeros(1), origin="from the file")
     assert weighing._from_afar(stand).weighed().log_z == turned
 

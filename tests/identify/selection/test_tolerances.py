@@ -91,6 +91,26 @@ def test_a_column_is_what_a_tolerance_more_does_where_the_stops_are_off_already(
     assert np.linalg.norm(moved * typical - signature[2][:, 0]) <= 0.05 * np.linalg.norm(moved * typical)
 
 
+@pytest.mark.parametrize(
+    ("name", "size", "amount"),
+    [("stop-stiffness", 6.6, np.expm1(0.3 * 6.6)), ("stop-stiffness", -6.6, np.expm1(-0.3 * 6.6)), ("centre-of-mass-offset", 3.0, 1.5e-3)],
+)
+def test_an_error_far_beyond_its_tolerance_that_is_let_free_begins_where_it_is(campaign, name, size, amount):
+    """A factor of seven is 6.6 tolerances in equal ratios; along straight lines from there it is 2.9, and the fit must start from it."""
+    folder = campaign(None, 886, loops=(), deployments=({},))
+    problem = problem_of(read_model(folder / "model.toml"), read_campaign([folder / "campaign.toml"]))
+    stand = Stand.off_by(problem, problem.start, {(name, 0): size})
+    effect = problem.model.effect(CATALOGUE[name])
+    signature = stand.signature_of(effect)
+    assert signature is not None
+    amounts = np.zeros(len(effect.flat()))
+    amounts[0] = amount / effect.typical(problem.measures)[0]
+    kept, without = stand.lines(), stand.lines({name})
+    assert without.errors.shape[1] == kept.errors.shape[1] - len(amounts)
+    assert np.linalg.norm(kept.gaps - without.gaps) > 1.0
+    np.testing.assert_allclose(without.gaps + signature[2] @ amounts, kept.gaps, atol=1e-6 * np.abs(kept.gaps).max())
+
+
 def test_errors_of_the_stops_are_free_wherever_a_search_begins(campaign):
     """Films that end before the stops, or a law too weak to reach them, do not show them; the place to which they lead may."""
     folder = campaign(None, 883, loops=(), deployments=({},))
