@@ -136,6 +136,19 @@ def test_a_release_is_turned_to_its_other_side_where_films_are_missed_or_met_by_
     assert len(sides) == tried
 
 
+@pytest.mark.parametrize(
+    ("errors", "names", "is_led"),
+    [(2, set(), True), (0, set(), False), (2, {"air-drag"}, False)],
+)
+def test_nothing_is_led_from_afar_though_least_squares_met_the_films_and_a_name_goes_on_from_there(monkeypatch, errors, names, is_led):
+    """Least squares that take the model file for exact may meet films with a law that they have bent."""
+    there = SimpleNamespace(weighed=lambda noise: "weighed there")
+    monkeypatch.setattr(weighing, "_from_afar", lambda stand: there)
+    monkeypatch.setattr(weighing, "stepped", lambda stand, found: (stand, found))
+    stand: Any = SimpleNamespace(sizes=np.zeros(errors), names=names, misses=False, weighed=lambda noise: "weighed")
+    assert weighing.settled(stand) == ((there, "weighed there") if is_led else (stand, "weighed"))
+
+
 @pytest.mark.parametrize(("misses", "turned"), [(True, -50.0), (False, -100.0)])
 def test_of_two_places_to_which_films_led_the_likelier_one_is_turned_to_its_other_side(monkeypatch, misses, turned):
     """From the model file first; where that misses also from where least squares are, which does not follow it."""
