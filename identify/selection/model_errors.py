@@ -124,8 +124,8 @@ class ModelErrors:
         places = [[place for name, place in zip(self.names, self.places, strict=True) if name == of.kind.name] for of in shown]
         return ModelErrors(_columns(fit, shown, places), self.names, self.places)
 
-    def along_lines(self, given: Model, there: Model) -> Array:
-        """Tolerances (q,) from a given model to another along straight lines from that; of a factor these are fewer than its size."""
+    def sizes_along_lines(self, given: Model, there: Model) -> Array:
+        """Sizes (q,) that lead from another model to a given one along the slopes there; those of a factor differ from its own sizes."""
         kinds = [TOLERANCE_OF[name] for name in dict.fromkeys(self.names)]
         off = {of.kind.name: (there.effect(of.kind).flat() - given.effect(of.kind).flat()) / of.step(there) for of in kinds}
         return np.array([off[name][place] for name, place in self.keys])

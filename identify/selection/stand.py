@@ -98,7 +98,7 @@ class Stand:
         fit, m, first = self.fit, self.fit.problem.measured, self.fit.problem.first_effect
         channels = tuple(Channel(block.rows, spacing(block.samples)) for block in fit.problem.blocks)
         kept = self.free(without)
-        off = self.errors.along_lines(self.given.model, fit.problem.model)
+        off = self.errors.sizes_along_lines(self.given.model, fit.problem.model)
         gaps = fit.gaps[:m] - fit.jacobian[:m, self._out] @ fit.q[self._out] - self.errors.columns[:, ~kept] @ off[~kept]
         spreads = np.array([one.spread for one in fit.problem.parameters[:first]])
         log_spread = float(np.sum(np.log(spreads[np.isfinite(spreads)])))
