@@ -9,11 +9,11 @@ well, for behind the stops a release has several local minima and straight lines
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from identify.criteria import CLOSE, CREDIBLE, LOSES, NEAR, ROUGHLY, UNUSUAL_P
+from identify.criteria import CLOSE, CREDIBLE, HARDLY, LOSES, NEAR, ROUGHLY, UNUSUAL_P
 from identify.estimation.least_squares import solve, to_the_end
 from identify.estimation.multistart import Minima, released_again
 from identify.estimation.problem import Fit
@@ -26,11 +26,10 @@ from identify.selection.stand import Weighed
 from identify.selection.tried import Tried
 from identify.selection.unknown_force import unnamed_forces
 from identify.selection.verdict import Names, credible_set, foremost_of, is_unnamed, of_the_unnamed
-from identify.selection.weighing import errors_without, led_anew, stands_of, weighed, weighed_again, weighed_within, without
+from identify.selection.weighing import errors_without, led_anew, stands_of, weighed, weighed_within, without
 
 _DEEPER = 10.0  # sum of squares, or log evidence, by which another local minimum is worth looking from anew
 _SETTLING = 8  # fits of what turns out to hold a share in the end
-_ALIKE = 0.25  # of what the foremost name was promised, that another may be promised less and be as good where lines lead astray
 _DEAD_END = 2  # fits that one costs besides which leaves the films far off: it takes as long
 _UNSETTLED = 1.0  # log evidence that lines promise at the base and the simulation does not keep
 _BEYOND = 2.0  # log evidence by which a fit may well exceed its promise: straight lines know no curve
@@ -57,14 +56,17 @@ class Search(Tried):
         self._keep((), weighed(base))
         while True:
             worth = [one for one in self.ahead.values() if self._is_worth_a_fit(one)]
+            behind = self._left_behind() if self.spent < self.budget.fits else None
             if () not in self.turned and self._doubts_the_base:
                 self._turn(())
+            elif self._is_astray:
+                self._look_from(self.fitted[()])
+            elif behind is not None:
+                self._fit_again(behind)
             elif worth and self.spent < self.budget.fits:
                 self._fit_or_turn(max(worth, key=lambda one: one.log_weight))
             elif self.foremost.names not in self.seen_from and self._leads_on(self.foremost):
                 self._look_from(self._brought_back(self.foremost))
-            elif self._is_astray:
-                self._look_from(self.fitted[()])
             elif self._is_on_one_side(self.foremost):
                 self._turn(self.foremost.names)
             else:
@@ -106,16 +108,19 @@ class Search(Tried):
         """
         before = self.fitted[names].weighed
         after = on_the_likelier_side(before, thoroughly=not names and (before.leaves_noise or before.stand.misses))
-        if after is not before:
-            self._keep(names, after)
+        self._keep(names, after)
         self.turned.add(names)
+        self._take_the_base_along(self.fitted[names], after.log_z - before.log_z)
         if after.log_z <= before.log_z + _DEEPER:
             return
         for weighed_there in (self.ahead, self.tables, self.promised):
             for other in [other for other in weighed_there if set(names) <= set(other)]:
                 del weighed_there[other]
-        if names:
-            self._base_again(after, is_elsewhere=True)
+
+    def _take_the_base_along(self, one: Hypothesis, gain: float) -> None:
+        """Look for the base where names were found to be likelier by some log evidence: there it may be, too, and compete."""
+        if one.names and gain > HARDLY and (gain > _DEEPER or self._may_compete(self.fitted[()].log_weight + gain)):
+            self._base_again(one.weighed, is_elsewhere=True)
 
     def _leads_on(self, one: Hypothesis) -> bool:
         """Whether a further name may be looked for: of several names each must have halved the gap that those before it left.
@@ -162,24 +167,38 @@ class Search(Tried):
                 one = self.fitted[one.names]
         again = released_again(one.fit, known=self.releases)
         if again.cost < one.fit.cost - _DEEPER:
-            self._keep(one.names, weighed_again(one.weighed, again))
+            self._keep(one.names, weighed_within(one.weighed.exact.given, again.q, errors_without(one.weighed, ())))
         self.brought_back.add(one.names)
         one = self.fitted[one.names]
-        if one.names and one.log_weight > before + _DEEPER:
-            self._base_again(one.weighed, is_elsewhere=True)
+        self._take_the_base_along(one, one.log_weight - before)
         return one
 
     def _is_worth_a_fit(self, one: Ahead) -> bool:
-        if one.promise is None or self._is_known(one):
+        if one.promise is None or one.names in self.fitted:
             return False
         if self._adds_to_enough(one):
             return one.log_weight > self.foremost.log_weight - (0.0 if self.foremost.names else LOSES)
-        return self._may_reach_the_unnamed(one) and (one.log_weight > self.foremost.log_weight - self.budget.least or self._is_alike(one))
+        return self._may_reach_the_unnamed(one) and self._may_compete(one.log_weight)
 
-    def _is_known(self, one: Ahead) -> bool:
-        """Whether it was fitted; not if far more is promised now, from a base that was found since: then that fit went astray."""
-        found = self.fitted.get(one.names)
-        return found is not None and (self.led.get(one.names) is one or one.log_weight <= found.log_weight + _DEEPER)
+    def _may_compete(self, log_weight: float) -> bool:
+        return log_weight > self.foremost.log_weight - self.budget.least
+
+    def _left_behind(self) -> Ahead | None:
+        """What was fitted from beside a hypothesis that was found likelier elsewhere since: from there it may be, too, and compete."""
+        gains = {names: self.fitted[led.beside.names].log_weight - led.beside.log_weight for names, led in self.led.items()}
+        behind = (names for names, gain in gains.items() if gain > HARDLY and self._may_compete(self.fitted[names].log_weight + gain))
+        return next((self.led[names] for names in behind), None)
+
+    def _fit_again(self, led: Ahead) -> None:
+        """Fit a hypothesis from where the one beside which it was promised is now."""
+        one, of = self.fitted[led.beside.names], led.promise
+        assert of is not None
+        self.led[led.names] = replace(led, beside=one)
+        alone = {name: kind for name, kind in self.catalogue.items() if name == of.name}
+        stands = [(one.weighed, one.weighed.along_lines)] if of.instead else stands_of(one.weighed)
+        found = [self._promised(one, new, reached) for at, reached in stands for new in promises(at, alone, of.instead)]
+        for ahead in sorted((new for new in found if new.names == led.names), key=lambda new: -new.log_weight)[:1]:
+            self._fit(ahead)
 
     def _may_reach_the_unnamed(self, one: Ahead) -> bool:
         """Whether it comes near the likeliest force without a name, were its fit to bring as much more than promised as one before did.
@@ -197,13 +216,6 @@ class Search(Tried):
         """
         best = self.foremost
         return set(best.names) <= set(one.names) and best.weighed.leaves_noise
-
-    def _is_alike(self, one: Ahead) -> bool:
-        """Whether it was promised nearly as much as the foremost one, from the same place, where straight lines led that one astray."""
-        best, led = self.foremost, self.led.get(self.foremost.names)
-        if led is None or led.beside.names != one.beside.names or best.log_weight < led.log_weight + self.budget.least:
-            return False
-        return one.log_weight > led.log_weight - max(_ALIKE * (led.log_weight - led.beside.log_weight), self.budget.least)
 
     def _keep(self, names: Names, found: Weighed) -> None:
         """Keep a fit, or the better one of two of the same names; only from a much likelier place all else is weighed anew."""
@@ -235,8 +247,11 @@ class Search(Tried):
 
     def _weigh(self, one: Hypothesis, found: Iterable[Promise], reached: float) -> None:
         for promise in found:
-            names = tuple(sorted({*one.names, promise.name} - {promise.instead}))
-            self._ahead(Ahead(names, one, promise, one.weighed.log_z + promise.log_z - reached + self.prior(names)))
+            self._ahead(self._promised(one, promise, reached))
+
+    def _promised(self, one: Hypothesis, promise: Promise, reached: float) -> Ahead:
+        names = tuple(sorted({*one.names, promise.name} - {promise.instead}))
+        return Ahead(names, one, promise, one.weighed.log_z + promise.log_z - reached + self.prior(names))
 
     def _weigh_tables(self, one: Hypothesis, at: Weighed, beside: Iterable[Promise]) -> None:
         """Weigh forces without a name from where names promised something."""
@@ -304,7 +319,7 @@ class Search(Tried):
         if led.both.is_exact:
             again, before = to_the_end(solve(of, q, enough=ROUGHLY)), nothing.weighed.exact.fit
             if again.cost < before.cost - _DEEPER and (again.rms < CLOSE or halves(before, again)):
-                self._keep((), weighed(again))
+                self._keep((), weighed_within(of, again.q, {}))
         elif nothing.weighed.both.within is not None:
             is_settled = nothing.weighed.leaves_noise and nothing.weighed.evidence.unkept < _UNSETTLED
             if is_elsewhere or not is_settled or halves(nothing.fit, led.fit):

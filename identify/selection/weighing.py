@@ -99,15 +99,6 @@ def weighed_within(given: Problem, q: Array, errors: Mapping[tuple[str, int], fl
     return Weighed(exact, within, Both(of_exact, found if within.lines().errors.shape[1] else None))
 
 
-def weighed_again(before: Weighed, fit: Fit) -> Weighed:
-    """The same hypothesis from another fit of the likelier stand."""
-    if before.both.is_exact:
-        return weighed(fit)
-    stand = replace(before.within, fit=fit, errors=before.within.errors.at(fit))
-    within, found = stepped(stand, stand.weighed(before.evidence.noise))
-    return Weighed(before.exact, within, Both(before.both.exact, found))
-
-
 def from_sizes(problem: Problem, before: Weighed, sizes: Array) -> Weighed:
     """Weigh a hypothesis with one effect more from where the one before it stands, and from some sizes (n,) of the effect, in scales."""
     start = np.concatenate([before.fit.q, sizes])
@@ -183,19 +174,13 @@ def stands_of(one: Weighed) -> list[tuple[Weighed, float]]:
     is_small = bool(one.names) and one.leaves_noise
     if is_small or not (far or (bends and is_bent(one.fit))):
         return stands
-    near = _with_films_of(one, problem) if problem is not exact.problem else one
+    near = weighed_within(problem, one.fit.q, errors_without(one, ())) if problem is not exact.problem else one
     if far and near is not one:
         stands.append((near, near.along_lines))
     if not bends:
         return stands
     given = along_lines(with_law_as_given(near.exact.fit))
     return [*stands, (given, max(near.along_lines, given.along_lines))]
-
-
-def _with_films_of(one: Weighed, problem: Problem) -> Weighed:
-    """The same with the films of a problem, which are shorter. Errors of the model file start from where whole films have led them."""
-    within = one.within
-    return weighed(solve(problem, one.exact.fit.q)) if one.both.is_exact else weighed_within(problem, within.fit.q, within.errors_by_key)
 
 
 def _both(exact: Evidence, within: Stand) -> Both:

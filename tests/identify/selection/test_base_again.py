@@ -56,7 +56,8 @@ def hypothesis(names, log_weight, loses=10.0, leaves_noise=True) -> Any:
     weighed = SimpleNamespace(
         log_z=log_weight, along_lines=log_weight, leaves_noise=leaves_noise, doing_without=lambda name: less, stand=stand
     )
-    return SimpleNamespace(names=names, log_weight=log_weight, weighed=weighed, fit=SimpleNamespace(cost=1.0))
+    fit = SimpleNamespace(cost=1.0, rms=1.0)
+    return SimpleNamespace(names=names, log_weight=log_weight, weighed=weighed, fit=fit, is_believable=True, largest_rms=1.0)
 
 
 def searching(monkeypatch, fitted) -> Any:
@@ -75,7 +76,7 @@ def searching(monkeypatch, fitted) -> Any:
 
 @pytest.mark.parametrize(("reached", "is_tried"), [(-300.0, True), (-399.0, False), (None, False)])
 def test_the_base_is_looked_for_again_where_a_name_was_brought_to_another_minimum(monkeypatch, reached, is_tried):
-    one, tried = searching(monkeypatch, [hypothesis(("backlash",), -400.0)]), []
+    one, tried = searching(monkeypatch, [hypothesis((), -600.0), hypothesis(("backlash",), -400.0)]), []
     monkeypatch.setattr(search, "led_anew", lambda weighed: None if reached is None else SimpleNamespace(log_z=reached))
     monkeypatch.setattr(one, "_base_again", lambda led, is_elsewhere: tried.append((led.log_z, is_elsewhere)))
     one._brought_back(one.fitted[("backlash",)])

@@ -74,8 +74,8 @@ class ScaleOf(tuple):  # type: ignore[type-arg]
         return np.array(self)
 
 
-def hypothesis(names, log_weight) -> Any:
-    weighed = SimpleNamespace(leaves_noise=True, log_z=log_weight)
+def hypothesis(names, log_weight, weighed=None) -> Any:
+    weighed = weighed or SimpleNamespace(leaves_noise=True, log_z=log_weight)
     fit = SimpleNamespace(rms=1.0)
     return SimpleNamespace(names=names, log_weight=log_weight, is_believable=True, fit=fit, largest_rms=1.0, weighed=weighed)
 
@@ -88,17 +88,17 @@ def test_before_a_name_is_added_the_others_are_looked_for_on_the_other_side(monk
     search = Search({}, lambda names: 0.0, BUDGETS["normal"], lambda text: None)
     search.fitted = {(): hypothesis((), -100.0), ("a",): hypothesis(("a",), -50.0)}
     search.ahead = {one: SimpleNamespace(names=one, log_weight=-45.0, promise=True, beside=None) for one in ALONE | BESIDE}  # type: ignore[misc]
-    fits, kept, bases = [], [], []
+    fits, bases = [], []
     before = search.fitted[("a",)].weighed
     after = SimpleNamespace(leaves_noise=True, log_z=before.log_z + gain) if gain else before
     monkeypatch.setattr("identify.selection.search.on_the_likelier_side", lambda one, thoroughly: after)
-    monkeypatch.setattr(search, "_keep", lambda names, found: kept.append(found))
+    monkeypatch.setattr(search, "_keep", lambda names, found: search.fitted.update({names: hypothesis(names, found.log_z, found)}))
     monkeypatch.setattr(search, "_base_again", lambda led, is_elsewhere: bases.append(led))
     monkeypatch.setattr(search, "_fit", lambda ahead: fits.append(ahead.names))
     search._fit_or_turn(search.ahead[("a", "b")])
     assert fits == []
     assert set(search.ahead) == left
-    assert kept == ([after] if gain else [])
+    assert search.fitted[("a",)].weighed is after
     assert bases == ([after] if left == ALONE else [])
     search._fit_or_turn(SimpleNamespace(names=("a", "b")))  # type: ignore[arg-type]
     assert fits == [("a", "b")]

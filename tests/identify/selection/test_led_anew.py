@@ -141,17 +141,22 @@ def test_films_are_missed_by_more_than_their_noise_however_large_that_is_said_to
 
 @pytest.mark.parametrize("is_exact", [False, True])
 def test_with_films_up_to_the_first_stop_errors_of_the_model_file_start_from_where_whole_films_have_them(monkeypatch, is_exact):
-    """They were led there already, so nothing is led again."""
-    within = SimpleNamespace(fit=SimpleNamespace(q="q of errors"), errors_by_key={("platform-mass", 0): 2.0})
-    one: Any = SimpleNamespace(
-        both=SimpleNamespace(is_exact=is_exact), within=within, exact=SimpleNamespace(fit=SimpleNamespace(q="q as it is"))
+    """They were led there already, so nothing is led again; where the model file is likelier as it is they start from nought."""
+    problem: Any = SimpleNamespace(films=["a film"], loops=["a loop"])
+    exact, within = (SimpleNamespace(fit=SimpleNamespace(q=q, problem=problem)) for q in ("q as it is", "q of errors"))
+    within.errors_by_key = {("platform-mass", 0): 2.0}
+    stand = SimpleNamespace(misses=True, fit=(exact if is_exact else within).fit)
+    one: Any = SimpleNamespace(both=SimpleNamespace(is_exact=is_exact), within=within, exact=exact, stand=stand, fit=stand.fit)
+    one.names, one.along_lines = (), -7.0
+    monkeypatch.setattr(weighing, "before_the_stops", lambda given: "shorter films")
+    monkeypatch.setattr(weighing, "weighed_within", lambda *given: SimpleNamespace(given=given, along_lines=-3.0))
+    stands: Any = weighing.stands_of(one)
+    (whole, _), (near, reached) = stands
+    assert whole is one
+    assert near.given == (
+        ("shorter films", "q as it is", {}) if is_exact else ("shorter films", "q of errors", {("platform-mass", 0): 2.0})
     )
-    monkeypatch.setattr(weighing, "weighed_within", lambda *given: given)
-    monkeypatch.setattr(weighing, "solve", lambda *given: given)
-    monkeypatch.setattr(weighing, "weighed", lambda fit: fit)
-    short: Any = "shorter films"
-    expected = (short, "q as it is") if is_exact else (short, "q of errors", {("platform-mass", 0): 2.0})
-    assert weighing._with_films_of(one, short) == expected
+    assert reached == -3.0
 
 
 @pytest.mark.slow

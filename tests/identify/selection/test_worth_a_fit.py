@@ -9,7 +9,7 @@ import pytest
 
 from identify.criteria import LOSES
 from identify.selection import search as search_module
-from identify.selection.hypotheses import BUDGETS
+from identify.selection.hypotheses import BUDGETS, Ahead
 from identify.selection.search import Search
 
 BOTH = ("end-stop-dissipation", "stored-force-per-run")
@@ -26,8 +26,8 @@ def hypothesis(names, log_weight, rms=1.0, as_it_is=1.0, leaves_noise=True) -> A
     )
 
 
-def promised(names, log_weight, promise: Any = True) -> Any:
-    return SimpleNamespace(names=names, log_weight=log_weight, promise=promise, beside=None)
+def promised(names, log_weight, promise: Any = True, beside: Any = None) -> Any:
+    return Ahead(names, beside, promise, log_weight)
 
 
 @pytest.mark.parametrize(
@@ -76,16 +76,69 @@ def test_a_second_name_that_may_be_nothing_is_not_said(logs, leaves_noise, sure)
     assert search._sure_of(BOTH) == sure
 
 
-@pytest.mark.parametrize(("fitted", "is_worth"), [(-124.0, True), (-105.0, False)])
-def test_a_name_that_was_fitted_from_a_worse_base_is_fitted_again_where_far_more_is_promised_now(fitted, is_worth):
-    """An inertia came to -123 from a base of -134, whose releases leant the wrong way; from a base of -108 it is promised -99."""
+@pytest.mark.parametrize(
+    ("base", "fitted", "is_behind"),
+    [(-108.0, -123.0, True), (-108.0, -140.0, False), (-133.6, -132.0, False), (-133.4, -132.0, True), (-134.0, -132.0, False)],
+)
+def test_a_name_that_was_fitted_from_a_worse_base_is_behind_where_it_may_compete_once_it_is_as_much_likelier(base, fitted, is_behind):
+    """An inertia came to -123 from a base of -134, whose releases leant the wrong way; from a base of -108 it came to -99."""
     search, names = Search({}, lambda names: 0.0, BUDGETS["normal"], lambda text: None), ("platform-inertia",)
-    search.fitted = {(): hypothesis((), -108.0), names: hypothesis(names, fitted)}
-    search.led = {names: promised(names, -124.0)}
-    again = promised(names, -99.0)
-    assert search._is_worth_a_fit(again) == is_worth
-    search.led[names] = again
-    assert not search._is_worth_a_fit(again)
+    search.fitted = {(): hypothesis((), base), names: hypothesis(names, fitted)}
+    search.led = {names: promised(names, -124.0, beside=hypothesis((), -134.0))}
+    assert (search._left_behind() is not None) == is_behind
+
+
+def fitting_again(monkeypatch, promises) -> Any:
+    """A search with a name left behind by a base that was found since, what each of two stands promises, and what it fits."""
+    kinds: Any = {"hub-inertia": "Hub", "ripple": "Ripple"}
+    search, names = Search(kinds, lambda names: 0.0, BUDGETS["normal"], lambda text: None), ("ripple",)
+    base = hypothesis((), -108.0)
+    search.fitted = {(): base, names: hypothesis(names, -123.0)}
+    search.led = {names: promised(names, -124.0, SimpleNamespace(name="ripple", instead=""), beside=hypothesis((), -134.0))}
+
+    def promises_of(at, catalogue, instead):
+        assert catalogue == {"ripple": "Ripple"}
+        return [SimpleNamespace(name=name, instead=instead, log_z=log_z) for name, log_z in promises[at]]
+
+    monkeypatch.setattr(search_module, "stands_of", lambda one: [("whole", 0.0), ("early", -7.0)] if one is base.weighed else [])
+    monkeypatch.setattr(search_module, "promises", promises_of)
+    done = []
+    monkeypatch.setattr(search, "_fit", done.append)
+    search._fit_again(search.led[names])
+    return search, done
+
+
+def test_a_name_left_behind_is_fitted_from_the_stand_that_promises_most_and_not_another_that_is_promised_with_it(monkeypatch):
+    """Beside several films forces that differ are always promised; only what was left behind is fitted."""
+    told = {"whole": [("stored-force-per-run", 50.0), ("ripple", 4.0)], "early": [("stored-force-per-run", 50.0), ("ripple", -2.0)]}
+    search, done = fitting_again(monkeypatch, told)
+    assert [(one.names, one.log_weight, one.beside.log_weight) for one in done] == [(("ripple",), -103.0, -108.0)]
+    assert search._left_behind() is None
+
+
+def test_a_name_left_behind_that_shows_no_more_is_not_asked_for_again(monkeypatch):
+    search, done = fitting_again(monkeypatch, {"whole": [], "early": []})
+    assert not done
+    assert search._left_behind() is None
+
+
+@pytest.mark.parametrize(
+    ("names", "gain", "base", "is_taken"),
+    [
+        (("ripple",), 0.4, -50.0, False),
+        (("ripple",), 7.0, -55.0, True),
+        (("ripple",), 7.0, -61.0, False),
+        (("ripple",), 11.0, -90.0, True),
+        ((), 11.0, -50.0, False),
+    ],
+)
+def test_the_base_is_taken_along_to_where_names_were_found_likelier_if_it_may_compete_there(monkeypatch, names, gain, base, is_taken):
+    """On the wrong side a mass was as likely as nothing; there it came 7 higher, and nothing would have stayed behind."""
+    search, taken = Search({}, lambda names: 0.0, BUDGETS["normal"], lambda text: None), []
+    search.fitted = {(): hypothesis((), base), ("ripple",): hypothesis(("ripple",), -50.0)}
+    monkeypatch.setattr(search, "_base_again", lambda led, is_elsewhere: taken.append((led, is_elsewhere)))
+    search._take_the_base_along(search.fitted[names], gain)
+    assert taken == ([(search.fitted[names].weighed, True)] if is_taken else [])
 
 
 @pytest.mark.parametrize(
@@ -177,7 +230,7 @@ def test_only_a_base_that_leaves_noise_or_is_far_off_is_searched_thoroughly(monk
     """Close to films that show a gap a name may close it."""
     search, asked = Search({}, lambda names: 0.0, BUDGETS["normal"], lambda text: None), []
     one = hypothesis(names, -100.0, leaves_noise=leaves_noise)
-    one.weighed.stand = SimpleNamespace(misses=misses)
+    one.weighed.stand, one.weighed.better_of = SimpleNamespace(misses=misses), lambda other: other
     search.fitted = {names: one}
 
     def side(one, *, thoroughly):
@@ -195,9 +248,8 @@ def test_what_was_promised_a_few_hundredths_beside_a_name_alone_is_fitted_before
     """A filter was promised 0.034 beside a delay's 0.96, and was the likelier one once it was fitted."""
     search, names = Search({}, lambda names: 0.0, BUDGETS["normal"], lambda text: None), ("sensor-lag",)
     search.fitted = {(): hypothesis((), -100.0, 1.3, 1.3), names: hypothesis(names, 0.0)}
-    for one in (promised(("sensor-filter",), rival), promised(("missing-force",), -9.0, None)):
-        one.beside = search.fitted[()]
-        search.ahead[one.names] = one
+    for one, log_weight, promise in ((("sensor-filter",), rival, True), (("missing-force",), -9.0, None)):
+        search.ahead[one] = promised(one, log_weight, promise, beside=search.fitted[()])
     search.promised, search.tables, done = {(): []}, {(): []}, []
 
     def fit(ahead) -> None:
