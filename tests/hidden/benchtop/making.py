@@ -7,15 +7,16 @@ FOLDER/sealed/TOKEN.json                                              what acts
 from __future__ import annotations
 
 import json
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import tomli_w
-from board.bench import Bench, in_run
+from board.bench import Bench, in_run, motions
 from board.camera import shown, table_of
-from board.campaigns import AMPLITUDES_M, FRAMES, FREQUENCIES_HZ, Campaign, Deployment, Seen, Shaking, deployment, shaking
+from board.campaigns import AMPLITUDES_M, FREQUENCIES_HZ, Campaign, Deployment, Seen, Shaking, deployment, shaking
 from board.engines import loop_by
 from board.making import AFTER_S, listed
 from board.platform_mujoco import moved_by_mujoco
@@ -38,7 +39,7 @@ from .tracks import Track, drawn_track, recorded, tracked
 Chance = np.random.Generator
 
 _TRIES = 30  # to draw an error that shows
-AT_THE_STOPS, BEFORE_STOPS = ("end-stop-dissipation", "stop-stiffness"), 110  # frames that count for the size of what acts before
+AT_THE_STOPS, DEPLOYED = ("end-stop-dissipation", "stop-stiffness"), 0.98  # of the deployed height, from which on stops act
 
 
 @dataclass(frozen=True)
@@ -121,12 +122,21 @@ def _hidden(spec: Spec, rig: Rig, campaign: Campaign, track: Track, chance: Chan
 
 def _yardstick(name: str, rig: Rig, campaign: Campaign, track: Track) -> LooseYardstick:
     """These runs as they can show what is hidden, the noise as loud as its memory makes it."""
-    frames = FRAMES if name in AT_THE_STOPS else BEFORE_STOPS
-    louder = tuple(
-        replace(run, frames=frames, sigma={name: s * track.colour for name, s in run.sigma.items()}) for run in campaign.deployments
-    )
+    films = campaign.deployments if name in AT_THE_STOPS else up_to_the_stops(rig.true, campaign.deployments)
+    louder = tuple(replace(run, sigma={name: s * track.colour for name, s in run.sigma.items()}) for run in films)
     quieter = tuple(replace(run, sigma_N=run.sigma_N * _cell(track).colour) for run in campaign.shakings)
     return LooseYardstick(Bench(rig, Campaign(louder, quieter)))
+
+
+def up_to_the_stops(rig: Model, films: Sequence[Deployment]) -> tuple[Deployment, ...]:
+    """Films with the frames before the stops alone: behind them a fit of law and releases to what is hidden may be lost."""
+    assert rig.geometry is not None
+    found = []
+    for run, motion in zip(films, motions([in_run(rig, run) for run in films]), strict=True):
+        high = motion.place_m[:, 2] > DEPLOYED * rig.geometry.deployed_height_m
+        stop_s = motion.time_s[np.argmax(high)] if high.any() else np.inf
+        found.append(replace(run, frames=int(np.sum(run.time_s - run.instant_s < stop_s))))
+    return tuple(found)
 
 
 def _cell(track: Track) -> Track:

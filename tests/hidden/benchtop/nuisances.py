@@ -45,14 +45,15 @@ def forces_of_runs(hidden: str, runs: int, chance: Chance) -> Array:
     return off
 
 
-def alone(model: Model, built: Model, hidden: str) -> Model:
-    """A model with one error of the rig as it was built, and no other."""
+def alone(model: Model, built: Model, hidden: str, share: float) -> Model:
+    """A model with a share of one error of the rig as it was built, and no other."""
     if hidden == "geometry-error":
-        return replace(model, geometry=built.geometry)
+        return with_joints(model, share * (joints_of(built) - joints_of(model)))
     if hidden == "stop-stiffness":
-        return replace(model, end_stop=replace(model.end_stop, stiffness_N_per_m=built.end_stop.stiffness_N_per_m))
-    of = {"platform-mass": "mass_kg", "platform-inertia": "inertia_kg_m2"}[hidden]
-    return replace(model, platform=replace(model.platform, **{of: getattr(built.platform, of)}))
+        return with_stops(model, np.array([(built.end_stop.stiffness_N_per_m / model.end_stop.stiffness_N_per_m) ** share, 1.0]))
+    if hidden == "platform-mass":
+        return with_mass(model, share * (built.platform.mass_kg / model.platform.mass_kg - 1.0))
+    return with_inertia(model, share * (np.asarray(built.platform.inertia_kg_m2) / np.asarray(model.platform.inertia_kg_m2) - 1.0))
 
 
 def in_tolerances(model: Model, built: Model, forces: Array, hidden: str) -> Array:

@@ -21,6 +21,7 @@ Array = np.ndarray
 EFFECT_SIZE, OUTSIDE_SIZE = 5.0, 10.0
 SHOWS = 1.5  # times the detectable size, from which on a test finds an error in 95 of 100
 _ROUNDS = 12
+_PART = 1e-2  # of an error
 
 
 @dataclass(frozen=True)
@@ -47,13 +48,15 @@ def with_forces(bench: Bench, off: Array) -> Bench:
 def error_shows(name: str, built: Model, forces: Array, runs: LooseYardstick) -> float:
     """How many times what these runs can detect an error of the model file is, its own tolerance and all else free beside it.
 
-    At most as many as it has itself in its tolerances, however it bends: it may be no more than these.
+    Along straight lines from the truth, of a small part of the error: a fit of a whole one may be lost behind the stops, and what it leaves
+    then shows nothing. At most as many as the error has itself in its tolerances: it may be no more than these.
 
     built : the rig as it is. forces : (runs,) by what part the stored force is off in each deployment.
     """
-    bench = runs.bench
-    other = with_forces(bench, forces[: len(bench.films)]) if name == FORCES else bench.with_model(alone(bench.rig.true, built, name))
-    left, own = runs.left_by(other), in_tolerances(bench.rig.true, built, forces[: len(bench.films)], name)
+    bench, of_films = runs.bench, forces[: len(runs.bench.films)]
+    other = with_forces(bench, _PART * of_films) if name == FORCES else bench.with_model(alone(bench.rig.true, built, name, _PART))
+    change = np.concatenate([other.here - bench.here, np.zeros(len(runs.free.basis) - len(bench.here))])
+    left, own = runs.free.left(change) / _PART, in_tolerances(bench.rig.true, built, of_films, name)
     return float(np.sqrt(min(left @ left, own @ own) / needed(1)))
 
 
