@@ -122,6 +122,24 @@ def test_a_name_left_behind_that_shows_no_more_is_not_asked_for_again(monkeypatc
     assert search._left_behind() is None
 
 
+@pytest.mark.parametrize(("spent", "again"), [(0, [("ripple",)]), (99, [])])
+def test_a_search_fits_what_was_left_behind_again_while_its_budget_lasts(monkeypatch, spent, again):
+    search, names, done = Search({}, lambda names: 0.0, BUDGETS["normal"], lambda text: None), ("ripple",), []
+    search.fitted = {(): hypothesis((), -108.0), names: hypothesis(names, -123.0)}
+    search.led = {names: promised(names, -124.0, beside=hypothesis((), -134.0))}
+    search.seen_from, search.turned, search.spent = {(), names}, {(), names}, spent
+
+    def fit_again(led) -> None:
+        done.append(led.names)
+        search.led[led.names] = promised(led.names, -99.0, beside=search.fitted[()])
+
+    for name, stub in {"_fit_again": fit_again, "_keep": lambda names, found: None}.items():
+        monkeypatch.setattr(search, name, stub)
+    monkeypatch.setattr(search_module, "weighed", lambda base: None)
+    search.run(None)  # type: ignore[arg-type]
+    assert done == again
+
+
 @pytest.mark.parametrize(
     ("names", "gain", "base", "is_taken"),
     [
