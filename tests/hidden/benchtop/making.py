@@ -39,7 +39,8 @@ from .tracks import Track, drawn_track, recorded, tracked
 Chance = np.random.Generator
 
 _TRIES = 30  # to draw an error that shows
-AT_THE_STOPS, DEPLOYED = ("end-stop-dissipation", "stop-stiffness"), 0.98  # of the deployed height, from which on stops act
+AT_THE_STOPS = ("end-stop-dissipation", "stop-stiffness")  # what only the frames behind the first stop show
+DEPLOYED = 0.98  # of the deployed height: where the platform is taken to reach its stops
 
 
 @dataclass(frozen=True)

@@ -36,8 +36,8 @@ LSODA on a right-hand side of its own, or MuJoCo, moves the platform. *Detectabl
 and the noise as loud as its memory makes it; what the model file itself states with a tolerance must stand out from that as well.
 To a large effect law and releases may bend by more than straight lines predict. The table of cases says how many times the
 detectable size is left once all that is free has bent to it; from 1.5 times on, which a test finds in 95 of 100, runs *show* it.
-What shows of an error of the model file is counted along straight lines too, from a small part of it; a wrong mass has loops beside
-it, for without them another law looks the same.
+How much of an error of the model file shows is counted along straight lines, too: what a hundredth of it changes, times a hundred.
+A wrong mass is asked with loops only: without them another force law looks the same.
 A case with an error of the model file is drawn anew, up to 30 times, until its runs show the error: what they cannot show nobody
 can name. An effect that the runs of its case cannot show at any size counts as nothing.
 

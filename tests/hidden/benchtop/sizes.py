@@ -21,7 +21,7 @@ Array = np.ndarray
 EFFECT_SIZE, OUTSIDE_SIZE = 5.0, 10.0
 SHOWS = 1.5  # times the detectable size, from which on a test finds an error in 95 of 100
 _ROUNDS = 12
-_PART = 1e-2  # of an error
+_PART = 1e-2  # of an error: so small a part acts along straight lines
 
 
 @dataclass(frozen=True)
@@ -48,8 +48,8 @@ def with_forces(bench: Bench, off: Array) -> Bench:
 def error_shows(name: str, built: Model, forces: Array, runs: LooseYardstick) -> float:
     """How many times what these runs can detect an error of the model file is, its own tolerance and all else free beside it.
 
-    Along straight lines from the truth, of a small part of the error: a fit of a whole one may be lost behind the stops, and what it leaves
-    then shows nothing. At most as many as the error has itself in its tolerances: it may be no more than these.
+    Along straight lines from the truth, of a small part of the error: a fit to the whole of it may be lost behind the stops, and would then
+    count as shown what law and releases can follow. At most as many as the error has itself in its tolerances: it may be just these.
 
     built : the rig as it is. forces : (runs,) by what part the stored force is off in each deployment.
     """
