@@ -67,7 +67,7 @@ def _of_kind(kind: str, n: int, seed: int, chance: np.random.Generator) -> Itera
 
 
 def _shown_by(kind: str, name: str, runs: str) -> str:
-    """Runs that can show what is hidden: a lag of the load cell and a wrong mass, which another law looks like, need loops.
+    """Runs that can show what is hidden: a lag of the load cell and a wrong mass, which another law looks like up to the stops, need loops.
 
     Joints and inertias need more than the elevation.
     """

@@ -37,7 +37,7 @@ and the noise as loud as its memory makes it; what the model file itself states 
 To a large effect law and releases may bend by more than straight lines predict. The table of cases says how many times the
 detectable size is left once all that is free has bent to it; from 1.5 times on, which a test finds in 95 of 100, runs *show* it.
 How much of an error of the model file shows is counted along straight lines, too: what a hundredth of it changes, times a hundred.
-A wrong mass is asked with loops only: without them another force law looks the same.
+A wrong mass is asked with loops only: without them another force law looks the same up to the stops.
 A case with an error of the model file is drawn anew, up to 30 times, until its runs show the error: what they cannot show nobody
 can name. An effect that the runs of its case cannot show at any size counts as nothing.
 
