@@ -42,6 +42,13 @@ def horizons(problem: Problem) -> list[float]:
     return [stop + part * (_last_frame_s(problem) - stop) for part in (0.0, 1 / 3, 2 / 3)]
 
 
+def stretches(problem: Problem) -> list[tuple[float, float]]:
+    """The same times and at last that of the whole films, each with the middle of what it adds, s."""
+    ends = [*horizons(problem), problem.until_s]
+    half = 0.5 * (ends[1] - ends[0]) if len(ends) > 1 else 0.0
+    return [(end, before + half) for before, end in zip([ends[0], *ends], ends, strict=False)]
+
+
 def before_the_stops(problem: Problem) -> Problem:
     """The films cut where the first of them reaches the stops; the same problem where none does."""
     found = horizons(problem)

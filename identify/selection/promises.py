@@ -16,8 +16,8 @@ from identify.gap.linear_pieces import Columns
 from identify.gap.signatures import chords
 from identify.selection.evidence import Both
 from identify.selection.first_look import Gain, Promise
-from identify.selection.model_errors import FORCES, as_wide, effect_spreads
-from identify.selection.stand import Weighed
+from identify.selection.model_errors import FORCES, TOLERANCE_OF, as_wide, effect_spreads
+from identify.selection.stand import Stand, Weighed
 from measure.common.arrays import Array
 from simulate.model.effect import Effect
 from simulate.model.measures import Measures
@@ -58,6 +58,21 @@ def posed(before: Weighed, promise: Promise) -> tuple[Problem, Array]:
     elif promise.name == FORCES:
         problem = replace(problem, forces_differ=True)
     return problem, np.concatenate([promise.base, own, promise.sizes])
+
+
+def begun(before: Weighed, problem: Problem, promise: Promise, end: Array) -> Stand:
+    """The same hypothesis where the one before it stands: nothing of it acts yet, or as much of an error of the model file as does there.
+
+    end : (k,) where it is promised to be.
+    """
+    stand, new, q = before.within, problem.rows_of(promise.name), end.copy()
+    q[: problem.first_effect] = stand.fit.q[: problem.first_effect]
+    q[new] = 0.0
+    if promise.name in stand.errors.names and promise.shape is not None:
+        sizes = np.array([stand.errors_by_key[promise.name, place] for place in range(len(new))])
+        values = TOLERANCE_OF[promise.name].values(stand.given.model, sizes)
+        q[new] = (values - promise.shape.flat()) / problem.scales[new]
+    return Stand.off_by(problem, q, stand.errors_by_key)
 
 
 def _of_forces(at: Weighed, instead: str) -> Promise:

@@ -21,12 +21,12 @@ from identify.selection.first_look import Promise
 from identify.selection.hypotheses import Ahead, Hypothesis, halves
 from identify.selection.model_errors import FORCES
 from identify.selection.other_side import on_the_likelier_side
-from identify.selection.promises import posed, promises
+from identify.selection.promises import begun, posed, promises
 from identify.selection.stand import Weighed
 from identify.selection.tried import Tried
 from identify.selection.unknown_force import unnamed_forces
 from identify.selection.verdict import Names, credible_set, foremost_of, is_unnamed, of_the_unnamed
-from identify.selection.weighing import errors_without, led_anew, stands_of, weighed, weighed_within, without
+from identify.selection.weighing import errors_without, led_anew, stands_of, weighed, weighed_towards, weighed_within, without
 
 _DEEPER = 10.0  # sum of squares, or log evidence, by which another local minimum is worth looking from anew
 _SETTLING = 8  # fits of what turns out to hold a share in the end
@@ -328,7 +328,7 @@ class Search(Tried):
 
 def _fitted(beside: Weighed, promise: Promise) -> Weighed:
     """A hypothesis with one name more, fitted whole from where it was promised."""
-    problem, start = posed(beside, promise)
+    problem, end = posed(beside, promise)
     if promise.errors is None or beside.both.is_exact:
-        return weighed(to_the_end(solve(problem, start, loosely=True)))
-    return weighed_within(problem, start, promise.errors)
+        return weighed(to_the_end(solve(problem, end, loosely=True)))
+    return weighed_towards(begun(beside, problem, promise, end), end, promise.errors, beside.evidence.noise)

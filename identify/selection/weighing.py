@@ -7,11 +7,10 @@ from dataclasses import dataclass, replace
 from typing import TypeAlias
 
 import numpy as np
-from scipy.stats import chi2
 
-from identify.criteria import CLOSE, CREDIBLE, GAP_P, HARDLY, NEAR, ROUGHLY, TO_COMPARE, TWO_SIDED_95, UNUSUAL_P
+from identify.criteria import CLOSE, CREDIBLE, HARDLY, NEAR, ROUGHLY, TO_COMPARE, TWO_SIDED_95, UNUSUAL_P
 from identify.estimation.covariance import within_bounds
-from identify.estimation.horizons import before_the_stops, horizons
+from identify.estimation.horizons import before_the_stops, horizons, stretches
 from identify.estimation.least_squares import laid_out, solve, to_the_end
 from identify.estimation.problem import Fit, Problem
 from identify.gap.bent_law import is_bent, with_law_as_given
@@ -91,8 +90,23 @@ def weighed_within(given: Problem, q: Array, errors: Mapping[tuple[str, int], fl
 
     given : the problem, with the model file as it is. q : (k,) its parameters. errors : by name and place, in tolerances.
     """
-    stand = Stand.off_by(given, q, errors)
+    return _weighed_from(Stand.off_by(given, q, errors))
+
+
+def weighed_towards(stand: Stand, q: Array, errors: Mapping[tuple[str, int], float], noise: tuple[ChannelNoise, ...]) -> Weighed:
+    """Weigh a hypothesis from where it stands, its first step towards another place: as far as that raises its probability under a noise.
+
+    q : (k,) the parameters there. errors : of the model file, by name and place, in tolerances.
+    """
+    sizes = np.array([errors.get(key, 0.0) for key in stand.errors.keys])
+    way = np.insert(q - stand.fit.q, stand.fit.problem.first_effect, (sizes - stand.sizes)[stand.free()])
+    best = max((_tried(stand, share * way, noise) for share in (1.0, *_SHARES)), key=lambda one: one[0])
+    return _weighed_from(stand.moved_to(*best[1:]) if best[0] > stand.log_probability(noise) else stand)
+
+
+def _weighed_from(stand: Stand) -> Weighed:
     within, found = stepped(stand, stand.weighed())
+    given = stand.given
     short = solve(given, within.fit.q, most_steps=_FEW_STEPS, enough=ROUGHLY, loosely=True)
     exact = Stand.exact(short)
     exact, of_exact = (exact, exact.weighed(found.noise)) if exact.misses else settled(exact, found.noise)
@@ -216,13 +230,12 @@ def _on_other_sides(stand: Stand, led: Stand, courses: list[Course]) -> Stand:
     other side, as far as its film does not show it. Where films are missed the first one that leads on ends the search: names may close the
     rest.
     """
-    missed, off = led.misses, np.concatenate([led.fit.gaps[led.known], led.sizes])
-    if not missed and chi2.sf(float(off @ off), len(off)) >= GAP_P:
+    missed, begun = led.misses, led.weighed()
+    if not missed and begun.prior_p >= UNUSUAL_P:
         return led
-    begun = led.weighed().log_z
     for turned in _mirrored(led.fit):
         led = _likelier(led, led_beside(stand, turned, np.zeros(len(stand.sizes)), courses))
-        if missed and led.weighed().log_z > begun + NEAR:
+        if missed and led.weighed().log_z > begun.log_z + NEAR:
             break
     return led
 
@@ -245,14 +258,23 @@ def led_beside(stand: Stand, q: Array, sizes: Array, courses: list[Course]) -> S
     course: Course = []
     others = list(courses)
     courses.append(course)
-    for place, horizon in enumerate(horizons(stand.given)):
-        early, found = _leg(stand, q, sizes, horizon)
+    *shorter, whole = stretches(stand.given)
+    for place, stretch in enumerate(shorter):
+        early, found = _led_on(stand, q, sizes, course, *stretch)
         q, sizes = early.fit.q, early.sizes
         course.append(Leg.of(early, found))
         if any(course[place].only_follows(other[place], other[-1].deviation) for other in others if len(other) > place):
             return None
-    there = stand.at(stand.with_errors(sizes), q, sizes)
-    return stepped(there, there.weighed(), most=TO_COMPARE)[0]
+    return stepped(*_led_on(stand, q, sizes, course, *whole), most=TO_COMPARE)[0]
+
+
+def _led_on(stand: Stand, q: Array, sizes: Array, course: Course, end: float, middle: float) -> tuple[Stand, Evidence]:
+    """A stand led on with films up to a time, s; where these are missed and shorter ones were met, by way of the middle, too."""
+    there = _leg(stand, q, sizes, end)
+    if not course or course[-1].misses or leaves_noise(there[0].fit, there[1].noise):
+        return there
+    early, _ = _leg(stand, q, sizes, middle)
+    return max(there, _leg(stand, early.fit.q, early.sizes, end), key=lambda one: one[1].log_z)
 
 
 def _leg(stand: Stand, q: Array, sizes: Array, horizon: float) -> tuple[Stand, Evidence]:
@@ -292,19 +314,19 @@ def _a_step_on(stand: Stand, found: Evidence, gain: float) -> Stand | None:
     way, known = _way_within(stand, found), found.information
     if 0.5 * known.over(way) < gain:
         return None
-    least, (low, high) = stand.log_probability(found.noise) + gain, stand.bounds
-
-    def tried(part: Array) -> tuple[float, Problem, Array, Array]:
-        step, change = _parted(stand, part)
-        q, sizes = np.clip(stand.fit.q + step, low, high), stand.sizes + change
-        problem = stand.with_errors(sizes)
-        return stand.log_probability_at(problem.gaps(q), q, sizes, found.noise), problem, q, sizes
-
-    best = tried(way)
+    least, best = stand.log_probability(found.noise) + gain, _tried(stand, way, found.noise)
     if best[0] <= least and stand.is_fresh:
         shorter = [*(share * way for share in _SHARES), *(known.damped(way, damping) for damping in _DAMPINGS)]
-        best = max(map(tried, shorter), key=lambda one: one[0])
+        best = max((_tried(stand, part, found.noise) for part in shorter), key=lambda one: one[0])
     return stand.moved_to(*best[1:]) if best[0] > least else None
+
+
+def _tried(stand: Stand, way: Array, noise: tuple[ChannelNoise, ...]) -> tuple[float, Problem, Array, Array]:
+    """What a step brings a stand to: a log probability, and the problem, its parameters (k,) and errors (q,) there."""
+    (step, change), (low, high) = _parted(stand, way), stand.bounds
+    q, sizes = np.clip(stand.fit.q + step, low, high), stand.sizes + change
+    problem = stand.with_errors(sizes)
+    return stand.log_probability_at(problem.gaps(q), q, sizes, noise), problem, q, sizes
 
 
 def _way_within(stand: Stand, found: Evidence) -> Array:

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 import pytest
 
 from identify.campaign.posing import problem_of
 from identify.campaign.runs import read_campaign
-from identify.estimation.horizons import first_stop_s, horizons
+from identify.estimation.horizons import first_stop_s, horizons, stretches
 from simulate.effects import CentreOfMassOffset
 from simulate.files.model_file import read_model
 
@@ -76,3 +77,20 @@ def test_a_film_that_ends_while_the_platform_rises_has_no_stop(problem_with):
     cut = replace(film, time_s=film.time_s[rising], values=film.values[:, rising], counts=film.counts[:, rising])
     assert first_stop_s(replace(problem, films=(cut,))) == np.inf
     assert first_stop_s(with_height(problem, np.full_like(height, height[0]))) == np.inf
+
+
+def test_films_are_met_in_equal_stretches_behind_the_first_stop_and_each_has_a_middle(problem_with):
+    problem = problem_with(None, 31)
+    last = float(problem.films[0].time_s[-1])
+    ends, middles = zip(*stretches(problem), strict=True)
+    assert list(ends[:-1]) == horizons(problem)
+    assert ends[-1] == problem.until_s == np.inf
+    reached = [*ends[:-1], last]
+    assert np.diff(reached) == pytest.approx(np.full(3, (last - reached[0]) / 3))
+    assert list(middles[1:]) == pytest.approx([0.5 * (a + b) for a, b in pairwise(reached)])
+
+
+def test_films_that_reach_no_stop_are_one_stretch(problem_with):
+    problem = problem_with(None, 31)
+    early = problem.until(0.9 * first_stop_s(problem))
+    assert [end for end, _ in stretches(early)] == [early.until_s]

@@ -5,7 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from identify.criteria import UNUSUAL_P
 from identify.selection import weighing
+from identify.selection.evidence import Evidence
 from identify.selection.stand import Stand
 
 SEEN = ("x_m", "z_m", "theta_y_rad")
@@ -28,20 +30,21 @@ def test_what_lies_across_all_that_a_film_shows_is_unseen(loose):
     assert not set(problem.unseen_of_release(0)) & set(problem.unseen_of_release(1))
 
 
-def led_to(monkeypatch, sizes):
-    """Let every way from afar end with these errors, and report the starts."""
+def led_to(monkeypatch, prior_p):
+    """Let every way from afar end with law, releases and errors that are so probable, and report the starts."""
     starts = []
 
     def beside(stand, q, *_):
         starts.append(q)
-        return weighing.replace(stand, sizes=np.full(len(stand.sizes), sizes))
+        return stand
 
     monkeypatch.setattr(weighing, "led_beside", beside)
+    monkeypatch.setattr(Evidence, "prior_p", property(lambda found: prior_p))
     return starts
 
 
-def test_improbable_errors_are_looked_for_from_each_release_turned_to_the_other_side(loose, monkeypatch):
-    starts = led_to(monkeypatch, 2.0)
+def test_what_is_improbable_is_looked_for_from_each_release_turned_to_the_other_side(loose, monkeypatch):
+    starts = led_to(monkeypatch, 0.9 * UNUSUAL_P)
     weighing._from_afar(loose)
     q = loose.fit.q
     assert len(starts) == 3
@@ -51,7 +54,7 @@ def test_improbable_errors_are_looked_for_from_each_release_turned_to_the_other_
         assert np.delete(start, turned) == pytest.approx(np.delete(q, turned))
 
 
-def test_probable_errors_are_not(loose, monkeypatch):
-    starts = led_to(monkeypatch, 1.0)
+def test_what_is_probable_is_not(loose, monkeypatch):
+    starts = led_to(monkeypatch, 1.1 * UNUSUAL_P)
     weighing._from_afar(loose)
     assert len(starts) == 1

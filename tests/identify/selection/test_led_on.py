@@ -1,0 +1,104 @@
+"""Behind the stops a small error grows: longer films are met by way of shorter ones, and a name is fitted from where the rig stands."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from identify.selection import weighing
+from identify.selection.model_errors import FORCES
+from identify.selection.promises import begun, posed, promises
+from identify.selection.weighing import weighed_within
+from simulate.effects import CATALOGUE
+
+NAMES = ("hub-inertia", "platform-mass", "geometry-error", FORCES)
+MET, MISSED = SimpleNamespace(misses=False), SimpleNamespace(misses=True)
+
+
+def legs_that_miss(monkeypatch, missing):
+    """Let legs end at the place and time that they are asked for, those from a place in `missing` without meeting their films."""
+    asked = []
+
+    def leg(stand, q, sizes, end):
+        asked.append((q, end))
+        return SimpleNamespace(fit=SimpleNamespace(q=end, met=q not in missing), sizes=sizes), SimpleNamespace(
+            noise=(), log_z=-len(missing) * (q in missing)
+        )
+
+    monkeypatch.setattr(weighing, "_leg", leg)
+    monkeypatch.setattr(weighing, "leaves_noise", lambda fit, noise: fit.met)
+    return asked
+
+
+@pytest.mark.parametrize(
+    ("course", "missing", "ways", "came_from"),
+    [
+        ([MET], (), [(0.3, 0.6)], True),
+        ([], (0.3,), [(0.3, 0.6)], False),
+        ([MET, MISSED], (0.3,), [(0.3, 0.6)], False),
+        ([MISSED, MET], (0.3,), [(0.3, 0.6), (0.3, 0.45), (0.45, 0.6)], True),
+        ([MET], (0.3, 0.45), [(0.3, 0.6), (0.3, 0.45), (0.45, 0.6)], False),
+    ],
+)
+def test_longer_films_that_are_missed_are_met_by_way_of_the_middle(monkeypatch, course, missing, ways, came_from):
+    """Only where the shorter ones were met: else it is not the length that is too much."""
+    asked = legs_that_miss(monkeypatch, missing)
+    given: Any = (None, 0.3, np.zeros(0), course, 0.6, 0.45)
+    there, _ = weighing._led_on(*given)
+    assert asked == ways
+    assert there.fit.met == came_from
+
+
+@pytest.fixture
+def right(campaign, fitted):
+    """A right model with two short films, its file off by some errors."""
+    fit = fitted(campaign(None, 95, loops=(), deployments=({}, {"geometry.stowed_height_m": 0.30}), hold_out=False))
+    problem = fit.problem.until(0.35)
+    return weighed_within(problem, fit.q, {("platform-mass", 0): 1.5, ("geometry-error", 4): -2.0})
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_a_name_begins_where_the_rig_stands_without_it(right, name):
+    (promise,) = (one for one in promises(right, {name: CATALOGUE[name]}) if one.name == name)
+    problem, end = posed(right, promise)
+    stand, m = begun(right, problem, promise, end), right.fit.problem.measured
+    assert stand.fit.gaps[:m] == pytest.approx(right.within.fit.gaps[:m], abs=1e-6)
+    assert name not in stand.errors.names
+    assert bool(np.any(stand.fit.q[problem.rows_of(name)])) == (name in right.within.errors.names)
+
+
+@pytest.mark.parametrize(("best", "taken"), [(1.0, 1.0), (0.2, 0.2), (0.0, 0.0)])
+def test_a_hypothesis_is_taken_towards_its_promise_as_far_as_that_is_likelier(right, monkeypatch, best, taken):
+    (promise,) = (one for one in promises(right, {"hub-inertia": CATALOGUE["hub-inertia"]}) if one.name == "hub-inertia")
+    problem, end = posed(right, promise)
+    stand = begun(right, problem, promise, end)
+    way, errors = end - stand.fit.q, {("platform-mass", 0): 3.0}
+
+    def moved_to(self, _, q, sizes):
+        return SimpleNamespace(q=q, sizes=sizes)
+
+    def tried(stand, part, noise):
+        step, change = weighing._parted(stand, part)
+        share = float(step @ way / (way @ way))
+        return (
+            stand.log_probability(noise) + (1.0 if share == pytest.approx(best) else -share),
+            None,
+            stand.fit.q + step,
+            stand.sizes + change,
+        )
+
+    monkeypatch.setattr(type(stand), "moved_to", moved_to)
+    monkeypatch.setattr(weighing, "_tried", tried)
+    monkeypatch.setattr(weighing, "_weighed_from", lambda there: there)
+    found: Any = weighing.weighed_towards(stand, end, errors, right.evidence.noise)
+    if not taken:
+        assert found is stand
+        return
+    assert found.q == pytest.approx(stand.fit.q + taken * way)
+    mass = stand.errors.keys.index(("platform-mass", 0))
+    joint = stand.errors.keys.index(("geometry-error", 4))
+    assert found.sizes[mass] == pytest.approx((1.0 - taken) * stand.sizes[mass] + taken * 3.0)
+    assert found.sizes[joint] == pytest.approx((1.0 - taken) * stand.sizes[joint])
