@@ -10,14 +10,15 @@ import numpy as np
 from identify.draft.choice import Chosen, chosen_forms
 from identify.draft.drafted import Drafted
 from identify.draft.effect_file import Origin, Variable, effect_from, formula_text, source_of
-from identify.estimation.problem import Fit
+from identify.estimation.least_squares import solve
+from identify.estimation.problem import Fit, Problem
 from identify.gap.leg_force import LegTable
 from identify.gap.platform_force import ForceTable
 from identify.gap.size import gap_left
 from identify.gap.unnamed import Unnamed
 from identify.selection.findings import noise_of_channels
 from identify.selection.stand import Weighed
-from identify.selection.weighing import from_sizes, led_anew
+from identify.selection.weighing import led_anew, weighed, weighed_within
 
 HeldOut: TypeAlias = Callable[[Fit], Sequence[Fit]]
 MOST_TRIED = 2  # variables whose form is fitted by full simulation
@@ -55,7 +56,7 @@ def _tried(beside: Weighed, chosen: Chosen, before: Sequence[Fit], held_out: Hel
     source = source_of(chosen.form, values, variable, span, origin)
     effect = effect_from(source)()
     problem = beside.exact.given.with_another(effect)
-    found = from_sizes(problem, beside, (values - effect.flat()) / effect.typical(problem.measures))
+    found = _from_sizes(problem, beside, (values - effect.flat()) / effect.typical(problem.measures))
     anew = led_anew(found)
     best = found if anew is None else found.better_of(anew)
     fit = best.fit
@@ -69,3 +70,11 @@ def _tried(beside: Weighed, chosen: Chosen, before: Sequence[Fit], held_out: Hel
         tuple(held_out(fit)),
         noise_of_channels(best) if best.leaves_noise else (),
     )
+
+
+def _from_sizes(problem: Problem, before: Weighed, sizes: np.ndarray) -> Weighed:
+    """A hypothesis with one effect more from where the one before it stands, and from some sizes (n,) of the effect, in scales."""
+    start = np.concatenate([before.fit.q, sizes])
+    if before.both.is_exact:
+        return weighed(solve(problem, start, loosely=True))
+    return weighed_within(problem, start, before.within.errors_by_key)

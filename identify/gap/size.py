@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from identify.campaign.noise import high_frequency
-from identify.criteria import SPIKE
+from identify.criteria import HALF, SPIKE
 from identify.estimation.fit import Fitted, Posed
 from identify.loops.interference import jumps
 from measure.common.arrays import Array
@@ -63,3 +63,8 @@ def share_closed(before: Fitted[Posed], after: Fitted[Posed], noise: Sequence[No
     was, is_now = rms_over_noise(before, noise) ** 2, rms_over_noise(after, noise) ** 2
     excess = was - min(1.0, is_now)
     return float(np.clip((was - is_now) / excess, 0.0, 1.0)) if excess > 0.0 else 0.0
+
+
+def halves(before: Fitted[Posed], after: Fitted[Posed]) -> bool:
+    """Whether a fit leaves at most half of what another leaves beyond the noise, in squares."""
+    return max(after.rms**2 - 1.0, 0.0) <= HALF * max(before.rms**2 - 1.0, 0.0)

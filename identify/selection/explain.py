@@ -30,11 +30,11 @@ from identify.gap.bent_law import with_law_as_given
 from identify.gap.held_out import carried_over, held_out
 from identify.gap.leg_force import LegForce
 from identify.gap.platform_force import ForceAlongTime, ForceTable, MissingForce
-from identify.gap.size import NoiseOfChannel, share_closed
+from identify.gap.size import NoiseOfChannel, halves, share_closed
 from identify.gap.unnamed import Unnamed
 from identify.selection.explanation import Explanation, Held, Ranked
 from identify.selection.findings import findings_of, noise_of_channels
-from identify.selection.hypotheses import BUDGETS, MODEL_ERRORS, Budget, Hypothesis, Say, halves, log_prior
+from identify.selection.hypotheses import BUDGETS, MODEL_ERRORS, Budget, Hypothesis, Say, log_prior
 from identify.selection.model_errors import FORCES, slight_errors
 from identify.selection.other_side import all_sides
 from identify.selection.search import Search

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from identify.criteria import ANOTHER, FARTHEST_SPREADS, HALF, NOTHING, UNNAMED, WITHIN, WRONG_DRAWING
+from identify.criteria import ANOTHER, FARTHEST_SPREADS, NOTHING, UNNAMED, WITHIN, WRONG_DRAWING
 from identify.estimation.problem import Fit
 from identify.selection.first_look import Promise
 from identify.selection.model_errors import FORCES, TOLERANCE_OF
@@ -85,11 +85,6 @@ class Ahead:
     beside: Hypothesis
     promise: Promise | None
     log_weight: float
-
-
-def halves(before: Fit, after: Fit) -> bool:
-    """Whether a fit leaves at most half of what another leaves beyond the noise, in squares."""
-    return max(after.rms**2 - 1.0, 0.0) <= HALF * max(before.rms**2 - 1.0, 0.0)
 
 
 def log_prior(catalogue: Collection[str]) -> Prior:

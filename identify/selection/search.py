@@ -17,8 +17,9 @@ from identify.criteria import CLOSE, CREDIBLE, HARDLY, LOSES, NEAR, ROUGHLY, UNU
 from identify.estimation.least_squares import solve, to_the_end
 from identify.estimation.multistart import Minima, released_again
 from identify.estimation.problem import Fit
+from identify.gap.size import halves
 from identify.selection.first_look import Promise
-from identify.selection.hypotheses import Ahead, Hypothesis, halves
+from identify.selection.hypotheses import Ahead, Hypothesis
 from identify.selection.model_errors import FORCES
 from identify.selection.other_side import on_the_likelier_side
 from identify.selection.promises import begun, posed, promises
@@ -69,6 +70,8 @@ class Search(Tried):
                 self._look_from(self._brought_back(self.foremost))
             elif self._is_on_one_side(self.foremost):
                 self._turn(self.foremost.names)
+            elif not self.promised:  # all was weighed from where the base is no more
+                self._look_from(self.fitted[()])
             else:
                 return
 

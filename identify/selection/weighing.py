@@ -8,12 +8,12 @@ from typing import TypeAlias
 
 import numpy as np
 
-from identify.criteria import CLOSE, CREDIBLE, HARDLY, NEAR, ROUGHLY, TO_COMPARE, TWO_SIDED_95, UNUSUAL_P
+from identify.criteria import CREDIBLE, HARDLY, NEAR, ROUGHLY, TO_COMPARE, TWO_SIDED_95, UNUSUAL_P
 from identify.estimation.covariance import within_bounds
 from identify.estimation.horizons import before_the_stops, horizons, stretches
-from identify.estimation.least_squares import laid_out, solve, to_the_end
+from identify.estimation.least_squares import solve, to_the_end
 from identify.estimation.problem import Fit, Problem
-from identify.gap.bent_law import is_bent, with_law_as_given
+from identify.gap.bent_law import is_bent, loops_miss, with_law_as_given
 from identify.gap.gap_test import gap_test, leaves_noise
 from identify.noise.noise_model import ChannelNoise
 from identify.selection.evidence import Both, Evidence
@@ -77,14 +77,6 @@ def weighed(fit: Fit) -> Weighed:
     return Weighed(exact, within, Both(found, of_within))
 
 
-def loops_miss(fit: Fit) -> bool:
-    """Whether the loops by themselves are missed: then no tolerance helps, for a shaker knows nothing of the rig."""
-    if not fit.problem.films or not fit.problem.loops:
-        return False
-    alone = replace(fit.problem, films=())
-    return solve(alone, laid_out(fit, alone), enough=ROUGHLY, loosely=True).rms > CLOSE
-
-
 def weighed_within(given: Problem, q: Array, errors: Mapping[tuple[str, int], float]) -> Weighed:
     """Weigh a hypothesis from where the model file is off by some errors; as it is, it is fitted from there in a few steps.
 
@@ -96,10 +88,15 @@ def weighed_within(given: Problem, q: Array, errors: Mapping[tuple[str, int], fl
 def weighed_towards(stand: Stand, q: Array, errors: Mapping[tuple[str, int], float], noise: tuple[ChannelNoise, ...]) -> Weighed:
     """Weigh a hypothesis from where it stands, its first step towards another place: as far as that raises its probability under a noise.
 
+    All the way where that moves what does not show here, as the period of a wave that has no height yet.
+
     q : (k,) the parameters there. errors : of the model file, by name and place, in tolerances.
     """
-    sizes = np.array([errors.get(key, 0.0) for key in stand.errors.keys])
-    way = np.insert(q - stand.fit.q, stand.fit.problem.first_effect, (sizes - stand.sizes)[stand.free()])
+    sizes, first = np.array([errors.get(key, 0.0) for key in stand.errors.keys]), stand.fit.problem.first_effect
+    step, shown = q - stand.fit.q, np.any(stand.columns.values != 0.0, axis=0)
+    way = np.insert(step, first, (sizes - stand.sizes)[stand.free()])
+    if np.any(step[first:][~shown] != 0.0):
+        return _weighed_from(stand.moved_to(*_tried(stand, way, noise)[1:]))
     best = max((_tried(stand, share * way, noise) for share in (1.0, *_SHARES)), key=lambda one: one[0])
     return _weighed_from(stand.moved_to(*best[1:]) if best[0] > stand.log_probability(noise) else stand)
 
@@ -111,14 +108,6 @@ def _weighed_from(stand: Stand) -> Weighed:
     exact = Stand.exact(short)
     exact, of_exact = (exact, exact.weighed(found.noise)) if exact.misses else settled(exact, found.noise)
     return Weighed(exact, within, Both(of_exact, found if within.lines().errors.shape[1] else None))
-
-
-def from_sizes(problem: Problem, before: Weighed, sizes: Array) -> Weighed:
-    """Weigh a hypothesis with one effect more from where the one before it stands, and from some sizes (n,) of the effect, in scales."""
-    start = np.concatenate([before.fit.q, sizes])
-    if before.both.is_exact:
-        return weighed(solve(problem, start, loosely=True))
-    return weighed_within(problem, start, before.within.errors_by_key)
 
 
 def led_anew(one: Weighed) -> Weighed | None:
@@ -168,12 +157,6 @@ def errors_without(one: Weighed, names: Iterable[str]) -> dict[tuple[str, int], 
     return errors
 
 
-def along_lines(fit: Fit) -> Weighed:
-    """Weigh a fit where it is, without any step from there."""
-    exact, loose = Stand.exact(fit), Stand.loose(fit)
-    return Weighed(exact, loose, _both(exact.weighed(), loose))
-
-
 def stands_of(one: Weighed) -> list[tuple[Weighed, float]]:
     """Where straight lines are taken, and what the hypothesis itself reaches with the same measurements.
 
@@ -181,19 +164,20 @@ def stands_of(one: Weighed) -> list[tuple[Weighed, float]]:
     are taken with the films up to their first stop as well. And as the law may have bent to what is missing, where no loops hold it, they
     are taken from the law of the model file, too. Beside names that leave noise a further one is small.
     """
-    exact = one.exact.fit
     far = bool(one.fit.problem.films) and (one.stand.misses or one.evidence.prior_p < UNUSUAL_P)
     bends = not one.fit.problem.loops
-    stands, problem = [(one, one.along_lines)], before_the_stops(exact.problem)
+    stands, problem = [(one, one.along_lines)], before_the_stops(one.exact.fit.problem)
     is_small = bool(one.names) and one.leaves_noise
     if is_small or not (far or (bends and is_bent(one.fit))):
         return stands
-    near = weighed_within(problem, one.fit.q, errors_without(one, ())) if problem is not exact.problem else one
+    near = weighed_within(problem, one.fit.q, errors_without(one, ())) if problem is not one.exact.fit.problem else one
     if far and near is not one:
         stands.append((near, near.along_lines))
     if not bends:
         return stands
-    given = along_lines(with_law_as_given(near.exact.fit))
+    exact = Stand.exact(with_law_as_given(near.exact.fit))
+    loose = Stand.loose(exact.fit)
+    given = Weighed(exact, loose, _both(exact.weighed(), loose))
     return [*stands, (given, max(near.along_lines, given.along_lines))]
 
 
@@ -260,18 +244,24 @@ def led_beside(stand: Stand, q: Array, sizes: Array, courses: list[Course]) -> S
     courses.append(course)
     *shorter, whole = stretches(stand.given)
     for place, stretch in enumerate(shorter):
-        early, found = _led_on(stand, q, sizes, course, *stretch)
+        early, found = _led_on(stand, q, sizes, _is_met(course, others), *stretch)
         q, sizes = early.fit.q, early.sizes
         course.append(Leg.of(early, found))
         if any(course[place].only_follows(other[place], other[-1].deviation) for other in others if len(other) > place):
             return None
-    return stepped(*_led_on(stand, q, sizes, course, *whole), most=TO_COMPARE)[0]
+    return stepped(*_led_on(stand, q, sizes, _is_met(course, others), *whole), most=TO_COMPARE)[0]
 
 
-def _led_on(stand: Stand, q: Array, sizes: Array, course: Course, end: float, middle: float) -> tuple[Stand, Evidence]:
+def _is_met(course: Course, others: list[Course]) -> bool:
+    """Whether a course has met its films so far and no other one is ahead of it."""
+    last = len(course) - 1
+    return last >= 0 and not course[last].misses and all(course[last].log_z >= other[last].log_z for other in others if len(other) > last)
+
+
+def _led_on(stand: Stand, q: Array, sizes: Array, is_met: bool, end: float, middle: float) -> tuple[Stand, Evidence]:
     """A stand led on with films up to a time, s; where these are missed and shorter ones were met, by way of the middle, too."""
     there = _leg(stand, q, sizes, end)
-    if not course or course[-1].misses or leaves_noise(there[0].fit, there[1].noise):
+    if not is_met or leaves_noise(there[0].fit, there[1].noise):
         return there
     early, _ = _leg(stand, q, sizes, middle)
     return max(there, _leg(stand, early.fit.q, early.sizes, end), key=lambda one: one[1].log_z)

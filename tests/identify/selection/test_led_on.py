@@ -15,7 +15,6 @@ from identify.selection.weighing import weighed_within
 from simulate.effects import CATALOGUE
 
 NAMES = ("hub-inertia", "platform-mass", "geometry-error", FORCES)
-MET, MISSED = SimpleNamespace(misses=False), SimpleNamespace(misses=True)
 
 
 def legs_that_miss(monkeypatch, missing):
@@ -34,22 +33,39 @@ def legs_that_miss(monkeypatch, missing):
 
 
 @pytest.mark.parametrize(
-    ("course", "missing", "ways", "came_from"),
+    ("is_met", "missing", "ways", "meets"),
     [
-        ([MET], (), [(0.3, 0.6)], True),
-        ([], (0.3,), [(0.3, 0.6)], False),
-        ([MET, MISSED], (0.3,), [(0.3, 0.6)], False),
-        ([MISSED, MET], (0.3,), [(0.3, 0.6), (0.3, 0.45), (0.45, 0.6)], True),
-        ([MET], (0.3, 0.45), [(0.3, 0.6), (0.3, 0.45), (0.45, 0.6)], False),
+        (True, (), [(0.3, 0.6)], True),
+        (False, (0.3,), [(0.3, 0.6)], False),
+        (True, (0.3,), [(0.3, 0.6), (0.3, 0.45), (0.45, 0.6)], True),
+        (True, (0.3, 0.45), [(0.3, 0.6), (0.3, 0.45), (0.45, 0.6)], False),
     ],
 )
-def test_longer_films_that_are_missed_are_met_by_way_of_the_middle(monkeypatch, course, missing, ways, came_from):
+def test_longer_films_that_are_missed_are_met_by_way_of_the_middle(monkeypatch, is_met, missing, ways, meets):
     """Only where the shorter ones were met: else it is not the length that is too much."""
     asked = legs_that_miss(monkeypatch, missing)
-    given: Any = (None, 0.3, np.zeros(0), course, 0.6, 0.45)
-    there, _ = weighing._led_on(*given)
+    given: Any = (None, 0.3, np.zeros(0), is_met, 0.6, 0.45)
+    there: Any = weighing._led_on(*given)[0]
     assert asked == ways
-    assert there.fit.met == came_from
+    assert there.fit.met == meets
+
+
+@pytest.mark.parametrize(
+    ("course", "others", "is_met"),
+    [
+        ([], [], False),
+        ([(-5.0, False)], [], True),
+        ([(-5.0, True), (-9.0, False)], [], True),
+        ([(-5.0, False), (-9.0, True)], [], False),
+        ([(-5.0, False)], [[(-4.0, False)]], False),
+        ([(-5.0, False)], [[(-6.0, False), (-8.0, False)], []], True),
+        ([(-5.0, False), (-9.0, False)], [[(-4.0, False)], [(-6.0, False), (-8.0, False)]], False),
+    ],
+)
+def test_only_the_foremost_course_is_led_on_by_way_of_the_middle(course, others, is_met):
+    """Behind another one it would not be taken, and where a gap is left each way takes as long."""
+    legs: Any = [[SimpleNamespace(log_z=log_z, misses=misses) for log_z, misses in one] for one in (course, *others)]
+    assert weighing._is_met(legs[0], legs[1:]) == is_met
 
 
 @pytest.fixture

@@ -99,34 +99,32 @@ def test_a_mirror_turns_round_what_no_film_shows(campaign):
     assert mirrors(874, ("z_m",)) == [(0, across_x), (1, across_y)]
 
 
-def led_to(log_z, misses, sizes, release) -> Any:
-    """A stand with two errors of the model file, whose gaps are one measured value and two numbers of its release."""
-    fit = SimpleNamespace(gaps=np.array([9.0, *release]))
-    found = SimpleNamespace(log_z=log_z)
-    return SimpleNamespace(fit=fit, misses=misses, known=np.array([1, 2]), sizes=np.asarray(sizes), weighed=lambda: found)
+def led_to(log_z, misses, prior_p=0.5) -> Any:
+    """A place with its log probability, and how probable law, releases and errors are there."""
+    found = SimpleNamespace(log_z=log_z, prior_p=prior_p)
+    return SimpleNamespace(fit=None, misses=misses, sizes=np.zeros(2), weighed=lambda: found)
 
 
 @pytest.mark.parametrize(
-    ("misses", "sizes", "release", "reached", "tried"),
+    ("misses", "prior_p", "reached", "tried"),
     [
-        (False, [1.0, -1.0], [1.0, 0.5], -100.0, 0),  # met, by errors and releases as probable as any
-        (False, [5.0, -4.0], [0.0, 0.0], -60.0, 3),  # met, by improbable errors
-        (False, [0.0, 1.0], [5.0, -4.0], -60.0, 3),  # met, by an improbable release
-        (True, [1.0, -1.0], [0.0, 0.0], -30.0, 2),  # missed: until one leads on
+        (False, 0.06, -100.0, 0),  # met, by errors and releases as probable as one in twenty
+        (False, 0.04, -60.0, 3),  # met, by improbable ones
+        (True, 0.5, -30.0, 2),  # missed: until one leads on
     ],
 )
 def test_a_release_is_turned_to_its_other_side_where_films_are_missed_or_met_by_what_is_improbable(
-    monkeypatch, misses, sizes, release, reached, tried
+    monkeypatch, misses, prior_p, reached, tried
 ):
     """Three films: the first one's other side is where the course has been, the second's brings 70, or 40 where films are met."""
-    begun, gain, sides = led_to(-100.0, misses, sizes, release), 70.0 if misses else 40.0, []
+    begun, gain, sides = led_to(-100.0, misses, prior_p), 70.0 if misses else 40.0, []
 
     def led_beside(stand, turned, nothing, courses) -> Any:
         assert np.array_equal(nothing, np.zeros(2))
         assert courses == ["own", *sides]
         sides.append(turned)
         courses.append(turned)
-        further = {1: led_to(-100.0 + gain, misses, sizes, release), 2: led_to(-101.0, misses, sizes, release)}
+        further = {1: led_to(-100.0 + gain, misses, prior_p), 2: led_to(-101.0, misses, prior_p)}
         return further.get(turned)
 
     monkeypatch.setattr(weighing, "_mirrored", lambda fit: iter(range(3)))
@@ -152,7 +150,7 @@ def test_nothing_is_led_from_afar_though_least_squares_met_the_films_and_a_name_
 @pytest.mark.parametrize(("misses", "turned"), [(True, -50.0), (False, -100.0)])
 def test_of_two_places_to_which_films_led_the_likelier_one_is_turned_to_its_other_side(monkeypatch, misses, turned):
     """From the model file first; where that misses also from where least squares are, which does not follow it."""
-    from_file, from_here = led_to(-100.0, misses, [0.0], [0.0, 0.0]), led_to(-50.0, True, [0.0], [0.0, 0.0])
+    from_file, from_here = led_to(-100.0, misses), led_to(-50.0, True)
     ways = {"here": from_here, "from the file": from_file}
 
     def led_beside(stand, q, sizes, courses) -> Any:

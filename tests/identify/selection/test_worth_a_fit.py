@@ -127,7 +127,7 @@ def test_a_search_fits_what_was_left_behind_again_while_its_budget_lasts(monkeyp
     search, names, done = Search({}, lambda names: 0.0, BUDGETS["normal"], lambda text: None), ("ripple",), []
     search.fitted = {(): hypothesis((), -108.0), names: hypothesis(names, -123.0)}
     search.led = {names: promised(names, -124.0, beside=hypothesis((), -134.0))}
-    search.seen_from, search.turned, search.spent = {(), names}, {(), names}, spent
+    search.seen_from, search.turned, search.spent, search.promised = {(), names}, {(), names}, spent, {(): []}
 
     def fit_again(led) -> None:
         done.append(led.names)
@@ -182,6 +182,7 @@ def test_nothing_is_looked_for_on_the_other_side_only_where_something_is_likelie
 
     def look(one) -> None:
         search.seen_from.add(one.names)
+        search.promised[one.names] = []
         search.ahead = {one.names: one for one in (promised(("ripple",), -100.0), promised(("missing-force",), unnamed, None))}
 
     def keep(names, found) -> None:
@@ -209,6 +210,7 @@ def test_all_is_weighed_anew_from_a_base_found_since_where_a_name_was_fitted_to_
         ("leg-disparity",): hypothesis(("leg-disparity",), astray),
     }
     search.seen_from, search.turned, done = {names} | ({()} if seen else set()), {(), names}, []
+    search.promised = {names: []}
 
     def look(one) -> None:
         done.append(one.names)
@@ -224,6 +226,23 @@ def test_all_is_weighed_anew_from_a_base_found_since_where_a_name_was_fitted_to_
     search.run(None)  # type: ignore[arg-type]
     assert done == looked
     assert not turned
+
+
+def test_all_is_weighed_anew_from_a_base_that_was_turned_when_nothing_is_left_of_what_was_weighed_before(monkeypatch):
+    """A name is likelier still, and not to be looked from: without this no hypothesis beside the foremost one would be left."""
+    search, names, done = Search({}, lambda names: 0.0, BUDGETS["normal"], lambda text: None), ("backlash",), []
+    search.fitted = {(): hypothesis((), -200.0), names: hypothesis(names, -195.0)}
+    search.seen_from, search.turned = {names}, {(), names}
+
+    def look(one) -> None:
+        done.append(one.names)
+        search.promised[one.names] = []
+
+    for name, stub in {"_look_from": look, "_keep": lambda names, found: None}.items():
+        monkeypatch.setattr(search, name, stub)
+    monkeypatch.setattr(search_module, "weighed", lambda base: None)
+    search.run(None)  # type: ignore[arg-type]
+    assert done == [()]
 
 
 @pytest.mark.parametrize(("names", "turns"), [(("leg-disparity",), True), ((), False)])
