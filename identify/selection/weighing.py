@@ -103,8 +103,7 @@ def weighed_towards(stand: Stand, q: Array, errors: Mapping[tuple[str, int], flo
 
 def _weighed_from(stand: Stand) -> Weighed:
     within, found = stepped(stand, stand.weighed())
-    given = stand.given
-    short = solve(given, within.fit.q, most_steps=_FEW_STEPS, enough=ROUGHLY, loosely=True)
+    short = solve(stand.given, within.fit.q, most_steps=_FEW_STEPS, enough=ROUGHLY, loosely=True)
     exact = Stand.exact(short)
     exact, of_exact = (exact, exact.weighed(found.noise)) if exact.misses else settled(exact, found.noise)
     return Weighed(exact, within, Both(of_exact, found if within.lines().errors.shape[1] else None))
@@ -244,24 +243,24 @@ def led_beside(stand: Stand, q: Array, sizes: Array, courses: list[Course]) -> S
     courses.append(course)
     *shorter, whole = stretches(stand.given)
     for place, stretch in enumerate(shorter):
-        early, found = _led_on(stand, q, sizes, _is_met(course, others), *stretch)
+        early, found = _led_on(stand, q, sizes, _is_ahead(course, others), *stretch)
         q, sizes = early.fit.q, early.sizes
         course.append(Leg.of(early, found))
         if any(course[place].only_follows(other[place], other[-1].deviation) for other in others if len(other) > place):
             return None
-    return stepped(*_led_on(stand, q, sizes, _is_met(course, others), *whole), most=TO_COMPARE)[0]
+    return stepped(*_led_on(stand, q, sizes, _is_ahead(course, others), *whole), most=TO_COMPARE)[0]
 
 
-def _is_met(course: Course, others: list[Course]) -> bool:
+def _is_ahead(course: Course, others: list[Course]) -> bool:
     """Whether a course has met its films so far and no other one is ahead of it."""
     last = len(course) - 1
     return last >= 0 and not course[last].misses and all(course[last].log_z >= other[last].log_z for other in others if len(other) > last)
 
 
-def _led_on(stand: Stand, q: Array, sizes: Array, is_met: bool, end: float, middle: float) -> tuple[Stand, Evidence]:
+def _led_on(stand: Stand, q: Array, sizes: Array, is_ahead: bool, end: float, middle: float) -> tuple[Stand, Evidence]:
     """A stand led on with films up to a time, s; where these are missed and shorter ones were met, by way of the middle, too."""
     there = _leg(stand, q, sizes, end)
-    if not is_met or leaves_noise(there[0].fit, there[1].noise):
+    if not is_ahead or leaves_noise(there[0].fit, there[1].noise):
         return there
     early, _ = _leg(stand, q, sizes, middle)
     return max(there, _leg(stand, early.fit.q, early.sizes, end), key=lambda one: one[1].log_z)

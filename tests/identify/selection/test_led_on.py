@@ -34,7 +34,7 @@ def legs_that_miss(monkeypatch, missing):
 
 
 @pytest.mark.parametrize(
-    ("is_met", "missing", "ways", "meets"),
+    ("is_ahead", "missing", "ways", "meets"),
     [
         (True, (), [(0.3, 0.6)], True),
         (False, (0.3,), [(0.3, 0.6)], False),
@@ -42,17 +42,17 @@ def legs_that_miss(monkeypatch, missing):
         (True, (0.3, 0.45), [(0.3, 0.6), (0.3, 0.45), (0.45, 0.6)], False),
     ],
 )
-def test_longer_films_that_are_missed_are_met_by_way_of_the_middle(monkeypatch, is_met, missing, ways, meets):
-    """Only where the shorter ones were met: else it is not the length that is too much."""
+def test_longer_films_that_are_missed_are_met_by_way_of_the_middle(monkeypatch, is_ahead, missing, ways, meets):
+    """Only where the shorter ones were met, by no other course better: else it is not the length that is too much."""
     asked = legs_that_miss(monkeypatch, missing)
-    given: Any = (None, 0.3, np.zeros(0), is_met, 0.6, 0.45)
+    given: Any = (None, 0.3, np.zeros(0), is_ahead, 0.6, 0.45)
     there: Any = weighing._led_on(*given)[0]
     assert asked == ways
     assert there.fit.met == meets
 
 
 @pytest.mark.parametrize(
-    ("course", "others", "is_met"),
+    ("course", "others", "is_ahead"),
     [
         ([], [], False),
         ([(-5.0, False)], [], True),
@@ -63,10 +63,10 @@ def test_longer_films_that_are_missed_are_met_by_way_of_the_middle(monkeypatch, 
         ([(-5.0, False), (-9.0, False)], [[(-4.0, False)], [(-6.0, False), (-8.0, False)]], False),
     ],
 )
-def test_only_the_foremost_course_is_led_on_by_way_of_the_middle(course, others, is_met):
+def test_only_the_foremost_course_is_led_on_by_way_of_the_middle(course, others, is_ahead):
     """Behind another one it would not be taken, and where a gap is left each way takes as long."""
     legs: Any = [[SimpleNamespace(log_z=log_z, misses=misses) for log_z, misses in one] for one in (course, *others)]
-    assert weighing._is_met(legs[0], legs[1:]) == is_met
+    assert weighing._is_ahead(legs[0], legs[1:]) == is_ahead
 
 
 @pytest.fixture

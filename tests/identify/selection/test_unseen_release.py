@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -58,3 +60,13 @@ def test_what_is_probable_is_not(loose, monkeypatch):
     starts = led_to(monkeypatch, 1.1 * UNUSUAL_P)
     weighing._from_afar(loose)
     assert len(starts) == 1
+
+
+def test_errors_and_a_release_that_are_far_off_are_improbable_alike(loose):
+    found = loose.weighed()
+    mass = loose.errors.names.index("platform-mass")
+    tilt = next(i for i, one in enumerate(loose.fit.problem.parameters) if one.key == "theta_y_rad")
+    far = [replace(found, errors=found.errors + 12.0 * (np.arange(len(found.errors)) == mass))]
+    far.append(replace(found, step=found.step + 12.0 * (np.arange(len(found.step)) == tilt)))
+    assert found.prior_p > UNUSUAL_P
+    assert max(one.prior_p for one in far) < UNUSUAL_P
