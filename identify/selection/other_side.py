@@ -10,7 +10,7 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from identify.criteria import CREDIBLE, HARDLY, LOSES, TO_COMPARE
+from identify.criteria import CREDIBLE, ENOUGH, HARDLY, LOSES, TO_COMPARE
 from identify.selection.evidence import Both, Evidence
 from identify.selection.model_errors import mirrored
 from identify.selection.stand import Stand, Weighed
@@ -54,11 +54,13 @@ def on_the_likelier_side(one: Weighed, *, thoroughly: bool = True) -> Weighed:
 def all_sides(one: Weighed) -> tuple[Weighed, ...]:
     """A hypothesis, and in each mirror the same names with their directions and legs on the other side; the likeliest comes first.
 
-    Names without a direction are the same on every side: then there is one only. Of the other sides their likelier stand is kept only.
+    Each is taken on until a step would move a parameter by less than a fifth of its standard error: to be compared they need not be, to be
+    stated they do. Names without a direction are the same on every side: then there is one only. Of the other sides their likelier stand is
+    kept only.
     """
-    stand, found = one.stand, one.evidence
+    stand, noise = one.stand, one.evidence.noise
     images = [_image(stand, axis, turned) for axis, turned in stand.given.mirrors() if _has_sides(stand, axis)]
-    sides = [(stand, found), *(stepped(image, image.weighed(found.noise)) for image in images)]
+    sides = [stepped(place, place.weighed(noise), gain=0.5 * ENOUGH) for place in (stand, *images)]
     likeliest, *others = sorted(sides, key=lambda side: -side[1].kept)
     return (_moved(one, *likeliest), *(Weighed(at, at, Both(of, None)) for at, of in others))
 

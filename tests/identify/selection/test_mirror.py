@@ -12,13 +12,14 @@ import pytest
 from identify.campaign.posing import problem_of
 from identify.campaign.runs import read_campaign
 from identify.estimation.horizons import solve_from_afar
+from identify.estimation.least_squares import solve, to_the_end
 from identify.estimation.problem import Fit
 from identify.selection import other_side, weighing
 from identify.selection.evidence import Both
 from identify.selection.model_errors import mirrored
 from identify.selection.other_side import _image, _off_to, all_sides, on_the_likelier_side
 from identify.selection.stand import Stand, Weighed
-from identify.selection.weighing import weighed
+from identify.selection.weighing import stepped, weighed
 from simulate.effects import (
     CentreOfMassOffset,
     EndStopDissipation,
@@ -231,4 +232,18 @@ def test_names_without_a_direction_have_one_side(campaign, fitted):
     stand = Stand.exact(Fit(problem, q, gaps, slopes, True))
     one = Weighed(stand, stand, Both(stand.weighed(), None))
     (alone,) = all_sides(one)
-    assert alone is one
+    assert alone.names == one.names
+    assert alone.evidence.kept >= one.evidence.kept
+
+
+def test_a_number_that_is_stated_is_the_likeliest_one_and_not_only_comparable(campaign, fitted):
+    """A place two thirds of a standard error short is settled where hypotheses are compared; what is stated goes on from there."""
+    problem = fitted(campaign(HubInertia(0.37), 107, loops=(), deployments=({},), hold_out=False)).problem.with_effects([HubInertia()])
+    one = weighed(to_the_end(solve(problem, problem.start)))
+    (row,), (best, found) = problem.rows_of(HubInertia.name), stepped(one.exact, one.exact.weighed(), gain=0.005)
+    likeliest, error = best.fit.q[row], np.sqrt(found.covariance[row, row])
+    short = best.at(problem, best.fit.q - found.covariance[:, row] / error / 1.5, best.sizes)
+    settled, found = stepped(short, short.weighed())
+    assert settled.fit.q[row] == pytest.approx(likeliest - error / 1.5)
+    (stated,) = all_sides(Weighed(settled, settled, Both(found, None)))
+    assert stated.fit.q[row] == pytest.approx(likeliest, abs=0.25 * error)
