@@ -1,19 +1,23 @@
-"""A force without a name that was weighed beside a fit, as plain data."""
+"""A force without a name that was weighed beside a fit: as plain data, and estimated by full simulation."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
+from identify.criteria import ROUGHLY
+from identify.estimation.least_squares import laid_out, solve
+from identify.estimation.problem import Fit
 from identify.gap.leg_force import PLACES, LegForce, LegTable
 from identify.gap.platform_force import AXES, KNOTS, ForceTable, MissingForce
 from measure.common.arrays import Array
 from simulate.model.effect import Effect
 
 Places = NDArray[np.intp]
+_MOST_STEPS = 12
 
 
 @dataclass(frozen=True)
@@ -63,3 +67,14 @@ class Unnamed:
         had_a_say = np.flatnonzero(np.isfinite(sigma).any(axis=1))
         used = slice(had_a_say[0], had_a_say[-1] + 1)
         return MissingForce(type(table), table.places[used], force[used], sigma[used], dict(leads), table.spacing)
+
+
+def simulated(one: Unnamed, beside: Fit) -> Unnamed:
+    """The same force estimated by full simulation beside base and releases, from where straight lines lead; effects stay as they are."""
+    problem = replace(beside.problem.with_another(one.table), effect_spread=one.size)
+    new = problem.rows_of(one.name)[one.places]
+    start = laid_out(beside, problem)
+    start[new] = one.values / problem.scales[new]
+    found = solve(problem, start, free=[*range(problem.first_effect), *new.tolist()], most_steps=_MOST_STEPS, enough=ROUGHLY)
+    spread = np.sqrt(np.diag(found.covariance)[-len(new) :])
+    return replace(one, values=found.q[new] * problem.scales[new], sigma=spread * problem.scales[new])

@@ -31,7 +31,7 @@ from identify.gap.held_out import carried_over, held_out
 from identify.gap.leg_force import LegForce
 from identify.gap.platform_force import ForceAlongTime, ForceTable, MissingForce
 from identify.gap.size import NoiseOfChannel, halves, share_closed
-from identify.gap.unnamed import Unnamed
+from identify.gap.unnamed import Unnamed, simulated
 from identify.selection.explanation import Explanation, Held, Ranked
 from identify.selection.findings import findings_of, noise_of_channels
 from identify.selection.hypotheses import BUDGETS, MODEL_ERRORS, Budget, Hypothesis, Say, log_prior
@@ -39,7 +39,6 @@ from identify.selection.model_errors import FORCES, slight_errors
 from identify.selection.other_side import all_sides
 from identify.selection.search import Search
 from identify.selection.stand import Stand, Weighed
-from identify.selection.unknown_force import simulated
 from identify.selection.verdict import Finding, Names, Verdict, after_a_veto, doing_without, in_a_class, is_unnamed, verdict_of
 from simulate.effects import CATALOGUE, GeometryError
 from simulate.model.effect import Effect

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import optimize, stats
+from scipy import linalg, optimize, stats
 
 from identify.criteria import TWO_SIDED_95
 from identify.estimation.parameters import STORED_FORCE
@@ -165,13 +165,11 @@ def _raw(found: Weighed, name: str) -> tuple[Effect, Array, Array, Array, Array,
 
 
 def _forces(found: Weighed) -> tuple[Effect, Array, Array, Array, Array, Array]:
-    problem = found.fit.problem
-    rows = np.array([i for i, one in enumerate(problem.parameters) if one.key == STORED_FORCE][: len(StoredForcePerRun().fraction)])
-    size = len(StoredForcePerRun().fraction)
-    values, covariance, prior = np.zeros(size), np.eye(size), np.full(size, 1.0)
-    count = len(rows)
-    values[:count] = found.fit.q[rows]
-    covariance[:count, :count] = found.covariance[np.ix_(rows, rows)]
-    prior[:count] = problem.parameters[rows[0]].spread if count else 1.0
-    scale = np.full(size, problem.scales[rows[0]] if count else 0.005)
+    """The same of stored forces, which are parameters of the releases; of runs that were not made they are as unknown as before."""
+    problem, size = found.fit.problem, len(StoredForcePerRun().fraction)
+    rows = np.array([i for i, one in enumerate(problem.parameters) if one.key == STORED_FORCE][:size])
+    first, further = problem.parameters[rows[0]], size - len(rows)
+    values = np.pad(found.fit.q[rows], (0, further))
+    covariance = np.asarray(linalg.block_diag(found.covariance[np.ix_(rows, rows)], first.spread**2 * np.eye(further)))
+    scale, prior = np.full(size, problem.scales[rows[0]]), np.full(size, first.spread)
     return StoredForcePerRun(), scale, values, covariance, prior, np.array([np.full(size, -0.9), np.full(size, 9.0)]) / scale

@@ -60,7 +60,7 @@ class Search(Tried):
             behind = self._left_behind() if self.spent < self.budget.fits else None
             if () not in self.turned and self._doubts_the_base:
                 self._turn(())
-            elif self._is_astray:
+            elif len(self.fitted) > 1 and () not in self.seen_from:  # all was weighed from where the base is no more
                 self._look_from(self.fitted[()])
             elif behind is not None:
                 self._fit_again(behind)
@@ -70,8 +70,6 @@ class Search(Tried):
                 self._look_from(self._brought_back(self.foremost))
             elif self._is_on_one_side(self.foremost):
                 self._turn(self.foremost.names)
-            elif not self.promised:  # all was weighed from where the base is no more
-                self._look_from(self.fitted[()])
             else:
                 return
 
@@ -84,12 +82,6 @@ class Search(Tried):
         unnamed, base = [one.log_weight for one in self.ahead.values() if one.promise is None], self.fitted[()]
         is_unusual = not base.weighed.leaves_noise or base.weighed.evidence.prior_p < UNUSUAL_P
         return is_unusual or max([self.foremost.log_weight, *unnamed]) > base.log_weight
-
-    @property
-    def _is_astray(self) -> bool:
-        """Whether the fit of a name ended far less likely than a base that was found later: from that base it may end elsewhere."""
-        base = self.fitted[()].weighed.log_z
-        return () not in self.seen_from and any(one.names and one.weighed.log_z < base - _DEEPER for one in self.fitted.values())
 
     def _is_on_one_side(self, one: Hypothesis) -> bool:
         """Whether names that leave noise were not looked for on the other side yet: there they may not be needed."""

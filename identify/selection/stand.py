@@ -326,8 +326,7 @@ class Weighed:
     def better_of(self, other: Weighed) -> Weighed:
         """Of two of the same hypothesis the likelier stand of each kind."""
         exact = max((self, other), key=lambda one: one.both.exact.kept)
-        loose = [one for one in (self, other) if one.both.within is not None]
-        within = max(loose, key=lambda one: one.both.within.kept if one.both.within is not None else -np.inf, default=exact)
+        within = max((self, other), key=lambda one: -np.inf if one.both.within is None else one.both.within.kept)
         return Weighed(exact.exact, within.within, Both(exact.both.exact, within.both.within))
 
     @cached_property

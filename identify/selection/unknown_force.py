@@ -10,9 +10,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from identify.criteria import LOSES, ROUGHLY
-from identify.estimation.least_squares import laid_out, solve
-from identify.estimation.problem import Fit
+from identify.criteria import LOSES
 from identify.gap.force_tables import leg_table_over, seen_places, table_over
 from identify.gap.leg_force import LEG_TABLES, PLACES
 from identify.gap.linear_pieces import Columns
@@ -25,7 +23,6 @@ from simulate.model.effect import Effect
 
 SIZES = (1.0, 10.0, 100.0, 1000.0)  # standard deviations of the prior, in typical sizes of the tables
 _SHOWN = 1e-6
-_MOST_STEPS = 12
 _ROUNDS = 4  # from one size to the next the noise changes little
 
 
@@ -100,14 +97,3 @@ def _weighed_from(at: Weighed, of_sizes: Sequence[Columns], begin: int) -> dict[
             if found[place].log_z < max(one.log_z for one in found.values()) - LOSES:
                 break
     return found
-
-
-def simulated(one: Unnamed, beside: Fit) -> Unnamed:
-    """The same force estimated by full simulation beside base and releases, from where straight lines lead; effects stay as they are."""
-    problem = replace(beside.problem.with_another(one.table), effect_spread=one.size)
-    new = problem.rows_of(one.name)[one.places]
-    start = laid_out(beside, problem)
-    start[new] = one.values / problem.scales[new]
-    found = solve(problem, start, free=[*range(problem.first_effect), *new.tolist()], most_steps=_MOST_STEPS, enough=ROUGHLY)
-    spread = np.sqrt(np.diag(found.covariance)[-len(new) :])
-    return replace(one, values=found.q[new] * problem.scales[new], sigma=spread * problem.scales[new])

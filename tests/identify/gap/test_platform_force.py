@@ -8,7 +8,8 @@ from board.outside import Gust, Snag
 
 from identify.gap.force_tables import seen_places
 from identify.gap.platform_force import ALONGS, KNOTS, ForceAlongHeight, ForceAlongSpeed, ForceAlongTime, MissingForce
-from identify.selection.unknown_force import simulated, unnamed_forces
+from identify.gap.unnamed import simulated
+from identify.selection.unknown_force import unnamed_forces
 from identify.selection.weighing import weighed
 from measure.common.file_kinds import TABLE, kind_of
 from measure.tables.csv_cells import write_columns

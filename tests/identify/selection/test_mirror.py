@@ -246,4 +246,4 @@ def test_a_number_that_is_stated_is_the_likeliest_one_and_not_only_comparable(ca
     settled, found = stepped(short, short.weighed())
     assert settled.fit.q[row] == pytest.approx(likeliest - error / 1.5)
     (stated,) = all_sides(Weighed(settled, settled, Both(found, None)))
-    assert stated.fit.q[row] == pytest.approx(likeliest, abs=0.25 * error)
+    assert stated.fit.q[row] == pytest.approx(likeliest, abs=0.25 * float(error))
