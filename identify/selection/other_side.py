@@ -54,9 +54,9 @@ def on_the_likelier_side(one: Weighed, *, thoroughly: bool = True) -> Weighed:
 def all_sides(one: Weighed) -> tuple[Weighed, ...]:
     """A hypothesis, and in each mirror the same names with their directions and legs on the other side; the likeliest comes first.
 
-    Each is taken on until a step would move a parameter by less than a fifth of its standard error: to be compared they need not be, to be
-    stated they do. Names without a direction are the same on every side: then there is one only. Of the other sides their likelier stand is
-    kept only.
+    Each is taken on until a step would move a parameter by less than a fifth of its standard error. To compare hypotheses it may stay up to
+    a whole one short. Names without a direction are the same on every side: then there is one only. Of the other sides their likelier
+    stand is kept only.
     """
     stand, noise = one.stand, one.evidence.noise
     images = [_image(stand, axis, turned) for axis, turned in stand.given.mirrors() if _has_sides(stand, axis)]
