@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -71,10 +72,11 @@ def slow_p(channels: Sequence[Sequence[Series]], taken: float = 0.0) -> float:
         return 1.0
     freedom = max(slow_n - taken, 1.0)
     ratio = sum(power.slow / power.noise for power in found) / freedom
-    chance, share = np.random.default_rng(_SEED), min(1.0, _MOST_DRAWN / count)
-    drawn = [np.log(_drawn_ratio(channels, noises, share, chance)) for _ in range(_DRAWS)]
-    spread = float(np.std(drawn, ddof=1)) * float(np.sqrt(share * slow_n / freedom))
-    return float(stats.norm.sf((np.log(max(ratio, 1e-300)) - share * float(np.mean(drawn))) / spread))
+    share = min(1.0, _MOST_DRAWN / count)
+    alike = tuple(_Alike.of(noise, series, share) for noise, series in zip(noises, channels, strict=True))
+    mean, deviation = _by_chance(alike)
+    spread = deviation * float(np.sqrt(share * slow_n / freedom))
+    return float(stats.norm.sf((np.log(max(ratio, 1e-300)) - share * mean) / spread))
 
 
 def _long(series: Iterable[Series]) -> list[Series]:
@@ -147,24 +149,49 @@ def _powers(series: Sequence[Series], noise: ChannelNoise) -> _Powers:
     return _Powers(sum(power.slow for power in found), sum(power.slow_n for power in found), max(fast, (_LEAST_NOISE / noise.scale) ** 2))
 
 
-def _drawn_ratio(channels: Sequence[Sequence[Series]], noises: Sequence[ChannelNoise], share: float, chance: np.random.Generator) -> float:
-    """Slow over fast power of noise of its own in each channel, with the missing samples of these, of a share of their length."""
+@dataclass(frozen=True)
+class _Alike:
+    """Noise that is drawn for a channel: its memory and white share, and as bytes how far apart the samples of each series stand."""
+
+    memory: float
+    white: float
+    apart: tuple[bytes, ...]
+
+    @classmethod
+    def of(cls, noise: ChannelNoise, series: Sequence[Series], share: float) -> _Alike:
+        """For as many samples of each series as a share of its length."""
+        lengths = [max(int(share * len(one.apart)), _LEAST_SAMPLES) for one in series]
+        return cls(noise.memory, noise.white, tuple(one.apart[:n].tobytes() for one, n in zip(series, lengths, strict=True)))
+
+    def drawn(self, chance: np.random.Generator) -> list[Series]:
+        """One draw, of scale one."""
+        return [self._series(np.frombuffer(apart), chance) for apart in self.apart]
+
+    def _series(self, apart: Array, chance: np.random.Generator) -> Series:
+        places = places_of(apart)
+        innovations = np.sqrt(1.0 - self.memory**2) * chance.normal(size=places[-1] + 1)
+        innovations[0] /= np.sqrt(1.0 - self.memory**2)
+        remembers = signal.lfilter([1.0], [1.0, -self.memory], innovations)[places]
+        white = chance.normal(size=len(places))
+        return Series(np.sqrt(1.0 - self.white) * remembers + np.sqrt(self.white) * white, apart)
+
+
+@lru_cache(maxsize=16)
+def _by_chance(channels: tuple[_Alike, ...]) -> tuple[float, float]:
+    """Mean and deviation of the logarithm of slow over fast power in such noise. Fits of the same runs mostly find the same noise."""
+    chance = np.random.default_rng(_SEED)
+    drawn = [np.log(_drawn_ratio(channels, chance)) for _ in range(_DRAWS)]
+    return float(np.mean(drawn)), float(np.std(drawn, ddof=1))
+
+
+def _drawn_ratio(channels: Sequence[_Alike], chance: np.random.Generator) -> float:
+    """Slow over fast power of noise of its own in each channel."""
     slow = slow_n = 0.0
-    for series, noise in zip(channels, noises, strict=True):
-        drawn = [_noise_like(one, noise, share, chance) for one in series]
+    for channel in channels:
+        drawn = channel.drawn(chance)
         power = _powers(drawn, _noise_of(drawn))
         slow, slow_n = slow + power.slow / power.noise, slow_n + power.slow_n
     return slow / slow_n
-
-
-def _noise_like(one: Series, noise: ChannelNoise, share: float, chance: np.random.Generator) -> Series:
-    apart = one.apart[: max(int(share * len(one.apart)), _LEAST_SAMPLES)]
-    places = places_of(apart)
-    innovations = np.sqrt(1.0 - noise.memory**2) * chance.normal(size=places[-1] + 1)
-    innovations[0] /= np.sqrt(1.0 - noise.memory**2)
-    remembers = signal.lfilter([1.0], [1.0, -noise.memory], innovations)[places]
-    white = chance.normal(size=len(places))
-    return Series(noise.scale * (np.sqrt(1.0 - noise.white) * remembers + np.sqrt(noise.white) * white), apart)
 
 
 @dataclass(frozen=True)

@@ -14,6 +14,7 @@ from identify.campaign.posing import problem_of
 from identify.campaign.run import Run
 from identify.criteria import FAST_NOISE, GAP_P
 from identify.estimation.least_squares import solve
+from identify.gap import gap_test as of_gaps
 from identify.gap.gap_test import Series, _by_channel, _noise_of, gap_test, is_noise, p_words, slow_p
 from identify.gap.localise import locate
 from identify.noise import noise_model
@@ -154,6 +155,23 @@ def test_noise_of_every_kind_over_two_hundred_campaigns(kind):
 @pytest.mark.parametrize("kind", MIXED)
 def test_noise_of_two_kinds_at_once_over_two_hundred_campaigns(kind):
     assert np.mean(p_values(kind, 200, 12) < 0.05) <= 0.15
+
+
+def test_noise_is_drawn_once_for_all_that_remembers_alike_however_loud(monkeypatch):
+    rows = [noise("memory 0.5", np.random.default_rng(23)) for _ in range(4)]
+    drawn = []
+    one_draw = of_gaps._drawn_ratio
+    monkeypatch.setattr(of_gaps, "_drawn_ratio", lambda channels, chance: drawn.append(channels) or one_draw(channels, chance))
+    of_gaps._by_chance.cache_clear()
+    found = slow_p([rows])
+    once = len(drawn)
+    assert once > 0
+    louder = slow_p([[Series(3.0 * one.gaps, one.apart) for one in rows]])
+    assert louder == pytest.approx(found, rel=1e-9)
+    assert len(drawn) == once
+    slow_p([[Series(one.gaps[:-20], one.apart[:-20]) for one in rows]])
+    slow_p([[noise("white", np.random.default_rng(24)) for _ in range(4)]])
+    assert len(drawn) == 3 * once
 
 
 def test_a_slow_gap_beside_noise_with_a_memory_is_seen():
