@@ -13,7 +13,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from identify.criteria import CLOSE, CREDIBLE, HARDLY, LOSES, NEAR, ROUGHLY, UNUSUAL_P
+from identify.criteria import CLOSE, CREDIBLE, HARDLY, LOSES, NEAR, ROUGHLY
 from identify.estimation.least_squares import solve, to_the_end
 from identify.estimation.multistart import Minima, released_again
 from identify.estimation.problem import Fit
@@ -80,8 +80,7 @@ class Search(Tried):
         On the other side of what no film shows none may be needed, and from the wrong side straight lines say little of any.
         """
         unnamed, base = [one.log_weight for one in self.ahead.values() if one.promise is None], self.fitted[()]
-        is_unusual = not base.weighed.leaves_noise or base.weighed.evidence.prior_p < UNUSUAL_P
-        return is_unusual or max([self.foremost.log_weight, *unnamed]) > base.log_weight
+        return base.weighed.is_unusual or max([self.foremost.log_weight, *unnamed]) > base.log_weight
 
     def _is_on_one_side(self, one: Hypothesis) -> bool:
         """Whether names that leave noise were not looked for on the other side yet: there they may not be needed."""

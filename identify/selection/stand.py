@@ -13,7 +13,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from identify.criteria import ANYWHERE, CLOSE, SAME, TWO_SIDED_95
+from identify.criteria import ANYWHERE, CLOSE, SAME, TWO_SIDED_95, UNUSUAL_P
 from identify.estimation.covariance import Factored
 from identify.estimation.least_squares import updated_slopes
 from identify.estimation.problem import Fit, Problem
@@ -267,9 +267,8 @@ class Weighed:
 
     def gain_of(self, name: str) -> float:
         """What a first look says that one of its effects brings, once it is left out."""
-        stand = self.stand
+        stand, own = self.stand, self.stand.columns
         rows = stand.fit.problem.rows_of(name) - stand.fit.problem.first_effect
-        own = stand.columns
         alone = Columns(own.values[:, rows], own.spread[rows], np.zeros(len(rows)), own.low[rows], own.high[rows])
         return self.doing_without(name).first_look.gain(alone).log_z
 
@@ -291,19 +290,16 @@ class Weighed:
         exact, within = self.exact, self.within
         noise, lines, as_it_is = noise or self.evidence.noise, within.lines(without).shifted(shift), exact.lines().shifted(shift)
 
-        def of_exact(floor: float = -np.inf) -> Evidence:
-            return evidence(as_it_is, exact.columns.beside(columns), noise, rounds, floor)
-
-        def of_within(floor: float = -np.inf) -> Evidence:
-            return evidence(lines, within.columns.beside(columns), noise, rounds, floor)
+        def of(stand: Stand, own: Lines, floor: float = -np.inf) -> Evidence:
+            return evidence(own, stand.columns.beside(columns), noise, rounds, floor)
 
         if not lines.errors.shape[1]:
-            return Both(of_exact(), None)
+            return Both(of(exact, as_it_is), None)
         if self.both.is_exact:
-            first = of_exact()
-            return Both(first, of_within(first.log_likelihood))
-        second = of_within()
-        return Both(of_exact(second.log_likelihood - _PRICE * lines.errors.shape[1]), second)
+            first = of(exact, as_it_is)
+            return Both(first, of(within, lines, first.log_likelihood))
+        second = of(within, lines)
+        return Both(of(exact, as_it_is, second.log_likelihood - _PRICE * lines.errors.shape[1]), second)
 
     @cached_property
     def first_look(self) -> FirstLook:
@@ -333,6 +329,11 @@ class Weighed:
     def leaves_noise(self) -> bool:
         """Whether what it leaves, as simulated, is noise."""
         return leaves_noise(self.fit, self.evidence.noise)
+
+    @property
+    def is_unusual(self) -> bool:
+        """Whether it leaves more than noise, or stands where base, releases or errors of the model file are improbable."""
+        return not self.leaves_noise or self.evidence.prior_p < UNUSUAL_P
 
     @cached_property
     def covariance(self) -> Array:

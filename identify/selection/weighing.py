@@ -112,12 +112,12 @@ def _weighed_from(stand: Stand) -> Weighed:
 def led_anew(one: Weighed) -> Weighed | None:
     """The same hypothesis led by ever longer films from base and releases as the model file has them, its effects as they are.
 
-    Its fit began where the base had bent to what was missing, and may have stayed there. Where what it leaves is not unusual for noise, or
-    where no film reaches its stop, behind which there are other places, only a law that is bent is begun anew. None where it falls behind
-    what is there now or leads to no likelier place.
+    Its fit began where the base had bent to what was missing, and may have stayed there. Where nothing is unusual, neither what it leaves
+    nor where it stands, or where no film reaches its stop, behind which there are other places, only a law that is bent is begun anew. None
+    where it falls behind what is there now or leads to no likelier place.
     """
     stand = one.within
-    if gap_test(one.fit).p_value > UNUSUAL_P or not horizons(stand.given):
+    if not one.is_unusual or gap_test(one.fit).p_value > UNUSUAL_P or not horizons(stand.given):
         return _unbent(one)
     cuts = (_cut(stand, stand.fit.q, stand.sizes, horizon) for horizon in horizons(stand.given))
     courses = [[Leg.of(cut, cut.weighed()) for cut in cuts]]

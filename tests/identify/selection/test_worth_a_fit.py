@@ -22,7 +22,7 @@ def hypothesis(names, log_weight, rms=1.0, as_it_is=1.0, leaves_noise=True) -> A
         is_believable=True,
         fit=SimpleNamespace(rms=rms),
         largest_rms=as_it_is,
-        weighed=SimpleNamespace(leaves_noise=leaves_noise, evidence=SimpleNamespace(prior_p=0.5), log_z=log_weight),
+        weighed=SimpleNamespace(leaves_noise=leaves_noise, is_unusual=not leaves_noise, log_z=log_weight),
     )
 
 
@@ -160,21 +160,20 @@ def test_the_base_is_taken_along_to_where_names_were_found_likelier_if_it_may_co
 
 
 @pytest.mark.parametrize(
-    ("leaves_noise", "prior_p", "named", "unnamed", "turned"),
+    ("is_unusual", "named", "unnamed", "turned"),
     [
-        (True, 0.5, -101.0, -103.0, []),  # what leaves noise and is likeliest stays so on whatever side
-        (True, 0.5, -99.0, -103.0, [(), ("ripple",)]),
-        (True, 0.5, -101.0, -99.0, [()]),
-        (False, 0.5, -101.0, -103.0, [()]),
-        (True, 0.01, -101.0, -103.0, [()]),
+        (False, -101.0, -103.0, []),  # what is not unusual and is likeliest stays so on whatever side
+        (False, -99.0, -103.0, [(), ("ripple",)]),
+        (False, -101.0, -99.0, [()]),
+        (True, -101.0, -103.0, [()]),
     ],
 )
 def test_nothing_is_looked_for_on_the_other_side_only_where_something_is_likelier_or_it_is_unusual(
-    monkeypatch, leaves_noise, prior_p, named, unnamed, turned
+    monkeypatch, is_unusual, named, unnamed, turned
 ):
     """A name is promised as much as nothing, and comes to `named`; before it is said it is looked for on the other side, too."""
     search, sides, nothing = Search({}, lambda names: 0.0, BUDGETS["normal"], lambda text: None), [], hypothesis((), -100.0)
-    nothing.weighed.leaves_noise, nothing.weighed.evidence.prior_p = leaves_noise, prior_p
+    nothing.weighed.is_unusual = is_unusual
 
     def fit(ahead) -> None:
         search.fitted[ahead.names] = hypothesis(ahead.names, named)
