@@ -84,7 +84,7 @@ def _gaps(fit: Fit, base: Array, effect: Effect) -> Iterator[Array]:
         norms = np.maximum(np.linalg.norm(table, axis=0), 1e-300)
         ends = (np.concatenate([np.full(base.shape[1], sign * np.inf), end[shown]]) * norms for sign, end in ((-1.0, low), (1.0, high)))
         table /= norms
-        root = np.linalg.qr(np.column_stack([table, -fit.gaps]), mode="r")  # as many rows as columns tell the same
+        root = np.linalg.qr(np.column_stack([table, -fit.gaps])).R  # as many rows as columns tell the same
         yield fit.gaps + table @ lsq_linear(root[:, :-1], root[:, -1], tuple(ends)).x
 
 
