@@ -254,8 +254,7 @@ class Search(Tried):
             self.tables[one.names] = found
         for table in found:
             names = tuple(sorted((*one.names, table.name)))
-            gain = table.log_z - at.along_lines
-            self._ahead(Ahead(names, one, None, one.weighed.log_z + gain + self.prior(names)))
+            self._ahead(Ahead(names, one, None, one.weighed.log_z + table.log_z - at.along_lines + self.prior(names)))
 
     def _ahead(self, one: Ahead) -> None:
         known = self.ahead.get(one.names)
@@ -316,7 +315,8 @@ class Search(Tried):
                 self._keep((), weighed_within(of, again.q, {}))
         elif nothing.weighed.both.within is not None:
             is_settled = nothing.weighed.leaves_noise and nothing.weighed.evidence.unkept < _UNSETTLED
-            if is_elsewhere or not is_settled or halves(nothing.fit, led.fit):
+            is_foremost = led.names == set(self.foremost.names)  # before it is said it is compared with nothing from the same place
+            if is_elsewhere or is_foremost or not is_settled or halves(nothing.fit, led.fit):
                 self._keep((), weighed_within(of, q, errors_without(led, led.names)))
 
 

@@ -25,27 +25,32 @@ def stand(rms, leaves_noise, names=(), unkept=0.0) -> Any:
 
 
 @pytest.mark.parametrize(
-    ("rms", "leaves_noise", "unkept", "is_elsewhere", "is_tried"),
+    ("rms", "leaves_noise", "unkept", "is_elsewhere", "named", "is_tried"),
     [
-        (3.4, True, 0.3, False, True),
-        (3.4, False, 0.3, False, True),
-        (1.05, True, 0.3, False, False),
-        (1.05, False, 0.3, False, True),
-        (1.05, True, 0.3, True, True),
-        (1.05, True, 9.7, False, True),
+        (3.4, True, 0.3, False, -101.0, True),
+        (3.4, False, 0.3, False, -101.0, True),
+        (1.05, True, 0.3, False, -101.0, False),
+        (1.05, False, 0.3, False, -101.0, True),
+        (1.05, True, 0.3, True, -101.0, True),
+        (1.05, True, 9.7, False, -101.0, True),
+        (1.05, True, 0.3, False, -99.0, True),
     ],
 )
-def test_a_base_that_is_far_off_or_not_settled_is_led_by_what_a_name_has_found(
-    monkeypatch, rms, leaves_noise, unkept, is_elsewhere, is_tried
+def test_a_base_that_is_far_off_or_not_settled_or_less_likely_than_a_name_is_led_by_what_that_has_found(
+    monkeypatch, rms, leaves_noise, unkept, is_elsewhere, named, is_tried
 ):
-    tried = []
+    """Nothing has -100, the name `named`."""
+    tried, name = [], ("end-stop-dissipation",)
     monkeypatch.setattr(search, "weighed_within", lambda given, q, errors: tried.append((given, q.tolist(), errors)))
     monkeypatch.setattr(weighing, "sizes_in_tolerances", lambda fit, name: {(name, 0): -1.0})
     one = Search({}, lambda names: 0.0, BUDGETS["normal"], lambda text: None)
     monkeypatch.setattr(one, "_keep", lambda names, found: None)
     base = stand(rms, leaves_noise, unkept=unkept)
-    one.fitted = {(): SimpleNamespace(weighed=base, fit=base.fit)}  # type: ignore[dict-item]
-    one._base_again(stand(1.03, True, ("end-stop-dissipation",)), is_elsewhere)
+    one.fitted = {
+        (): SimpleNamespace(weighed=base, fit=base.fit, names=(), log_weight=-100.0, largest_rms=9.0),
+        name: hypothesis(name, named),
+    }  # type: ignore[dict-item]
+    one._base_again(stand(1.03, True, name), is_elsewhere)
     expected = ("the model file", [0.1, 0.2], {("platform-inertia", 0): 0.5, ("end-stop-dissipation", 0): -1.0})
     assert tried == ([expected] if is_tried else [])
 
