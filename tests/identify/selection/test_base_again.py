@@ -46,10 +46,11 @@ def test_a_base_that_is_far_off_or_not_settled_or_less_likely_than_a_name_is_led
     one = Search({}, lambda names: 0.0, BUDGETS["normal"], lambda text: None)
     monkeypatch.setattr(one, "_keep", lambda names, found: None)
     base = stand(rms, leaves_noise, unkept=unkept)
-    one.fitted = {
+    fitted: Any = {
         (): SimpleNamespace(weighed=base, fit=base.fit, names=(), log_weight=-100.0, largest_rms=9.0),
         name: hypothesis(name, named),
-    }  # type: ignore[dict-item]
+    }
+    one.fitted = fitted
     one._base_again(stand(1.03, True, name), is_elsewhere)
     expected = ("the model file", [0.1, 0.2], {("platform-inertia", 0): 0.5, ("end-stop-dissipation", 0): -1.0})
     assert tried == ([expected] if is_tried else [])
