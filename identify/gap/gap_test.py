@@ -73,7 +73,7 @@ def slow_p(channels: Sequence[Sequence[Series]], taken: float = 0.0) -> float:
     freedom = max(slow_n - taken, 1.0)
     ratio = sum(power.slow / power.noise for power in found) / freedom
     share = min(1.0, _MOST_DRAWN / count)
-    alike = tuple(_Alike.of(noise, series, share) for noise, series in zip(noises, channels, strict=True))
+    alike = tuple(_DrawnNoise.of(noise, series, share) for noise, series in zip(noises, channels, strict=True))
     mean, deviation = _by_chance(alike)
     spread = deviation * float(np.sqrt(share * slow_n / freedom))
     return float(stats.norm.sf((np.log(max(ratio, 1e-300)) - share * mean) / spread))
@@ -150,7 +150,7 @@ def _powers(series: Sequence[Series], noise: ChannelNoise) -> _Powers:
 
 
 @dataclass(frozen=True)
-class _Alike:
+class _DrawnNoise:
     """Noise that is drawn for a channel: its memory and white share, and as bytes how far apart the samples of each series stand."""
 
     memory: float
@@ -158,7 +158,7 @@ class _Alike:
     apart: tuple[bytes, ...]
 
     @classmethod
-    def of(cls, noise: ChannelNoise, series: Sequence[Series], share: float) -> _Alike:
+    def of(cls, noise: ChannelNoise, series: Sequence[Series], share: float) -> _DrawnNoise:
         """For as many samples of each series as a share of its length."""
         lengths = [max(int(share * len(one.apart)), _LEAST_SAMPLES) for one in series]
         return cls(noise.memory, noise.white, tuple(one.apart[:n].tobytes() for one, n in zip(series, lengths, strict=True)))
@@ -177,14 +177,14 @@ class _Alike:
 
 
 @lru_cache(maxsize=16)
-def _by_chance(channels: tuple[_Alike, ...]) -> tuple[float, float]:
+def _by_chance(channels: tuple[_DrawnNoise, ...]) -> tuple[float, float]:
     """Mean and deviation of the logarithm of slow over fast power in such noise. Fits of the same runs mostly find the same noise."""
     chance = np.random.default_rng(_SEED)
     drawn = [np.log(_drawn_ratio(channels, chance)) for _ in range(_DRAWS)]
     return float(np.mean(drawn)), float(np.std(drawn, ddof=1))
 
 
-def _drawn_ratio(channels: Sequence[_Alike], chance: np.random.Generator) -> float:
+def _drawn_ratio(channels: Sequence[_DrawnNoise], chance: np.random.Generator) -> float:
     """Slow over fast power of noise of its own in each channel."""
     slow = slow_n = 0.0
     for channel in channels:

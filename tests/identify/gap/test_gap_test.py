@@ -14,8 +14,8 @@ from identify.campaign.posing import problem_of
 from identify.campaign.run import Run
 from identify.criteria import FAST_NOISE, GAP_P
 from identify.estimation.least_squares import solve
-from identify.gap import gap_test as of_gaps
-from identify.gap.gap_test import Series, _by_channel, _noise_of, gap_test, is_noise, p_words, slow_p
+from identify.gap import gap_test as module
+from identify.gap.gap_test import Series, _by_chance, _by_channel, _noise_of, gap_test, is_noise, p_words, slow_p
 from identify.gap.localise import locate
 from identify.noise import noise_model
 from identify.noise.noise_model import spacing
@@ -160,9 +160,9 @@ def test_noise_of_two_kinds_at_once_over_two_hundred_campaigns(kind):
 def test_noise_is_drawn_once_for_all_that_remembers_alike_however_loud(monkeypatch):
     rows = [noise("memory 0.5", np.random.default_rng(23)) for _ in range(4)]
     drawn = []
-    one_draw = of_gaps._drawn_ratio
-    monkeypatch.setattr(of_gaps, "_drawn_ratio", lambda channels, chance: drawn.append(channels) or one_draw(channels, chance))
-    of_gaps._by_chance.cache_clear()
+    one_draw = module._drawn_ratio
+    monkeypatch.setattr(module, "_drawn_ratio", lambda channels, chance: drawn.append(channels) or one_draw(channels, chance))
+    _by_chance.cache_clear()
     found = slow_p([rows])
     once = len(drawn)
     assert once > 0

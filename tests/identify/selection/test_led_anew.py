@@ -11,7 +11,8 @@ import pytest
 
 from identify.criteria import SAME, TO_COMPARE
 from identify.estimation.horizons import horizons
-from identify.selection import stand, weighing
+from identify.selection import stand as stand_module
+from identify.selection import weighing
 from identify.selection.evidence import Both, Evidence
 from identify.selection.stand import Weighed
 from identify.selection.weighing import led_anew, weighed
@@ -43,7 +44,7 @@ def test_a_bent_fit_is_led_to_the_likelier_place(right):
 
 
 @pytest.mark.parametrize(("slow_p", "prior_p"), [(0.5, 0.5), (1e-6, 0.5), (0.5, 1e-6)])
-def test_a_fit_of_which_the_gap_test_or_its_noise_and_place_say_nothing_unusual_is_led_nowhere(right, monkeypatch, slow_p, prior_p):
+def test_a_fit_is_led_nowhere_where_nothing_slow_is_left_or_nothing_is_unusual(right, monkeypatch, slow_p, prior_p):
     monkeypatch.setattr(weighing, "_leg", None)
     monkeypatch.setattr(weighing, "gap_test", lambda fit: SimpleNamespace(p_value=slow_p))
     monkeypatch.setattr(Evidence, "prior_p", prior_p)
@@ -52,7 +53,7 @@ def test_a_fit_of_which_the_gap_test_or_its_noise_and_place_say_nothing_unusual_
 
 @pytest.mark.parametrize(("leaves_noise", "prior_p", "is_unusual"), [(True, 0.5, False), (True, 0.01, True), (False, 0.5, True)])
 def test_what_leaves_more_than_noise_or_stands_at_an_improbable_place_is_unusual(right, monkeypatch, leaves_noise, prior_p, is_unusual):
-    monkeypatch.setattr(stand, "leaves_noise", lambda fit, noise: leaves_noise)
+    monkeypatch.setattr(stand_module, "leaves_noise", lambda fit, noise: leaves_noise)
     monkeypatch.setattr(Evidence, "prior_p", prior_p)
     assert replace(right).is_unusual == is_unusual
 
