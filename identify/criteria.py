@@ -39,8 +39,9 @@ SAME = 0.03
 DEGREES = 5.0
 """Degrees of freedom of Student's t for the noise: heavy enough for one outlier in a hundred, and finite in its fourth moment nearly."""
 
-EFFECT_SPREAD = 10.0
-"""Prior of an effect's parameter, one standard deviation in noticeable sizes; of a surely larger one its size, see `as_wide`."""
+EFFECT_SPREAD, STATED_SPREAD = 10.0, 100.0
+"""Prior of an effect's parameter, one standard deviation in noticeable sizes; of a surely larger one its size, see `as_wide`. The second
+where its numbers are stated: wide enough to say nothing of an effect that anyone would still call one."""
 
 # ---------------------------------------------------------------- estimation: what a fit is worth
 

@@ -168,8 +168,8 @@ def _judged(search: Search, foremost: Hypothesis, before: Fit, weights: Mapping[
     slight = {effect.name: (effect, size) for effect, size in slight_errors(foremost.fit)}
     verdict = doing_without(verdict, slight)
     sides = all_sides(foremost.weighed) if verdict.names and verdict.word != "unknown" else (foremost.weighed,)
-    foremost = foremost if sides[0] is foremost.weighed else replace(foremost, weighed=sides[0])
-    findings = findings_of(sides, search.fitted[()], verdict, noise) if verdict.names else ()
+    foremost = foremost if sides[0] is foremost.weighed else replace(foremost, weighed=foremost.weighed.brought_to(sides[0].stand))
+    findings = findings_of(foremost, sides, search.fitted[()], verdict, noise) if verdict.names else ()
     return _Judged(foremost, _as_far_as_known(verdict, findings, foremost), findings, noise, leaves_noise, slight)
 
 

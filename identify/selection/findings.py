@@ -13,7 +13,6 @@ from identify.criteria import TWO_SIDED_95
 from identify.estimation.parameters import STORED_FORCE
 from identify.gap.size import NoiseOfChannel, share_closed
 from identify.selection.hypotheses import Hypothesis
-from identify.selection.model_errors import effect_spreads
 from identify.selection.stand import Weighed
 from identify.selection.verdict import Finding, Verdict
 from measure.common.arrays import Array
@@ -42,19 +41,21 @@ def noise_of_channels(found: Weighed) -> tuple[NoiseOfChannel, ...]:
     return tuple(made)
 
 
-def findings_of(sides: Sequence[Weighed], nothing: Hypothesis, verdict: Verdict, noise: Sequence[NoiseOfChannel]) -> tuple[Finding, ...]:
+def findings_of(
+    foremost: Hypothesis, sides: Sequence[Weighed], nothing: Hypothesis, verdict: Verdict, noise: Sequence[NoiseOfChannel]
+) -> tuple[Finding, ...]:
     """The names of a verdict with their evidence, in order of weight.
 
     Parameters
     ----------
-    sides : the foremost hypothesis where it is likeliest, and wherever else films from one side may have it.
+    sides : the foremost hypothesis where its numbers are stated, and wherever else films from one side may have it.
     """
-    closed, foremost = share_closed(nothing.fit, sides[0].fit, noise), sides[0]
+    closed = share_closed(nothing.fit, foremost.fit, noise)
     logs = np.array([side.evidence.kept for side in sides])
     shares = np.exp(logs - np.logaddexp.reduce(logs))
     parts = [_on_all_sides([_estimated(side, name) for side in sides], shares) for name in verdict.names]
     whole = sum(part.strength for part in parts) or 1.0
-    gain = 2.0 * (foremost.log_z - nothing.weighed.log_z)
+    gain = 2.0 * (foremost.weighed.log_z - nothing.weighed.log_z)
     found = [
         Finding(
             part.effect,
@@ -153,14 +154,8 @@ def _raw(found: Weighed, name: str) -> tuple[Effect, Array, Array, Array, Array,
     effect = next((one for one in problem.effects if one.name == name), None)
     if effect is not None:
         rows = problem.rows_of(name)
-        return (
-            effect,
-            problem.scales[rows],
-            found.fit.q[rows],
-            found.covariance[np.ix_(rows, rows)],
-            effect_spreads(problem, rows, np.abs(found.fit.q[rows])),
-            found.stand.bounds[:, rows],
-        )
+        covariance, prior = found.covariance[np.ix_(rows, rows)], found.stand.columns.spread[rows - problem.first_effect]
+        return effect, problem.scales[rows], found.fit.q[rows], covariance, prior, found.stand.bounds[:, rows]
     return _forces(found)
 
 

@@ -9,7 +9,7 @@ from functools import reduce
 import numpy as np
 from numpy.typing import NDArray
 
-from identify.criteria import EFFECT_SPREAD, SLIGHT
+from identify.criteria import EFFECT_SPREAD, SLIGHT, STATED_SPREAD
 from identify.estimation.fit import Fitted, Posed
 from measure.common.arrays import Array
 from simulate.effects import (
@@ -173,12 +173,17 @@ def _determined(fit: Fitted[Posed], name: str) -> float:
     return max(1.0, float(np.sum(np.clip(known, 0.0, 1.0))))
 
 
-def effect_spreads(problem: Posed, rows: NDArray[np.intp], sizes: Array) -> Array:
-    """Standard deviations of the priors of some parameters of effects, which are of such sizes (n,), in scales."""
-    return as_wide(np.array([problem.parameters[k].spread for k in rows]), sizes)
+def effect_spreads(problem: Posed, rows: NDArray[np.intp], sizes: Array, *, widely: bool = False) -> Array:
+    """Standard deviations of the priors of some parameters of effects, which are of such sizes (n,), in scales.
+
+    widely : whether those of which nothing is known beforehand have the width with which numbers are stated.
+    """
+    known = np.array([problem.parameters[k].spread for k in rows])
+    unknown = np.array([one for effect in problem.effects for one in effect.sizes_unknown()], dtype=bool)[rows - problem.first_effect]
+    return as_wide(known, sizes, np.where(widely & unknown, STATED_SPREAD, EFFECT_SPREAD))
 
 
-def as_wide(known: Array, sizes: Array) -> Array:
+def as_wide(known: Array, sizes: Array, least: Array | float = EFFECT_SPREAD) -> Array:
     """Standard deviations (n,) of priors: ten noticeable sizes, or as large as the effect turns out beyond; less where less is known.
 
     How large an effect may be nobody knows beforehand, so the width of its prior is the likeliest one: an effect of a noticeable sizes
@@ -187,8 +192,9 @@ def as_wide(known: Array, sizes: Array) -> Array:
     Parameters
     ----------
     known : (n,) what the effect knows of itself, else infinite. sizes : (n,) that its parameters surely have, in noticeable ones.
+    least : width of what nothing is known of.
     """
-    return np.where(np.isfinite(known), np.minimum(known, EFFECT_SPREAD), np.maximum(EFFECT_SPREAD, sizes))
+    return np.where(np.isfinite(known), np.minimum(known, EFFECT_SPREAD), np.maximum(least, sizes))
 
 
 def sizes_in_tolerances(fit: Fitted[Posed], name: str) -> dict[tuple[str, int], float]:

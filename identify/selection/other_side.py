@@ -7,11 +7,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 
 import numpy as np
 
 from identify.criteria import CREDIBLE, ENOUGH, HARDLY, LOSES, TO_COMPARE
-from identify.selection.evidence import Both, Evidence
+from identify.selection.evidence import Both
 from identify.selection.model_errors import mirrored
 from identify.selection.stand import Stand, Weighed
 from identify.selection.weighing import Course, led_beside, stepped
@@ -52,26 +53,16 @@ def on_the_likelier_side(one: Weighed, *, thoroughly: bool = True) -> Weighed:
 
 
 def all_sides(one: Weighed) -> tuple[Weighed, ...]:
-    """A hypothesis, and in each mirror the same names with their directions and legs on the other side; the likeliest comes first.
+    """Where the numbers of a hypothesis are stated, and in each mirror the same names on the other side; the likeliest comes first.
 
-    Each is taken on until a step would move a parameter by less than a fifth of its standard error. To compare hypotheses it may stay up to
-    a whole one short. Names without a direction are the same on every side: then there is one only. Of the other sides their likelier
-    stand is kept only.
+    Each is taken on until a step would move a parameter by less than a fifth of its standard error, and no prior draws it towards nought:
+    to compare hypotheses it may be a whole one short. Names without a direction are the same on every side: then there is one only.
     """
     stand, noise = one.stand, one.evidence.noise
     images = [_image(stand, axis, turned) for axis, turned in stand.given.mirrors() if _has_sides(stand, axis)]
-    sides = [stepped(place, place.weighed(noise), gain=0.5 * ENOUGH) for place in (stand, *images)]
-    likeliest, *others = sorted(sides, key=lambda side: -side[1].kept)
-    return (_moved(one, *likeliest), *(Weighed(at, at, Both(of, None)) for at, of in others))
-
-
-def _moved(one: Weighed, stand: Stand, found: Evidence) -> Weighed:
-    """A hypothesis with its likelier stand somewhere else; itself where that is there already."""
-    if stand is one.stand:
-        return one
-    if one.both.is_exact:
-        return Weighed(stand, one.within, Both(found, one.both.within))
-    return Weighed(one.exact, stand, Both(one.both.exact, found))
+    places = [replace(place, widely=True) for place in (stand, *images)]
+    sides = [stepped(place, place.weighed(noise), gain=0.5 * ENOUGH) for place in places]
+    return tuple(Weighed(at, at, Both(of, None)) for at, of in sorted(sides, key=lambda side: -side[1].kept))
 
 
 def _has_sides(stand: Stand, axis: int) -> bool:

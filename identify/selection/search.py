@@ -268,18 +268,16 @@ class Search(Tried):
         promise = ahead.promise
         assert promise is not None
         self.led[ahead.names] = ahead
-        beside = ahead.beside.weighed
-        found = _fitted(beside, promise)
-        for one in (found, *(_fitted(beside, other) for other in promise.others)):
-            self._keep(ahead.names, one)
-        found = self.fitted[ahead.names].weighed
-        self.spent += _DEAD_END if found.stand.misses else 0
-        is_elsewhere = self.fitted[ahead.names].log_weight > ahead.log_weight + _DEEPER
+        for each in (promise, *promise.others):
+            self._keep(ahead.names, _fitted(ahead.beside.weighed, each))
+        found = self.fitted[ahead.names]
+        self.spent += _DEAD_END if found.weighed.stand.misses else 0
+        is_elsewhere = found.log_weight > ahead.log_weight + _DEEPER
         if is_elsewhere or len(ahead.names) == 1:  # several stand beside one that has led the base already
-            self._base_again(self.fitted[ahead.names].weighed, is_elsewhere)
-        self.reached[ahead.names] = self.fitted[ahead.names].log_weight
-        if self.reached[ahead.names] == max(self.reached.values()):  # compared as fitted: a rival may have been led on already
-            self._brought_back(self.fitted[ahead.names])
+            self._base_again(found.weighed, is_elsewhere)
+        self.reached[ahead.names] = found.log_weight
+        if found.log_weight == max(self.reached.values()):  # compared as fitted: a rival may have been led on already
+            self._brought_back(found)
         likeliest = max(self.fitted.values(), key=lambda one: one.log_weight)
         if ahead.names == likeliest.names:
             self._with_less(likeliest)

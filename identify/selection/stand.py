@@ -37,7 +37,7 @@ class Stand:
     """A fit of a model file that is off by `sizes` (q,) of its errors, in tolerances.
 
     given : the model file itself, without these errors. left_out : an effect that is taken out along straight lines. is_fresh : whether the
-    linear pieces were worked out right here.
+    linear pieces were worked out right here. widely : whether its effects have the priors with which their numbers are stated.
     """
 
     given: Problem
@@ -46,6 +46,7 @@ class Stand:
     sizes: Array
     left_out: str = ""
     is_fresh: bool = False
+    widely: bool = False
 
     @classmethod
     def exact(cls, fit: Fit) -> Stand:
@@ -137,7 +138,8 @@ class Stand:
         information = fit.jacobian.T @ fit.jacobian + ANYWHERE**-2.0 * np.eye(len(fit.q))
         deviation = np.sqrt(np.diag(Factored.of(information).inverse)[kept])
         sure = np.abs(fit.q[kept]) - TWO_SIDED_95 * deviation
-        return Columns(fit.jacobian[:m, kept], effect_spreads(fit.problem, kept, sure), fit.q[kept], *self.bounds[:, kept])
+        spread = effect_spreads(fit.problem, kept, sure, widely=self.widely)
+        return Columns(fit.jacobian[:m, kept], spread, fit.q[kept], *self.bounds[:, kept])
 
     @property
     def _out(self) -> NDArray[np.intp]:
@@ -311,6 +313,13 @@ class Weighed:
         exact, within, noise = self.exact.doing_without(name), self.within.doing_without(name), self.evidence.noise
         loose = within.weighed(noise) if within.lines().errors.shape[1] else None
         return replace(self, exact=exact, within=within, both=Both(exact.weighed(noise), loose))
+
+    def brought_to(self, stand: Stand) -> Weighed:
+        """The same with its likelier stand at the place of another one, with its own priors."""
+        at = replace(stand, widely=False)
+        found = at.weighed(self.evidence.noise)
+        is_exact, both = self.both.is_exact, self.both
+        return Weighed(at, self.within, Both(found, both.within)) if is_exact else Weighed(self.exact, at, Both(both.exact, found))
 
     def signatures_of(self, effect: Effect) -> list[Signature]:
         """What an effect does to the gaps in each of its shapes."""

@@ -1,0 +1,74 @@
+"""Numbers are stated as the measurements have them: how large effects usually are serves to compare hypotheses, and draws no number."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from identify.campaign.posing import problem_of
+from identify.campaign.runs import read_campaign
+from identify.criteria import EFFECT_SPREAD, STATED_SPREAD
+from identify.estimation.problem import Fit
+from identify.selection import findings
+from identify.selection.evidence import Both
+from identify.selection.other_side import all_sides
+from identify.selection.stand import Stand, Weighed
+from identify.selection.weighing import stepped
+from simulate.effects import LegDisparity, PlatformInertia, RateDependentAsymptotes, Ripple, TransitionZone
+from simulate.files.model_file import read_model
+
+
+def stand_at(folder, effects, values=None):
+    """A stand with the model file and its releases as they are given, the effects with these values."""
+    problem = problem_of(read_model(folder / "model.toml"), read_campaign([folder / "campaign.toml"])).with_effects(effects)
+    q = problem.start.copy()
+    if values is not None:
+        q[problem.first_effect :] = values / problem.scales[problem.first_effect :]
+    return Stand.exact(Fit(problem, q, *problem.jacobian(q), True))
+
+
+@pytest.mark.parametrize(
+    ("kind", "free"),
+    [
+        (TransitionZone, [True, False]),  # a length is no size
+        (Ripple, [True, False, False]),
+        (LegDisparity, [False] * 6),  # what all legs have in common is the law's
+        (PlatformInertia, [True] * 3),
+        (RateDependentAsymptotes, [True] * 8),
+    ],
+)
+def test_a_number_is_free_where_only_measurements_tell_how_large_it_is(kind, free):
+    assert kind.sizes_unknown() == free
+
+
+def test_priors_are_wide_where_numbers_are_stated_but_for_shapes_legs_and_what_is_known(campaign):
+    stand = stand_at(campaign(None, 881, loops=(), deployments=({},), hold_out=False), [TransitionZone(), LegDisparity()])
+    wide = Stand(stand.given, stand.fit, stand.errors, stand.sizes, widely=True)
+    assert stand.columns.spread.tolist() == [EFFECT_SPREAD] * 8
+    assert wide.columns.spread.tolist() == [STATED_SPREAD, *[EFFECT_SPREAD] * 7]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", [1, 2, 3])
+def test_intervals_hold_the_truth_where_films_alone_hardly_tell_the_numbers_apart(campaign, seed):
+    """Eight numbers of thirty noticeable sizes each, of which two films determine a few directions only."""
+    kind = RateDependentAsymptotes()
+    true = np.random.default_rng(seed).normal(0.0, 30.0, 8) * kind.typical()
+    deployments: tuple = ({}, {"geometry.stowed_height_m": 0.35})
+    folder = campaign(kind.with_flat(true), 300 + seed, loops=(), deployments=deployments, hold_out=False)
+    stand, found = stepped(start := stand_at(folder, [kind], true), start.weighed())
+    compared = Weighed(stand, stand, Both(found, None))
+    (stated,) = all_sides(compared)
+    before, after = (findings._estimated(one, kind.name) for one in (compared, stated))
+    assert held(after.ci95, true) == 8
+    assert held(before.ci95, true) < 8
+    assert np.max(after.stderr / before.stderr) > 2.0
+    again = compared.brought_to(stated.stand)
+    assert again.fit is stated.fit
+    assert again.log_z == pytest.approx(compared.log_z, abs=3.0)  # the same integral, taken from another place
+    assert stated.log_z < compared.log_z  # a wider prior
+
+
+def held(ci95, true):
+    """How many numbers lie in their intervals."""
+    return int(np.sum((ci95[:, 0] <= true) & (true <= ci95[:, 1])))
