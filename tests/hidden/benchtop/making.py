@@ -9,6 +9,7 @@ from __future__ import annotations
 import json
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
@@ -90,6 +91,7 @@ def _make(spec: Spec, folder: Path, sealed: Path) -> None:
     write_text(sealed, json.dumps(_sealed(spec, case), indent=1))
 
 
+@lru_cache(1)  # what is made is often looked at
 def drawn_case(spec: Spec) -> Case:
     """What a spec stands for, always the same; of an error the first one drawn that its runs show, or else what shows most."""
     chance = spec.chance
