@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -72,3 +74,29 @@ def test_intervals_hold_the_truth_where_films_alone_hardly_tell_the_numbers_apar
 def held(ci95, true):
     """How many numbers lie in their intervals."""
     return int(np.sum((ci95[:, 0] <= true) & (true <= ci95[:, 1])))
+
+
+@pytest.mark.parametrize("is_exact", [True, False])
+def test_a_hypothesis_goes_where_it_is_stated_with_its_likelier_stand_and_its_own_priors(campaign, is_exact):
+    stand = stand_at(campaign(None, 882, loops=(), deployments=({},), hold_out=False), [TransitionZone()])
+    other, found = replace(stand, is_fresh=False), stand.weighed()
+    one = Weighed(stand, other, Both(found, replace(found, log_z=found.log_z + (-50.0 if is_exact else 50.0))))
+    there = one.brought_to(stand_at_law(stand, 0.1))
+    moved, left = (there.exact, there.within) if is_exact else (there.within, there.exact)
+    assert left is (other if is_exact else stand)
+    assert moved.fit.q[0] == 0.1
+    assert not moved.widely
+    assert there.stand is moved
+    assert there.evidence.columns.spread.tolist() == [EFFECT_SPREAD] * 2
+
+
+def stand_at_law(stand, place):
+    """The same with another force law, its effects with wide priors."""
+    q = stand.fit.q.copy()
+    q[0] = place
+    return replace(stand.at(stand.fit.problem, q, stand.sizes), widely=True)
+
+
+def test_what_a_name_brings_is_what_it_was_compared_by(shaken):
+    """The wide prior of what is stated costs a log evidence of ln 10 for each number."""
+    assert shaken.findings[0].delta_bic == pytest.approx(shaken.ranking[0].delta_bic, abs=2.0)
