@@ -14,6 +14,7 @@ from hypothesis import strategies as st
 
 from identify.selection import model_errors
 from identify.selection.model_errors import TOLERANCE_OF, _determined, slight_errors
+from simulate.effects import GeometryError
 from simulate.files.model_file import add_effects, read_model
 
 NAME = "geometry-error"
@@ -25,8 +26,9 @@ def fit_of(deviations) -> Any:
         SimpleNamespace(name="beta_per_m", spread=2.0),
         *(SimpleNamespace(name=f"{NAME}.position_m[{i}]", spread=10.0) for i in range(36)),
     ]
-    effect = SimpleNamespace(name=NAME)
-    problem = SimpleNamespace(parameters=rows, first_effect=1, effects_at=lambda _: (effect,), rows_of=lambda _: np.arange(1, 37))
+    effects = (GeometryError(),)
+    own = {"effects": effects, "effects_at": lambda _: effects, "rows_of": lambda _: np.arange(1, 37)}
+    problem = SimpleNamespace(parameters=rows, first_effect=1, **own)
     return SimpleNamespace(problem=problem, q=np.zeros(37), covariance=np.diag([0.1, *np.square(deviations)]))
 
 
