@@ -41,7 +41,7 @@ DEGREES = 5.0
 
 EFFECT_SPREAD, STATED_SPREAD = 10.0, 100.0
 """Prior of an effect's parameter, one standard deviation in noticeable sizes; of a surely larger one its size, see `as_wide`. The second
-where its numbers are stated: wide enough to say nothing of an effect that anyone would still call one."""
+is for numbers that are stated: so wide that it hardly moves them."""
 
 # ---------------------------------------------------------------- estimation: what a fit is worth
 

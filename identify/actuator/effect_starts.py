@@ -6,10 +6,10 @@ A model with an effect more can say all that the model without it says, so its f
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import fields
 
 import numpy as np
 
+from identify.estimation.parameters import amplitudes_of
 from identify.estimation.problem import Problem
 from measure.common.arrays import Array
 from simulate.model.effect import Effect
@@ -63,12 +63,6 @@ def _at_share(exact: Problem, off: Array, q: Array, rows: slice, shape: Effect, 
     yield np.clip(grown, *exact.bounds)
 
 
-def amplitudes_of(kind: type[Effect]) -> tuple[list[bool], list[bool]]:
-    """Of each flat parameter, whether it is an amplitude and not a shape; and whether the effect grows in proportion to it."""
-    rows = [(not item.metadata["starts"], item.metadata["linear"]) for item in fields(kind) for _ in range(_width(item.default))]
-    return [amplitude for amplitude, _ in rows], [amplitude and linear for amplitude, linear in rows]
-
-
 def _about_mean(values: Array) -> Array:
     return values - values.mean()
 
@@ -86,7 +80,3 @@ def _amplitudes(shape: Effect, problem: Problem) -> Iterator[Array]:
     stroke = max(float(np.ptp(loop.data.elongation_m[loop.data.used])) for loop in problem.loops)
     for part in _PATHS:
         yield np.where(free & ~linear, part * stroke, shape.flat())
-
-
-def _width(default: object) -> int:
-    return len(default) if isinstance(default, tuple) else 1

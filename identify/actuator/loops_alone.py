@@ -9,14 +9,14 @@ from pathlib import Path
 
 import numpy as np
 
-from identify.actuator.effect_starts import amplitudes_of, starts_with_effects
+from identify.actuator.effect_starts import starts_with_effects
 from identify.actuator.rates_and_strokes import polynomials_for
 from identify.campaign.measures import measures_of_loops
 from identify.campaign.noise import loop_run
 from identify.campaign.prepared import LoopRun, beta_bounds
 from identify.campaign.run import Run
 from identify.estimation.least_squares import solve
-from identify.estimation.parameters import BASE, BETA_NAME, Change
+from identify.estimation.parameters import BASE, BETA_NAME, Change, amplitudes_of
 from identify.estimation.problem import Fit, Problem
 from identify.estimation.rate import Abscissa
 from identify.loops.loop_data import LoopData

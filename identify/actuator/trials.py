@@ -11,12 +11,13 @@ from numpy.typing import NDArray
 from scipy.stats import chi2
 
 from identify.actuator.actuator_fit import Trial
-from identify.actuator.effect_starts import amplitudes_of, starts_with_effects
+from identify.actuator.effect_starts import starts_with_effects
 from identify.actuator.loops_alone import HELD_IN_LOOPS, searched, variants
 from identify.actuator.rounding import rounded_only
 from identify.criteria import SURE_EFFECT
 from identify.estimation.estimates import away_from_turns
 from identify.estimation.least_squares import solve
+from identify.estimation.parameters import amplitudes_of
 from identify.estimation.problem import Fit, Problem
 from identify.loops.loop_data import effective_number, first_cycles
 from measure.common.arrays import Array

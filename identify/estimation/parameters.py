@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, fields, replace
 from functools import cached_property
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 
@@ -120,6 +120,27 @@ def effect_parameters(effect: Effect, model: Model, measures: Measures, spread: 
         Parameter(f"{effect.name}.{name}", float(t), narrowest, float((low - value) / t), float((high - value) / t), start=float(value))
         for name, value, t, (low, high) in rows
     ]
+
+
+def amplitudes_of(kind: type[Effect]) -> tuple[list[bool], list[bool]]:
+    """Of each flat parameter, whether it is an amplitude and not a shape; and whether the effect grows in proportion to it."""
+    rows = [(not meta["starts"], meta["linear"]) for meta in _metadata_of(kind)]
+    return [amplitude for amplitude, _ in rows], [amplitude and linear for amplitude, linear in rows]
+
+
+def sizes_unknown(kind: type[Effect]) -> list[bool]:
+    """Of each flat parameter, whether only measurements tell how large it is: an amplitude to which the effect grows in proportion.
+
+    A shape is known as far as its effect makes sense. Of values of the legs the common part is the law's own.
+    """
+    of_legs = [meta["mirror"] == "legs" for meta in _metadata_of(kind)]
+    return [free and not legs for free, legs in zip(amplitudes_of(kind)[1], of_legs, strict=True)]
+
+
+def _metadata_of(kind: type[Effect]) -> list[Mapping[str, Any]]:
+    """What a class says of each parameter, laid flat."""
+    by_name = {item.name: item.metadata for item in fields(kind)}
+    return [by_name[name.partition("[")[0]] for name in kind.flat_names()]
 
 
 Word = Literal[

@@ -36,7 +36,7 @@ from identify.selection.explanation import Explanation, Held, Ranked
 from identify.selection.findings import findings_of, noise_of_channels
 from identify.selection.hypotheses import BUDGETS, MODEL_ERRORS, Budget, Hypothesis, Say, log_prior
 from identify.selection.model_errors import FORCES, slight_errors
-from identify.selection.other_side import all_sides
+from identify.selection.other_side import all_sides, brought_to
 from identify.selection.search import Search
 from identify.selection.stand import Stand, Weighed
 from identify.selection.verdict import Finding, Names, Verdict, after_a_veto, doing_without, in_a_class, is_unnamed, verdict_of
@@ -168,7 +168,7 @@ def _judged(search: Search, foremost: Hypothesis, before: Fit, weights: Mapping[
     slight = {effect.name: (effect, size) for effect, size in slight_errors(foremost.fit)}
     verdict = doing_without(verdict, slight)
     sides = all_sides(foremost.weighed) if verdict.names and verdict.word != "unknown" else (foremost.weighed,)
-    foremost = foremost if sides[0] is foremost.weighed else replace(foremost, weighed=foremost.weighed.brought_to(sides[0].stand))
+    foremost = foremost if sides[0] is foremost.weighed else replace(foremost, weighed=brought_to(foremost.weighed, sides[0].stand))
     findings = findings_of(foremost, sides, search.fitted[()], verdict, noise) if verdict.names else ()
     return _Judged(foremost, _as_far_as_known(verdict, findings, foremost), findings, noise, leaves_noise, slight)
 

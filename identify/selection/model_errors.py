@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from identify.criteria import EFFECT_SPREAD, SLIGHT, STATED_SPREAD
 from identify.estimation.fit import Fitted, Posed
+from identify.estimation.parameters import sizes_unknown
 from measure.common.arrays import Array
 from simulate.effects import (
     CentreOfMassOffset,
@@ -174,12 +175,9 @@ def _determined(fit: Fitted[Posed], name: str) -> float:
 
 
 def effect_spreads(problem: Posed, rows: NDArray[np.intp], sizes: Array, *, widely: bool = False) -> Array:
-    """Standard deviations of the priors of some parameters of effects, which are of such sizes (n,), in scales.
-
-    widely : whether those of which nothing is known beforehand have the width with which numbers are stated.
-    """
+    """Standard deviations (n,) of the priors of some parameters of effects, of such sizes (n,), in scales. widely : to state numbers."""
     known = np.array([problem.parameters[k].spread for k in rows])
-    unknown = np.array([one for effect in problem.effects for one in effect.sizes_unknown()], dtype=bool)[rows - problem.first_effect]
+    unknown = np.array([one for effect in problem.effects for one in sizes_unknown(type(effect))], dtype=bool)[rows - problem.first_effect]
     return as_wide(known, sizes, np.where(widely & unknown, STATED_SPREAD, EFFECT_SPREAD))
 
 

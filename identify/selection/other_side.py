@@ -65,6 +65,13 @@ def all_sides(one: Weighed) -> tuple[Weighed, ...]:
     return tuple(Weighed(at, at, Both(of, None)) for at, of in sorted(sides, key=lambda side: -side[1].kept))
 
 
+def brought_to(one: Weighed, stand: Stand) -> Weighed:
+    """A hypothesis with its likelier stand at the place where it is stated, but with the priors by which it is compared."""
+    at, both = replace(stand, widely=False), one.both
+    found = at.weighed(one.evidence.noise)
+    return Weighed(at, one.within, Both(found, both.within)) if both.is_exact else Weighed(one.exact, at, Both(both.exact, found))
+
+
 def _has_sides(stand: Stand, axis: int) -> bool:
     """Whether an effect of the hypothesis is another one in the mirror."""
     return not np.allclose(_effects_in_mirror(stand, axis), stand.fit.q)

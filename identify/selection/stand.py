@@ -314,13 +314,6 @@ class Weighed:
         loose = within.weighed(noise) if within.lines().errors.shape[1] else None
         return replace(self, exact=exact, within=within, both=Both(exact.weighed(noise), loose))
 
-    def brought_to(self, stand: Stand) -> Weighed:
-        """The same with its likelier stand at the place of another one, with its own priors."""
-        at = replace(stand, widely=False)
-        found = at.weighed(self.evidence.noise)
-        is_exact, both = self.both.is_exact, self.both
-        return Weighed(at, self.within, Both(found, both.within)) if is_exact else Weighed(self.exact, at, Both(both.exact, found))
-
     def signatures_of(self, effect: Effect) -> list[Signature]:
         """What an effect does to the gaps in each of its shapes."""
         if effect.name not in self.signatures:

@@ -239,14 +239,6 @@ class Effect(Formulas):
         return all(meta["linear"] for _, meta in cls._flat_metadata())
 
     @classmethod
-    def sizes_unknown(cls) -> list[bool]:
-        """Of each flat parameter, whether only measurements tell how large it is: an amplitude, which makes the effect grow in proportion.
-
-        A shape is known as far as its effect makes sense. Of values of the legs the common part is the law's own.
-        """
-        return [meta["linear"] and not meta["starts"] and meta["mirror"] != "legs" for _, meta in cls._flat_metadata()]
-
-    @classmethod
     def flat_names(cls) -> list[str]:
         """Names of the parameters with vectors laid flat: `force_N[0]`, `force_N[1]` ..."""
         return [name for name, _ in cls._flat_metadata()]

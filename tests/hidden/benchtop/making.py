@@ -91,7 +91,7 @@ def _make(spec: Spec, folder: Path, sealed: Path) -> None:
     write_text(sealed, json.dumps(_sealed(spec, case), indent=1))
 
 
-@lru_cache(1)  # what is made is often looked at
+@lru_cache(1)  # a case is made, and then looked at
 def drawn_case(spec: Spec) -> Case:
     """What a spec stands for, always the same; of an error the first one drawn that its runs show, or else what shows most."""
     chance = spec.chance

@@ -10,10 +10,11 @@ import pytest
 from identify.campaign.posing import problem_of
 from identify.campaign.runs import read_campaign
 from identify.criteria import EFFECT_SPREAD, STATED_SPREAD
+from identify.estimation.parameters import sizes_unknown
 from identify.estimation.problem import Fit
 from identify.selection import findings
 from identify.selection.evidence import Both
-from identify.selection.other_side import all_sides
+from identify.selection.other_side import all_sides, brought_to
 from identify.selection.stand import Stand, Weighed
 from identify.selection.weighing import stepped
 from simulate.effects import LegDisparity, PlatformInertia, RateDependentAsymptotes, Ripple, TransitionZone
@@ -40,7 +41,7 @@ def stand_at(folder, effects, values=None):
     ],
 )
 def test_a_number_is_free_where_only_measurements_tell_how_large_it_is(kind, free):
-    assert kind.sizes_unknown() == free
+    assert sizes_unknown(kind) == free
 
 
 def test_priors_are_wide_where_numbers_are_stated_but_for_shapes_legs_and_what_is_known(campaign):
@@ -65,7 +66,7 @@ def test_intervals_hold_the_truth_where_films_alone_hardly_tell_the_numbers_apar
     assert held(after.ci95, true) == 8
     assert held(before.ci95, true) < 8
     assert np.max(after.stderr / before.stderr) > 2.0
-    again = compared.brought_to(stated.stand)
+    again = brought_to(compared, stated.stand)
     assert again.fit is stated.fit
     assert again.log_z == pytest.approx(compared.log_z, abs=3.0)  # the same integral, taken from another place
     assert stated.log_z < compared.log_z  # a wider prior
@@ -81,7 +82,7 @@ def test_a_hypothesis_goes_where_it_is_stated_with_its_likelier_stand_and_its_ow
     stand = stand_at(campaign(None, 882, loops=(), deployments=({},), hold_out=False), [TransitionZone()])
     other, found = replace(stand, is_fresh=False), stand.weighed()
     one = Weighed(stand, other, Both(found, replace(found, log_z=found.log_z + (-50.0 if is_exact else 50.0))))
-    there = one.brought_to(stand_at_law(stand, 0.1))
+    there = brought_to(one, stand_at_law(stand, 0.1))
     moved, left = (there.exact, there.within) if is_exact else (there.within, there.exact)
     assert left is (other if is_exact else stand)
     assert moved.fit.q[0] == 0.1
