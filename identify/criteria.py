@@ -206,6 +206,9 @@ moved within them: a tolerance is itself known to a factor of two at best."""
 NO_WORSE = 1.02
 """Times the gap of a run that was held out, up to which names do not make it worse: its simulation and release are exact to a percent."""
 
+NOISE_AGAIN = 2.0**0.5
+"""Times its noise from which on a run that was held out is left with more: with a gap as large as the noise beside it."""
+
 UNNAMED = 0.02
 """Prior probability of a force that no catalogue holds, all tables together."""
 

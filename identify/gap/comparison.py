@@ -1,16 +1,19 @@
-"""Measured against modelled, channel by channel, and what a comparison found: plain data."""
+"""Measured against modelled, channel by channel, and what a comparison found, of a run held out as well: plain data."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from identify.campaign.prepared import Film
-from identify.criteria import GAP_P
+from identify.criteria import GAP_P, NO_WORSE, NOISE_AGAIN
 from identify.estimation.fit import Block
 from identify.estimation.problem import Fit
-from identify.gap.gap_test import GapTest
+from identify.gap.gap_test import GapTest, leaves_noise
+from identify.gap.size import NoiseOfChannel, gap_left, noise_over_stated
+from identify.noise.noise_model import ChannelNoise
 from measure.common.arrays import Array
 from measure.notebook.shown import Shown
 
@@ -80,3 +83,49 @@ def curves_of(fit: Fit) -> tuple[Curve, ...]:
 def _film_values(film: Film, block: Block) -> tuple[Array, Array, Array]:
     row, at = film.channels.index(block.channel), block.samples
     return film.time_s[at] + film.clock_s, film.values[row, at], film.sigma[row, at]
+
+
+@dataclass(frozen=True)
+class Held:
+    """A run that took no part: its gap before and after, only its own release fitted.
+
+    lead : log probability of the run with the names, over that without, all that the fits leave open integrated out; NaN where it was
+    not asked for, because the names make no gap larger. noise : of the channels of the runs that took part.
+    """
+
+    before: Fit
+    after: Fit
+    lead: float = float("nan")
+    noise: Sequence[NoiseOfChannel] = ()
+
+    @property
+    def name(self) -> str:
+        """Of the run."""
+        return self.after.problem.blocks[0].run
+
+    @property
+    def left(self) -> float:
+        """Its gap after, in units of the noise of the same channels in the other runs."""
+        return gap_left(self.after) / noise_over_stated(self.noise, [self.after])
+
+    @property
+    def misses(self) -> bool:
+        """Whether it is left with more than noise: with as much again, and slower than the noise of the other runs is."""
+        known = sorted(self.noise, key=lambda one: one.model.memory)
+        of = {one.channel: one.model for one in known}
+        most = known[-1].model if known else ChannelNoise()  # for a channel that no other run has
+        own = [of.get(block.channel, most) for block in self.after.problem.blocks]
+        return self.left > NOISE_AGAIN and not leaves_noise(self.after, own)
+
+    @property
+    def grows(self) -> bool:
+        """Whether the names make its gap larger."""
+        return gap_left(self.after) > NO_WORSE * gap_left(self.before)
+
+    @property
+    def contradicts(self) -> bool:
+        """Whether the names make it larger than chance does, which happens to right names at most once in a thousand runs.
+
+        That a model which is right makes what was measured so much less probable than another one has at most that probability.
+        """
+        return self.grows and self.lead < np.log(GAP_P)

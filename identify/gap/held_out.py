@@ -11,13 +11,18 @@ from identify.estimation.horizons import solve_from_afar
 from identify.estimation.least_squares import laid_out, solve
 from identify.estimation.multistart import released_again
 from identify.estimation.problem import Fit
+from identify.gap.comparison import Held
+from identify.gap.size import NoiseOfChannel
 
 
-def held_out(run: Run, before: Fit, after: Fit) -> tuple[Fit, Fit]:
-    """A run that took no part, under two models; its release is looked for from where it is under the other one, too."""
+def held_out(run: Run, before: Fit, after: Fit, noise: Sequence[NoiseOfChannel]) -> Held:
+    """A run that took no part, under two models; its release is looked for from where it is under the other one, too.
+
+    noise : of the runs that took part.
+    """
     without = carried_over(before, run)
     having = carried_over(after, run, (without,))
-    return _with_release_of(without, having), having
+    return Held(_with_release_of(without, having), having, noise=noise)
 
 
 def carried_over(fit: Fit, run: Run, others: Sequence[Fit] = ()) -> Fit:

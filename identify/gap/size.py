@@ -11,6 +11,7 @@ from identify.campaign.noise import high_frequency
 from identify.criteria import HALF, SPIKE
 from identify.estimation.fit import Fitted, Posed
 from identify.loops.interference import jumps
+from identify.noise.noise_model import ChannelNoise
 from measure.common.arrays import Array
 
 
@@ -30,16 +31,21 @@ def without_spikes(gaps: Array) -> Array:
 
 @dataclass(frozen=True)
 class NoiseOfChannel:
-    """sigma : standard deviation in the channel's unit. lag1 : correlation from sample to sample. rows : of the gap vector. over : sigma in
-    units of that which the channel was taken to have."""
+    """sigma : standard deviation in the channel's unit. rows : of the gap vector. over : sigma in units of that which the channel was taken
+    to have. model : what whitens it."""
 
     run: str
     channel: str
     sigma: float
-    lag1: float
     outliers_percent: float
     rows: slice
     over: float
+    model: ChannelNoise
+
+    @property
+    def lag1(self) -> float:
+        """Correlation from sample to sample."""
+        return self.model.lag1
 
 
 def gap_left(*fits: Fitted[Posed]) -> float:

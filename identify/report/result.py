@@ -119,6 +119,7 @@ def _gaps(found: Explanation) -> dict[str, Any]:
             "before": {"rms_over_noise": gap_left(*(held.before for held in found.held)) / over},
             "after": {"rms_over_noise": gap_left(*(held.after for held in found.held)) / over},
             "lead": float(np.sum([held.lead for held in found.held])),
+            "missed": found.missed,
         }
     return gaps
 
@@ -154,7 +155,7 @@ def base_moves(found: Explanation) -> dict[str, Any]:
 
 
 def _missing_force(found: Explanation, file: str | None) -> str | None:
-    if found.verdict not in ("unknown", "partly"):
+    if not found.is_open:
         return None
     texts = [f"Table: {file}"] if file else []
     texts[:0] = [found.in_legs.sentence] if found.in_legs else []
@@ -200,7 +201,7 @@ def _column_worth_trying(found: Explanation) -> list[str]:
 
 def missing_table(found: Explanation) -> dict[str, Any] | None:
     """The force that no effect explains, as a table: on the platform, or in the loops where no deployment was given."""
-    if found.verdict not in ("unknown", "partly"):
+    if not found.is_open:
         return None
     return found.missing.columns if found.missing is not None else force_in_loops(found.after)[1]
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from identify.criteria import LIKELY, SLIGHT
+from identify.gap.comparison import Held
 from identify.gap.dragged import Dragged, dragged, in_words
 from identify.selection.explanation import Explanation
 from identify.selection.model_errors import FORCES
@@ -22,13 +23,13 @@ def sentence(found: Explanation) -> str:
 
 def moved_far(found: Explanation) -> tuple[Dragged, ...]:
     """What the fit behind the answer moved far; where nothing closes the gap, what the releases alone moved under the model as given."""
-    return dragged(found.as_given if found.verdict in ("unknown", "partly") else found.after)
+    return dragged(found.as_given if found.is_open else found.after)
 
 
 def _finding_in_words(found: Explanation) -> str:
     plain = {
         "no-gap": "what is left between model and measurement is noise" + _colour(found) + _likelier(found) + _within(found),
-        "unknown": "there is a gap, and " + _why_unknown(found) + _in_formula(found),
+        "unknown": "there is a gap" + _why_unknown(found) + _in_formula(found),
     }
     if found.verdict in plain:
         return plain[found.verdict]
@@ -45,11 +46,24 @@ def _opening(found: Explanation) -> str:
     return opens["named" if is_one else found.verdict]
 
 
+def _missed(found: Explanation) -> str:
+    """Which run held out is left with more than noise, where the others are not."""
+    most = _strange(found)
+    return f"{most.name}, which was held out, is left with {most.left:.2g} times its noise, the runs that took part with noise alone"
+
+
+def _strange(found: Explanation) -> Held:
+    """The run held out that is left with most."""
+    return max(found.held, key=lambda one: one.left)
+
+
 def _why_unknown(found: Explanation) -> str:
+    if found.missed:
+        return f": {_missed(found)}"
     if not found.vetoed:
-        return "nothing in the catalogue explains it"
+        return ", and nothing in the catalogue explains it"
     best = f"what explains it best ({' and '.join(found.vetoed)})"
-    return f"{best} makes the gap of a run held out larger than chance does, so it is not named"
+    return f", and {best} makes the gap of a run held out larger than chance does, so it is not named"
 
 
 def _by_chance(found: Explanation) -> str:
@@ -63,6 +77,8 @@ def left_sentence(found: Explanation) -> str | None:
     """What is left where names explain a part only."""
     if found.verdict != "partly":
         return None
+    if found.missed:
+        return _missed(found)
     share, over = 100.0 * found.share_closed, found.over_noise(found.after)
     goes = f", {found.missing.goes_with}" if found.missing is not None else ""
     return f"{share:.0f} % of the gap; {over:.3g} times the noise is left{goes}{_in_formula(found)}"
@@ -149,6 +165,8 @@ def next_experiment(found: Explanation) -> str | None:
         if best.surest < LIKELY:
             return f"No single further test is likely to tell {name} from its rivals; {words} would split off {split} of cases."
         return f"To tell {name} from its rivals, add {words}; predicted to split off {split} of cases."
+    if found.missed:
+        return f"Compare how {_strange(found).name} was made (load, release, temperature, camera) with the others, or hold out another run."
     if measured := _measured_instead(found):
         return f"Measure {' and '.join(measured)}; that needs no further deployment."
     rivals = ", ".join(found.findings[0].equivalents) if found.verdict == "class" else ""

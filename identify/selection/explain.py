@@ -27,19 +27,30 @@ from identify.estimation.least_squares import laid_out, solve
 from identify.estimation.parameters import Change
 from identify.estimation.problem import Fit, Problem
 from identify.gap.bent_law import with_law_as_given
+from identify.gap.comparison import Held
 from identify.gap.held_out import carried_over, held_out
 from identify.gap.leg_force import LegForce
 from identify.gap.platform_force import ForceAlongTime, ForceTable, MissingForce
 from identify.gap.size import NoiseOfChannel, halves, share_closed
 from identify.gap.unnamed import Unnamed, simulated
-from identify.selection.explanation import Explanation, Held, Ranked
+from identify.selection.explanation import Explanation, Ranked
 from identify.selection.findings import findings_of, noise_of_channels
 from identify.selection.hypotheses import BUDGETS, MODEL_ERRORS, Budget, Hypothesis, Say, log_prior
 from identify.selection.model_errors import FORCES, slight_errors
 from identify.selection.other_side import all_sides, brought_to
 from identify.selection.search import Search
 from identify.selection.stand import Stand, Weighed
-from identify.selection.verdict import Finding, Names, Verdict, after_a_veto, doing_without, in_a_class, is_unnamed, verdict_of
+from identify.selection.verdict import (
+    Finding,
+    Names,
+    Verdict,
+    after_a_miss,
+    after_a_veto,
+    doing_without,
+    in_a_class,
+    is_unnamed,
+    verdict_of,
+)
 from simulate.effects import CATALOGUE, GeometryError
 from simulate.model.effect import Effect
 from simulate.model.model import Model
@@ -102,7 +113,7 @@ def _explained(
     judged = _judged(search, foremost, before, weights)
     foremost, verdict, findings, after = judged.foremost, judged.verdict, judged.findings, judged.foremost.fit
     say("looking at the runs held out")
-    held = tuple(Held(*held_out(run, before, after)) for run in runs if run.hold_out)
+    held = tuple(held_out(run, before, after, judged.noise) for run in runs if run.hold_out)
     if verdict.names and any(one.grows for one in held):
         held = tuple(replace(one, lead=_lead(one, nothing.weighed, foremost.weighed)) for one in held)
         is_worse = any(one.contradicts for one in held)
@@ -113,6 +124,8 @@ def _explained(
         findings, after = (), before
         held = tuple(replace(one, after=one.before) for one in held)
     is_open = verdict.word in ("unknown", "partly")
+    missed = not is_open and any(one.misses for one in held)
+    verdict = after_a_miss(verdict) if missed else verdict
     if zeros_may_differ and is_open and zeros_differ(after) and _zeros_help(after):
         say("giving each loop a zero of its own")
         return _explained(replace(problem, own_zeros=True), runs, catalogue, budget, say, zeros_may_differ=False)
@@ -138,6 +151,7 @@ def _explained(
         _next_tests(after, rivals, verdict),
         (*said.weighed.stand.moved, *(judged.slight[name] for name in said.names if name in judged.slight and name not in verdict.names)),
         verdict.vetoed,
+        missed,
     )
 
 

@@ -5,16 +5,14 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
-import numpy as np
-
 from identify.campaign.noiseless import AddedNoise
-from identify.criteria import GAP_P, NO_WORSE
 from identify.design.further_test import NextTest
 from identify.draft.drafted import Drafted
 from identify.estimation.problem import Fit
+from identify.gap.comparison import Held
 from identify.gap.leg_force import LegForce
 from identify.gap.platform_force import MissingForce
-from identify.gap.size import NoiseOfChannel, gap_left, rms_over_noise, share_closed
+from identify.gap.size import NoiseOfChannel, rms_over_noise, share_closed
 from identify.selection.verdict import Finding, Names, may_be_nothing
 from measure.notebook.shown import Shown
 from simulate.model.effect import Effect
@@ -35,32 +33,6 @@ class DetectionLimit:
     easiest: Mapping[str, float]
 
 
-@dataclass(frozen=True)
-class Held:
-    """A run that took no part: its gap before and after, only its own release fitted.
-
-    lead : log probability of the run with the names, over that without, all that the fits leave open integrated out; NaN where it was
-    not asked for, because the names make no gap larger.
-    """
-
-    before: Fit
-    after: Fit
-    lead: float = float("nan")
-
-    @property
-    def grows(self) -> bool:
-        """Whether the names make its gap larger."""
-        return gap_left(self.after) > NO_WORSE * gap_left(self.before)
-
-    @property
-    def contradicts(self) -> bool:
-        """Whether the names make it larger than chance does, which happens to right names at most once in a thousand runs.
-
-        That a model which is right makes what was measured so much less probable than another one has at most that probability.
-        """
-        return self.grows and self.lead < np.log(GAP_P)
-
-
 @dataclass(frozen=True, repr=False)
 class Explanation(Shown, by="identify.report.showing.ShowingExplanation"):
     """What came out.
@@ -70,6 +42,7 @@ class Explanation(Shown, by="identify.report.showing.ShowingExplanation"):
     rivals : by name, the fits that stand in the place of a single finding. missing, in_legs : the force that no effect explains,
     where something is left. drafted : an effect of one's own that says it in a formula. located : the force that was missing before
     anything was named, as a first look along time. vetoed : names that are not said because they make the gap of a run held out larger.
+    missed : whether the verdict stands because a run held out is left with more than noise, and those that took part are not.
     """
 
     verdict: str
@@ -90,6 +63,7 @@ class Explanation(Shown, by="identify.report.showing.ShowingExplanation"):
     next_tests: tuple[NextTest, ...]
     within: tuple[tuple[Effect, float], ...] = ()
     vetoed: tuple[str, ...] = ()
+    missed: bool = False
     noise_added: tuple[AddedNoise, ...] = ()
 
     @property
@@ -107,6 +81,11 @@ class Explanation(Shown, by="identify.report.showing.ShowingExplanation"):
     def over_noise(self, fit: Fit) -> float:
         """Root mean square gap of one of the fits, in units of the noise that was estimated."""
         return rms_over_noise(fit, self.noise)
+
+    @property
+    def is_open(self) -> bool:
+        """Whether a force without a name is left of the runs that took part."""
+        return self.verdict in ("unknown", "partly") and not self.missed
 
     @property
     def weight_of_nothing(self) -> float | None:

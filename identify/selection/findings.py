@@ -37,7 +37,7 @@ def noise_of_channels(found: Weighed) -> tuple[NoiseOfChannel, ...]:
         over = noise.scale * float(np.sqrt(np.mean(left[~far] ** 2)))
         outliers = 100.0 * float(np.mean(far))
         sigma = over * sigmas[block.run, block.channel]
-        made.append(NoiseOfChannel(block.run, block.channel, sigma, noise.lag1, outliers, block.rows, over))
+        made.append(NoiseOfChannel(block.run, block.channel, sigma, outliers, block.rows, over, noise))
     return tuple(made)
 
 

@@ -1,8 +1,9 @@
 """What may be said, from the probabilities of all hypotheses: one rule.
 
 no-gap     nothing missing is foremost, and what is left is noise; or it has more than 0.05, where no single name is foremost
-unknown    a force without a name has more than 0.05, or what is left is no noise; or a run held out speaks against the names
-partly     the same, where the foremost names close the larger part of the gap
+unknown    a force without a name has more than 0.05, or what is left is no noise; or a run held out speaks against the names, or against
+           nothing, for it is left with more than noise
+partly     the same, where the foremost names close the larger part of the gap; or a run held out is left with more than noise beside them
 named      one name is in every member of the smallest set that holds 0.95
 class      the foremost name and those that may stand in its place hold that set together; nothing may be among them
 several    the foremost hypothesis has more than one name, and none with fewer of them has more than 0.05
@@ -108,6 +109,11 @@ def after_a_veto(verdict: Verdict, *, leaves_noise: bool) -> Verdict:
     """
     word = "no-gap" if may_be_nothing(verdict.weights) and leaves_noise else "unknown"
     return replace(verdict, word=word, names=(), vetoed=verdict.names if verdict.word != "unknown" else ())
+
+
+def after_a_miss(verdict: Verdict) -> Verdict:
+    """The same where a run held out is left with more than noise, as those that took part are not: what is said cannot be all."""
+    return replace(verdict, word="partly" if verdict.names else "unknown")
 
 
 def may_be_nothing(listed: Mapping[str, float]) -> bool:

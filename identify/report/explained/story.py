@@ -23,6 +23,10 @@ WORDS: Mapping[str, tuple[str, Tone]] = {
     "unknown": ("unknown: there is a gap, and no effect of the catalogue explains it", "bad"),
     "no-gap": ("no-gap: model and measurements differ by noise", "good"),
 }
+MISSED: Mapping[str, str] = {
+    "partly": "partly: the runs that took part are explained, a run held out is not",
+    "unknown": "unknown: a run held out has a gap, and the runs that took part have none",
+}
 _QUOTED = 3
 _MOST_OUTLIERS = 5.0  # percent: what the noise's heavy tails allow for
 
@@ -35,6 +39,7 @@ def summary_of(found: Explanation, note: Mapping[str, Any], result: Mapping[str,
     note : of provenance. result : of `result_of`.
     """
     word, tone = WORDS[found.verdict]
+    word = MISSED[found.verdict] if found.missed else word
     return Summary(
         word, tone, sentence(found, result), further(found, result), numbers(found, result), next_steps(found, result), facts(found, note)
     )
@@ -172,7 +177,7 @@ def checks(found: Explanation) -> list[tuple[str, bool, str]]:
         rows.append(("The rivals are excluded", best >= CREDIBLE, f"the foremost has {percent(best)} of the probability"))
     for held in found.held:
         before, now = gap_left(held.before), gap_left(held.after)
-        name = held.before.problem.blocks[0].run
         if found.findings:
-            rows.append((f"{name}, which took no part, is met better", now < before, f"{times(before)} → {times(now)} times the noise"))
+            words = f"{held.name}, which took no part, is met better"
+            rows.append((words, now < before, f"{times(before)} → {times(now)} times the noise"))
     return rows

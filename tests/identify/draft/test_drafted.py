@@ -17,6 +17,7 @@ from identify.draft.effect_file import Origin, Variable
 from identify.estimation.horizons import solve_from_afar
 from identify.estimation.least_squares import laid_out, solve
 from identify.gap.size import NoiseOfChannel
+from identify.noise.noise_model import ChannelNoise
 from identify.selection.unknown_force import unnamed_forces
 from identify.selection.weighing import weighed
 from simulate.files.model_file import read_model
@@ -56,7 +57,7 @@ def drafted_with(noise: tuple[NoiseOfChannel, ...]) -> Drafted:
 
 def test_the_gap_of_a_run_held_out_is_measured_by_the_noise_that_the_draft_leaves():
     """Noise with a memory is half as large again as neighbouring samples show: a draft that leaves just that leaves nothing."""
-    loud = NoiseOfChannel("run", "z_m", 1e-3, 0.6, 0.0, slice(0, 1), 1.5)
+    loud = NoiseOfChannel("run", "z_m", 1e-3, 0.0, slice(0, 1), 1.5, ChannelNoise(0.6))
     found = drafted_with((loud,))
     assert (found.before, found.after) == pytest.approx((2.0, 1.0), rel=0.05)
     as_measured = drafted_with(())

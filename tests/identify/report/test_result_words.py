@@ -8,12 +8,14 @@ from typing import Any
 import pytest
 
 from identify.gap.size import NoiseOfChannel
+from identify.noise.noise_model import ChannelNoise
 from identify.report.sentences import (
     _by_chance,
     _colour,
     _likelier,
     _opening,
     _or_nothing,
+    left_sentence,
     next_experiment,
     sentence,
     within_tolerances,
@@ -109,7 +111,7 @@ def test_where_only_nothing_may_stand_in_the_place_of_a_name_further_runs_are_as
     ],
 )
 def test_the_memory_of_the_noise_is_said_on_an_average_over_all_samples(lags, said):
-    noise = [NoiseOfChannel("run", "z_m", 1e-4, lag, 0.0, slice(0, count), 1.0) for lag, count in lags]
+    noise = [NoiseOfChannel("run", "z_m", 1e-4, 0.0, slice(0, count), 1.0, ChannelNoise(lag)) for lag, count in lags]
     found: Any = SimpleNamespace(noise=noise)
     assert _colour(found) == said
 
@@ -117,7 +119,9 @@ def test_the_memory_of_the_noise_is_said_on_an_average_over_all_samples(lags, sa
 def unknown() -> Any:
     """An explanation with no names."""
     fit = SimpleNamespace(problem=SimpleNamespace(effects=()))
-    return SimpleNamespace(verdict="unknown", weights={}, drafted=None, after=fit, within=(), vetoed=(), noise=())
+    return SimpleNamespace(
+        verdict="unknown", weights={}, drafted=None, after=fit, within=(), vetoed=(), missed=False, is_open=True, noise=()
+    )
 
 
 @pytest.mark.parametrize(
@@ -155,6 +159,18 @@ def test_an_unknown_gap_says_why_the_likeliest_names_are_not_said(monkeypatch, v
     made = unknown()
     made.vetoed = vetoed
     assert sentence(made) == f"there is a gap, and {why}"
+
+
+def test_a_run_held_out_that_is_left_with_more_than_noise_is_named_with_what_it_is_left_with(monkeypatch):
+    monkeypatch.setattr("identify.report.sentences.moved_far", lambda of: ())
+    made = unknown()
+    made.missed, made.held = True, [SimpleNamespace(name=f"run-{k}.csv", left=left) for k, left in ((4, 1.1), (5, 2.71))]
+    said = "run-5.csv, which was held out, is left with 2.7 times its noise, the runs that took part with noise alone"
+    assert sentence(made) == f"there is a gap: {said}"
+    made.next_tests = ()
+    assert next_experiment(made).startswith("Compare how run-5.csv was made")
+    made.verdict = "partly"
+    assert left_sentence(made) == said
 
 
 @pytest.mark.parametrize(("grows", "said"), [((True,), True), ((False, True), True), ((False,), False), ((), False)])

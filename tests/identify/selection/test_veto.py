@@ -44,11 +44,25 @@ def test_a_friction_that_was_gone_in_the_run_held_out_is_not_named(explained):
 
 @pytest.mark.slow
 def test_a_run_with_the_same_friction_speaks_for_it_but_were_its_gap_to_grow_it_would_not_be_named_alone(explained, monkeypatch):
-    monkeypatch.setattr("identify.selection.explanation.Held.grows", True)
+    monkeypatch.setattr("identify.gap.comparison.Held.grows", True)
     found = explained(ViscousFriction(0.5), ViscousFriction(0.5))
     assert [finding.name for finding in found.findings] == ["viscous-friction"]
     assert found.verdict == "class"
     assert found.held[0].lead > -np.log(GAP_P)
+
+
+@pytest.mark.slow
+def test_a_friction_that_only_the_run_held_out_has_is_no_absence_of_a_gap(explained):
+    found = explained(None, ViscousFriction(0.5))
+    assert (found.verdict, found.missed, found.findings, found.drafted) == ("unknown", True, (), None)
+    assert found.held[0].left > 2.0
+
+
+@pytest.mark.slow
+def test_a_friction_that_is_stronger_in_the_run_held_out_is_a_part_only(explained):
+    found = explained(ViscousFriction(0.5), ViscousFriction(0.8))
+    assert (found.verdict, found.missed, found.drafted) == ("partly", True, None)
+    assert [finding.name for finding in found.findings] == ["viscous-friction"]
 
 
 @pytest.mark.parametrize(("leaves_noise", "squares", "says_squares"), [(True, 0.976, False), (False, 0.976, True), (False, 0.984, False)])

@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 from identify.campaign.noiseless import AddedNoise
+from identify.gap.comparison import Held
 from identify.gap.platform_force import ForceAlongTime, MissingForce
 from identify.report import gap_figures
 from identify.report.explained.alone import candidates
@@ -20,7 +21,7 @@ from identify.report.explained.variants import variants_of
 from identify.report.gap_figures import DRAFT, EFFECT, GIVEN, REFITTED, curve_rows, figure_of, largest
 from identify.report.gap_plots import missing_force_figure
 from identify.report.phrases import PHRASES, phrase_of
-from identify.selection.explanation import Held
+from identify.report.result import missing_table, result_of
 from identify.selection.verdict import Finding
 from simulate.effects import CATALOGUE
 from simulate.model.effect import LegEffect, parameter
@@ -62,6 +63,22 @@ def test_the_page_says_which_tables_were_given_noise(shaken):
     given = replace(shaken, noise_added=(AddedNoise("run-1.csv", "z_m", 1e-5), AddedNoise("run-1.csv", "theta_y_rad", 1e-4)))
     assert "run-1.csv: values without noise, as a simulation writes them" in report_html(given, "loops", {})
     assert "(z_m 1e-05, theta_y_rad 0.0001)" in report_html(given, "loops", {})
+
+
+@pytest.mark.parametrize(
+    ("verdict", "headline"), [("partly", "the runs that took part are explained"), ("unknown", "a run held out has a gap")]
+)
+def test_a_run_held_out_that_is_left_with_more_than_noise_stands_in_headline_and_next_step(shaken, verdict, headline):
+    findings = shaken.findings if verdict == "partly" else ()
+    held = (Held(shaken.before, shaken.before),)
+    missed = replace(shaken, verdict=verdict, missed=True, findings=findings, held=held, next_tests=(), rivals={})
+    page, result = report_html(missed, "loops", {}), result_of(missed)
+    assert f"{verdict}: {headline}" in page
+    assert "which was held out, is left with" in page
+    assert f"Compare how {missed.held[0].name} was made" in page
+    assert result["gap"]["held_out"]["missed"]
+    assert (result["missing_force"], missing_table(missed)) == (None, None)
+    assert result_of(replace(shaken, held=missed.held))["gap"]["held_out"]["missed"] is False
 
 
 def test_the_first_sentence_names_the_effect_its_size_in_units_of_people_and_what_it_is_worth(shaken):
