@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
 from scipy import linalg
 
@@ -140,6 +141,14 @@ def within_bounds(step: Array, covariance: Array, low: Array, high: Array) -> Ar
         held |= out
         moved = np.clip(step[held], low[held], high[held]) - step[held]
         found = step + covariance[:, held] @ np.linalg.lstsq(covariance[np.ix_(held, held)], moved, rcond=None)[0]
+
+
+@njit(cache=True)
+def add_at(places: NDArray[np.intp], whole: Array, part: Array) -> None:
+    """Add a matrix (k, k) to some rows and the same columns, (k,), of a whole one (n, n), in place."""
+    for i in range(len(places)):
+        for j in range(len(places)):
+            whole[places[i], places[j]] += part[i, j]
 
 
 @dataclass(frozen=True)

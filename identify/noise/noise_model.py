@@ -10,7 +10,7 @@ are those under which each sample is predicted best from those of the few places
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numba import njit
@@ -71,9 +71,7 @@ class Whitening:
     @classmethod
     def of(cls, noise: ChannelNoise, apart: Array) -> Whitening:
         """For samples that stand `apart` (n,) from the one before; the first has none, which is infinitely far."""
-        kept = noise.memory**apart
-        unit = np.sqrt(1.0 - kept**2)
-        return cls(kept, noise.scale * unit, _tied(noise.white if noise.memory > 0.0 else 0.0, kept, unit))
+        return cls(*_factors(noise.memory, noise.white if noise.memory > 0.0 else 0.0, noise.scale, apart))
 
     def whitened(self, values: Array) -> Array:
         """Innovations over their scales of a residual (n,), or of columns (n, k)."""
@@ -86,16 +84,24 @@ class Whitening:
 
 
 @njit(cache=True, error_model="numpy")
-def _tied(white: float, kept: Array, unit: Array) -> Array:
-    """The factor of `Whitening`."""
-    tied = np.zeros((2, len(kept)))
-    for i in range(len(kept)):
+def _factors(memory: float, white: float, scale: float, apart: Array) -> tuple[Array, Array, Array]:
+    """What is kept, the sizes and the factor of `Whitening`."""
+    kept, unit, tied = np.empty(len(apart)), np.empty(len(apart)), np.zeros((2, len(apart)))
+    for i in range(len(apart)):
+        if i > 0 and apart[i] == apart[i - 1]:
+            kept[i], unit[i] = kept[i - 1], unit[i - 1]
+        else:
+            kept[i] = memory ** apart[i]
+            unit[i] = np.sqrt(1.0 - kept[i] ** 2)
+        if i > 2 and apart[i] == apart[i - 1] == apart[i - 2] and tied[0, i - 1] == tied[0, i - 2]:  # it changes no more
+            tied[0, i], tied[1, i - 1] = tied[0, i - 1], tied[1, i - 2]
+            continue
         tied[0, i] = 1.0 - white + white * (1.0 + kept[i] ** 2) / unit[i] ** 2
         if i > 0:
             tied[1, i - 1] = -white * kept[i] / (unit[i] * unit[i - 1] * tied[0, i - 1])
             tied[0, i] -= tied[1, i - 1] ** 2
         tied[0, i] = np.sqrt(tied[0, i])
-    return tied
+    return kept, scale * unit, tied
 
 
 @njit(cache=True, error_model="numpy")
@@ -118,9 +124,14 @@ def spacing(samples: NDArray[np.intp]) -> Array:
     return np.concatenate([[np.inf], np.diff(samples).astype(float)])[: len(samples)]
 
 
+@njit(cache=True)
 def places_of(apart: Array) -> NDArray[np.intp]:
     """The place of each sample in its run, (n,), from its `spacing`; the first one stands at zero."""
-    return np.cumsum(np.where(np.isfinite(apart), apart, 0.0)).astype(np.intp)
+    places, place = np.empty(len(apart), dtype=np.intp), 0
+    for i in range(len(apart)):
+        place += int(apart[i]) if np.isfinite(apart[i]) else 0
+        places[i] = place
+    return places
 
 
 def weights(innovations: Array) -> Array:
@@ -162,13 +173,21 @@ def estimated(residual: Array, apart: Array, taken: Taken | None = None, start: 
 
 def _reestimated(noise: ChannelNoise, residual: Array, apart: Array, share: float, taken: Taken) -> ChannelNoise:
     trusted, places = weights(noise.whitened(residual, apart)), places_of(apart)
-    placed = replace(taken, columns=_placed(places, taken.columns), spread=_placed(places, taken.spread))
+    placed = Taken(taken.count, _placed(places, taken.columns), _placed(places, taken.spread))
     windows = Windows.of(_placed(places, residual), _placed(places, trusted), _REACH, placed)
     memory, white, _ = likeliest(windows, len(residual))
     unit = ChannelNoise(memory, white).whitened(residual, apart)
-    trusted = weights(unit / noise.scale)
-    scale = float(np.sqrt(share * np.sum(trusted * unit**2) / np.sum(trusted)))  # settles sooner than a sum over n (Kent 1994)
-    return ChannelNoise(memory, white, max(scale, SMALLEST_SCALE))
+    return ChannelNoise(memory, white, max(_next_scale(unit, noise.scale, share, DEGREES), SMALLEST_SCALE))
+
+
+@njit(cache=True, error_model="numpy")
+def _next_scale(unit: Array, scale: float, share: float, degrees: float) -> float:
+    """Of innovations (n,), from one that is nearly right; over the sum of the weights, it settles sooner than over n (Kent 1994)."""
+    square, trust = 0.0, 0.0
+    for value in unit:
+        trusted = (degrees + 1.0) / (degrees + (value / scale) ** 2)
+        square, trust = square + trusted * value**2, trust + trusted
+    return np.sqrt(share * square / trust)
 
 
 def from_differences(runs: Sequence[tuple[Array, Array]]) -> ChannelNoise:

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from functools import cache, lru_cache
 
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
 
 from measure.common.arrays import Array
@@ -56,18 +57,9 @@ class Windows:
 
         A pair counts with the smaller trust of its two samples. What a fit has taken is given back to the products.
         """
-        groups = _grouped((trust > 0.0).tobytes(), reach)
-        products, weight = np.zeros((2, reach + 1, len(values)))
-        for apart in range(min(reach + 1, len(values))):
-            later, earlier = slice(apart, None), slice(0, len(values) - apart)
-            product = values[later] * values[earlier]
-            if taken is not None:
-                product += np.einsum("ij,ij->i", taken.spread[later], taken.columns[earlier])
-            weight[apart, later] = np.minimum(trust[later], trust[earlier])
-            products[apart, later] = weight[apart, later] * product
-        of_windows = trust[groups.samples], products.take(groups.pairs), weight.take(groups.pairs)
-        count, sums, weights = (np.add.reduceat(of, groups.starts) if len(groups.held) else of for of in of_windows)
-        return cls(reach, groups.held, count, count[:, None] * sums / np.maximum(weights, 1e-300))
+        groups, taken = _grouped((trust > 0.0).tobytes(), reach), taken or Taken.nothing(len(values))
+        pairs = _pairs(values, trust, taken.columns, taken.spread, reach)
+        return cls(reach, groups.held, *_by_group(trust, *pairs, groups.stops, groups.samples, groups.pairs))
 
     @classmethod
     def together(cls, parts: Sequence[Windows]) -> Windows:
@@ -83,12 +75,12 @@ class Windows:
 class _Groups:
     """Windows of a run put together by which places before their sample hold one.
 
-    held : (p,) these places, as bits of a number. starts : (p,) the first window of each group. samples : (m,) of each window, group by
-    group. pairs : (m, k) where in (reach + 1, n), laid flat, each of its pairs stands: how many places apart, and the later place.
+    held : (p,) these places, as bits of a number. stops : (p,) the end of each group. samples : (m,) of each window, group by group.
+    pairs : (m, k) where in (reach + 1, n), laid flat, each of its pairs stands: how many places apart, and the later place.
     """
 
     held: NDArray[np.intp]
-    starts: NDArray[np.intp]
+    stops: NDArray[np.intp]
     samples: NDArray[np.intp]
     pairs: NDArray[np.intp]
 
@@ -101,10 +93,43 @@ def _grouped(there: bytes, reach: int) -> _Groups:
     held = at[np.arange(n)[:, None] + reach - back[1:]] @ (1 << back[:-1])
     samples = np.flatnonzero(at[reach:])
     samples = samples[np.argsort(held[samples], kind="stable")]
-    groups, starts = np.unique(held[samples], return_index=True)
+    groups, counts = np.unique(held[samples], return_counts=True)
     later, earlier = np.triu_indices(reach + 1)
     pairs = (earlier - later) * n + np.maximum(samples[:, None] - later, 0)  # a pair that reaches before the first place never counts
-    return _Groups(groups, starts, samples, pairs)
+    return _Groups(groups, np.cumsum(counts), samples, pairs)
+
+
+@njit(cache=True, error_model="numpy", fastmath={"reassoc"})
+def _pairs(values: Array, trust: Array, columns: Array, spread: Array, reach: int) -> tuple[Array, Array]:
+    """Product, with what a fit has taken, times weight of each pair, and the weights, by how far apart and the later place, laid flat."""
+    n, k = columns.shape
+    products, weights = np.zeros((reach + 1) * n), np.zeros((reach + 1) * n)
+    for later in range(n):
+        for apart in range(min(reach, later) + 1):
+            earlier, at, product = later - apart, apart * n + later, 0.0
+            for i in range(k):
+                product += spread[later, i] * columns[earlier, i]
+            weights[at] = min(trust[later], trust[earlier])
+            products[at] = weights[at] * (values[later] * values[earlier] + product)
+    return products, weights
+
+
+@njit(cache=True, error_model="numpy")
+def _by_group(
+    trust: Array, products: Array, weights: Array, stops: NDArray[np.intp], samples: NDArray[np.intp], pairs: NDArray[np.intp]
+) -> tuple[Array, Array]:
+    """Count and products of `Windows`, from what the samples (n,) and their pairs count."""
+    count, sums, start = np.zeros(len(stops)), np.zeros((len(stops), pairs.shape[1])), 0
+    for group in range(len(stops)):
+        whole = np.zeros(pairs.shape[1])
+        for window in range(start, stops[group]):
+            count[group] += trust[samples[window]]
+            for k in range(pairs.shape[1]):
+                sums[group, k] += products[pairs[window, k]]
+                whole[k] += weights[pairs[window, k]]
+        sums[group] *= count[group] / np.maximum(whole, 1e-300)
+        start = stops[group]
+    return count, sums
 
 
 def likeliest(found: Windows, samples: int, contrasts: bool = False) -> tuple[float, float, float]:
@@ -116,16 +141,28 @@ def likeliest(found: Windows, samples: int, contrasts: bool = False) -> tuple[fl
     contrasts : whether only the differences of samples count, in which what is slow hardly shows; a sample alone has none.
     """
     told = np.flatnonzero((found.count > 0.0) & ((found.held > 0) | (not contrasts)))
-    square, log_size = np.zeros((2, len(_MEMORIES) * len(_WHITE)))
-    for held, count, products in zip(found.held[told], found.count[told], found.products[told], strict=True):
-        new = _newness(found.reach, int(held), contrasts)
-        square += products[new.pairs] @ new.quadratic
-        log_size += count * new.log_size
-    whole = max(float(np.sum(found.count[told])), 1e-300)
-    square = np.maximum(square / whole, 1e-300)
-    best = int(np.argmin(0.5 * samples * (np.log(square) + log_size / whole) + _unlikely()))
-    memory, white = np.unravel_index(best, (len(_MEMORIES), len(_WHITE)))
-    return float(_MEMORIES[memory]), float(_WHITE[white]), float(square[best])
+    count, products, new = found.count[told], found.products[told], _newness_of(found.reach, found.held[told].tobytes(), contrasts)
+    best, square = _best(count, products.ravel(), new.pairs, new.quadratic, new.log_size, samples, _unlikely())
+    return float(_MEMORIES[best // len(_WHITE)]), float(_WHITE[best % len(_WHITE)]), square
+
+
+@njit(cache=True, error_model="numpy")
+def _best(
+    count: Array, products: Array, pairs: NDArray[np.intp], quadratic: Array, log_size: Array, samples: int, unlikely: Array
+) -> tuple[int, float]:
+    """Which memory and white share is likeliest, and the variance of the noise with it."""
+    squares, sizes, whole = np.zeros(len(unlikely)), np.zeros(len(unlikely)), max(np.sum(count), 1e-300)
+    for row in range(len(pairs)):
+        product = products[pairs[row]] / whole
+        for at in range(len(unlikely)):
+            squares[at] += product * quadratic[row, at]
+    for row in range(len(count)):
+        share = count[row] / whole
+        for at in range(len(unlikely)):
+            sizes[at] += share * log_size[row, at]
+    squares = np.maximum(squares, 1e-300)
+    best = np.argmin(0.5 * samples * (np.log(squares) + sizes) + unlikely)
+    return int(best), squares[best]
 
 
 @cache
@@ -140,12 +177,22 @@ class _Newness:
     """What is new in a sample beside those before it, for each memory and white share (g,), in noise of variance one.
 
     pairs : (p,) of places, of `Windows`. quadratic : (p, g), whose product with the products of these pairs is the square of what is new
-    over its variance. log_size : (g,) of this variance.
+    over its variance. log_size : (g,) of this variance. Of several groups of windows all pairs follow each other, and log_size is (h, g).
     """
 
     pairs: NDArray[np.intp]
     quadratic: Array
     log_size: Array
+
+
+@lru_cache(maxsize=16)
+def _newness_of(reach: int, held: bytes, contrasts: bool) -> _Newness:
+    """Of groups of windows, whose pairs stand in their products (h, k), laid flat."""
+    found = [_newness(reach, int(one), contrasts) for one in np.frombuffer(held, dtype=np.intp)]
+    wide, none = (reach + 1) * (reach + 2) // 2, np.empty((0, len(_MEMORIES) * len(_WHITE)))
+    pairs = [one.pairs + wide * row for row, one in enumerate(found)]
+    quadratic, log_size = [one.quadratic for one in found], [one.log_size for one in found]
+    return _Newness(np.concatenate([np.empty(0, dtype=np.intp), *pairs]), np.vstack([none, *quadratic]), np.vstack([none, *log_size]))
 
 
 @cache

@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from scipy import linalg, special, stats
 
 from identify.criteria import DEGREES, NOTHING, SAME, WITHIN
-from identify.estimation.covariance import Factored
+from identify.estimation.covariance import Factored, add_at
 from identify.gap.linear_pieces import Columns, Lines, Part
 from identify.noise.noise_model import ChannelNoise, Whitening, estimated, log_likelihood, weights
 from identify.noise.windows import Taken
@@ -183,8 +183,7 @@ class White:
     def of(cls, part: Part, noise: ChannelNoise) -> White:
         """Under a noise."""
         whitening = Whitening.of(noise, part.channel.apart)
-        both = whitening.whitened(np.column_stack([part.gaps, part.values]))
-        return cls(both[:, 0], both[:, 1:], part.places, whitening.log_size)
+        return cls(whitening.whitened(part.gaps), whitening.whitened(part.values), part.places, whitening.log_size)
 
     def residual(self, step: Array) -> Array:
         """Innovations after a step of all columns, (n,)."""
@@ -230,9 +229,9 @@ class Normal:
         """Of whitened channels, with the weights of their samples."""
         whole, found = precision.copy(), []
         for one, count in zip(white, counts, strict=True):
-            weighted = one.values * (count[:, None] if isinstance(count, np.ndarray) else count)
-            found.append(weighted.T @ one.values)
-            whole[np.ix_(one.places, one.places)] += found[-1]
+            weighted = one.values * np.reshape(np.sqrt(count), (-1, 1))
+            found.append(weighted.T @ weighted)
+            add_at(one.places, whole, found[-1])
         return cls(tuple(found), Factored.of(whole))
 
     def step(self, white: Sequence[White], counts: Sequence[Array], pull: Array) -> Array:
@@ -246,8 +245,8 @@ class Normal:
         """What the parameters take from the noise of each channel; what its prior holds takes nothing (MacKay 2003, chapter 28)."""
         covariance = self.factored.inverse
         for own, part in zip(self.by_channel, parts, strict=True):
-            of_part = covariance[np.ix_(part.places, part.places)]
-            yield Taken.by(part.values, of_part, float(np.sum(own * of_part)))
+            of_part = covariance.take(part.places, 0).take(part.places, 1)
+            yield Taken.by(part.values, of_part, float(np.vdot(own, of_part)))
 
 
 def _informed(white: Sequence[White], precision: Array) -> Factored:

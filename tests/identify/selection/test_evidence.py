@@ -126,7 +126,7 @@ def test_a_fit_that_follows_slow_noise_finds_its_memory_and_holds_its_intervals(
 def test_intervals_in_noise_of_which_half_is_white_hold_better_with_both_parts_told_apart(monkeypatch, shares, share):
     """Than as noise with one memory."""
     monkeypatch.setattr(windows, "_WHITE", shares)
-    for kept in (windows._newness, windows._unlikely):
+    for kept in (windows._newness, windows._newness_of, windows._unlikely):
         monkeypatch.setattr(windows, kept.__name__, cache(kept.__wrapped__))
     held = followed_noise(white=0.5)[1]
     assert held == pytest.approx(share, abs=0.006)
