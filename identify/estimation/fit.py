@@ -144,12 +144,14 @@ class Posed(Protocol):
         """Measured minus modelled over the noise, priors behind, (m,)."""
         ...
 
-    def gaps_beside(self, points: Sequence[Array], *, known: Array | None = None) -> list[Array]:
-        """The gaps at points that hardly differ from the first one, (m,) each; `known` at the first."""
+    def gaps_beside(self, points: Sequence[Array], *, known: Array | None = None, longer: bool = False) -> list[Array]:
+        """The gaps at points that hardly differ from the first one, (m,) each; `known` at the first. longer : for differences only."""
         ...
 
-    def jacobian(self, q: Array, columns: Sequence[int] | None = None, known: Array | None = None) -> tuple[Array, Array]:
-        """Gaps (m,) and their rate of change with the parameters, or some of them, (m, k)."""
+    def jacobian(
+        self, q: Array, columns: Sequence[int] | None = None, known: Array | None = None, *, longer: bool = False
+    ) -> tuple[Array, Array]:
+        """Gaps (m,) and their rate of change with the parameters, or some of them, (m, k). longer : in longer steps of films."""
         ...
 
     def turned(self, q: Array, here: Array) -> Array:

@@ -54,9 +54,8 @@ class Unknowns:
     own_zeros : whether the load cell was set to zero for each loop anew, from where it may drift. zeros_at_will : to any level.
     rate : what the four lines of the loops follow, nothing unless given. changes : which parameters are held, bounded, or begin elsewhere.
     forces_differ : whether the stored force may differ from run to run by more than the model file says.
-    until_s : films are cut there. effect_spread : prior of an effect's parameter around the model's value, in typical sizes;
-    none unless given.
-    measures : how large what was measured is: sizes and bounds of effects follow it, also where a problem goes on with other runs.
+    until_s : films are cut there. effect_spread : prior of an effect's parameter around the model's value, in typical sizes; none unless
+    given. measures : how large what was measured is: sizes and bounds of effects follow it, also where a problem goes on with other runs.
     """
 
     model: Model
@@ -186,18 +185,19 @@ class Unknowns:
 
     def effects_at(self, q: Array) -> tuple[Effect, ...]:
         """The unknown effects with the parameters that the parameters say."""
-        place, made = self.first_effect, []
-        for effect, (origin, low, high) in zip(self.effects, self._origins_of_effects, strict=True):
-            own = slice(place, place + len(origin))
-            made.append(_effect_from(type(effect), np.clip(origin + q[own] * self.scales[own], low, high).tobytes()))
-            place = own.stop
-        return tuple(made)
+        first, ((origin, low, high), places) = self.first_effect, self._laid_flat
+        flat = np.clip(origin + q[first:] * self.scales[first:], low, high)
+        return tuple(_effect_from(kind, flat[own].tobytes()) for kind, own in places)
 
     @cached_property
-    def _origins_of_effects(self) -> tuple[tuple[Array, Array, Array], ...]:
-        """Of each effect the parameters that its search starts from, and their bounds."""
-        bounds = [np.array(list(effect.own_bounds(self.model, self.measures).values())).reshape(-1, 2) for effect in self.effects]
-        return tuple((effect.flat(), of[:, 0], of[:, 1]) for effect, of in zip(self.effects, bounds, strict=True))
+    def _laid_flat(self) -> tuple[Array, list[tuple[type[Effect], slice]]]:
+        """Start and bounds of the parameters of all effects, (3, k), and which of them each effect has."""
+        rows, places = [], []
+        for effect in self.effects:
+            bounds = effect.own_bounds(self.model, self.measures).values()
+            rows += [(start, *ends) for start, ends in zip(effect.flat(), bounds, strict=True)]
+            places.append((type(effect), slice(len(rows) - len(effect.flat()), len(rows))))
+        return np.reshape(rows, (-1, 3)).T, places
 
     def rows_of(self, name: str) -> NDArray[np.intp]:
         """Indices of the parameters of an unknown effect, by its name."""

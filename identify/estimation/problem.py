@@ -88,16 +88,14 @@ class Problem(Unknowns):
         films = side_by_side(lambda i: self._film_gap(self.films[i], observe(self._view(q, i)), *self.datum_at(q, i)), len(self.films))
         return np.concatenate([*films, *self._loop_gaps(q), self.prior(q)])
 
-    def gaps_beside(self, points: Sequence[Array], only: Sequence[int | None] | None = None, known: Array | None = None) -> list[Array]:
+    def gaps_beside(self, points: Sequence[Array], *, known: Array | None = None, longer: bool = False) -> list[Array]:
         """`gaps` at points that hardly differ from the first one, with the same steps, side by side: differences are smooth.
 
-        only : for each point the one film that it can differ in from the first point, `LOOPS` for the loops alone, or None where
-        all may differ.
         known : the gaps at the first point, where they have been worked out before.
+        longer : whether the films are simulated in longer steps, at the first point, too, where only differences are wanted.
         """
-        touched = list(only) if only is not None else [None] * len(points)
         first = {} if known is None else dict(enumerate(known[rows] for rows in self._film_rows))
-        films = self._film_gaps(points, touched, first)
+        films = self._film_gaps(points, [None] * len(points), first, longer=longer)
         loops = self._loop_gaps(points[0]) if known is None else [known[b.rows] for b in self.blocks if b.channel == "force_N"]
         return [
             np.concatenate([*films[k], *(self._loop_gaps(q) if self._moves_loops(q, points[0]) else loops), self.prior(q)])
@@ -121,15 +119,24 @@ class Problem(Unknowns):
         own = [[block.rows for block in self.blocks if block.run == film.run.name] for film in self.films]
         return [slice(rows[0].start, rows[-1].stop) for rows in own]
 
-    def _film_gaps(self, points: Sequence[Array], touched: Sequence[int | None], first: dict[int, Array]) -> list[list[Array]]:
+    def _film_gaps(
+        self, points: Sequence[Array], touched: Sequence[int | None], first: dict[int, Array], *, longer: bool = False
+    ) -> list[list[Array]]:
+        """Gaps of each film at each point.
+
+        touched : for each point the one film that it can differ in from the first point, `LOOPS` for the loops alone, or None where all may
+        differ. first : of the first point by film, where they have been worked out before.
+        """
+
         def of_film(i: int) -> dict[int, Array]:
-            made = {0: first[i]} if i in first else {}
-            wanted = [k for k in range(len(points)) if k not in made and (k == 0 or touched[k] in (None, i))]
+            wanted = [k for k in range(1, len(points)) if touched[k] in (None, i)]
+            made = {0: first[i]} if i in first and not (longer and wanted) else {}
+            wanted = wanted if made else [0, *wanted]
             views = [self._view(points[k], i) for k in wanted]
             if not wanted:
                 return made
             datums, scales = zip(*(self.datum_at(points[k], i) for k in wanted), strict=True)
-            seen = observe_beside(self._view(points[0], i), views)
+            seen = observe_beside(self._view(points[0], i), views, longer=longer)
             return made | dict(zip(wanted, self._film_gap(self.films[i], seen, np.array(datums), np.array(scales)), strict=True))
 
         made = side_by_side(of_film, len(self.films))
@@ -190,22 +197,24 @@ class Problem(Unknowns):
     def _z(self) -> tuple[float, ...]:
         return tuple(self.rate.z_of(loop.data) for loop in self.loops)
 
-    def jacobian(self, q: Array, columns: Sequence[int] | None = None, known: Array | None = None) -> tuple[Array, Array]:
+    def jacobian(
+        self, q: Array, columns: Sequence[int] | None = None, known: Array | None = None, *, longer: bool = False
+    ) -> tuple[Array, Array]:
         """Gaps (m,) and their rate of change with the parameters (m, k), by differences; zero for a parameter that is held.
 
         A parameter at its upper bound is stepped downwards. The errors of a loop's motion count as they do at `q`: their own change is
         left out, which makes a fit the root of a weighted score and keeps it from growing an inertia that makes its loops less sure.
 
-        known : the gaps, where they have been worked out before.
+        known : the gaps, where they have been worked out before. longer : whether differences of films are taken in longer steps.
         """
         chosen = np.arange(len(q)) if columns is None else np.asarray(columns, dtype=int)
-        here = self.gaps_beside([q], None, known)[0]
+        here = self.gaps_beside([q], known=known)[0]
         table = np.zeros((len(here), len(chosen)))
         for place in np.flatnonzero(~self.held[chosen]):
             table[self.measured :, place] = self._prior_slope(q, chosen[place])
         moving = [place for place in range(len(chosen)) if not self.held[chosen[place]]]
         if self.films and moving:
-            table[: self._film_end, moving] = self._film_slopes(q, chosen[moving].tolist(), here[: self._film_end])
+            table[: self._film_end, moving] = self._film_slopes(q, chosen[moving].tolist(), here[: self._film_end], longer)
         if self.loops and moving:
             table[self._film_end : self.measured, moving] = self._loop_slopes(q, chosen[moving].tolist())
         return here, table
@@ -221,12 +230,12 @@ class Problem(Unknowns):
         step = self._step(q, index, _STEP)
         return (self.prior(_stepped(q, index, step)) - self.prior(q)) / step
 
-    def _film_slopes(self, q: Array, columns: Sequence[int], here: Array) -> Array:
+    def _film_slopes(self, q: Array, columns: Sequence[int], here: Array, longer: bool) -> Array:
         steps = [self._step(q, i, _STEP) for i in columns]
         points = [q, *(_stepped(q, i, step) for i, step in zip(columns, steps, strict=True))]
         known = {i: here[rows] for i, rows in enumerate(self._film_rows)}
-        there = self._film_gaps(points, [None, *(self.owner_of(i) for i in columns)], known)[1:]
-        return np.stack([(np.concatenate(gaps) - here) / step for gaps, step in zip(there, steps, strict=True)], axis=1)
+        first, *there = self._film_gaps(points, [None, *(self.owner_of(i) for i in columns)], known, longer=longer)
+        return np.stack([(np.concatenate(gaps) - np.concatenate(first)) / step for gaps, step in zip(there, steps, strict=True)], axis=1)
 
     def _loop_slopes(self, q: Array, columns: Sequence[int]) -> Array:
         """Slopes of all loops, (n, k). A coefficient of z^j acts as the line's constant one does, z^j times as strongly."""

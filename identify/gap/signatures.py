@@ -52,7 +52,7 @@ def _grown(effect: Effect, measures: Measures) -> list[Effect]:
 def _columns(fit: Fitted[Posed], shapes: Sequence[Effect]) -> list[tuple[Effect, Array]]:
     problem, size = fit.problem.with_another(shapes[0]), len(shapes[0].flat())
     new = range(len(fit.q), len(fit.q) + size)
-    first = problem.jacobian(np.concatenate([fit.q, np.zeros(size)]), new, fit.gaps)[1]
+    first = problem.jacobian(np.concatenate([fit.q, np.zeros(size)]), new, fit.gaps, longer=True)[1]
     shown = np.flatnonzero(np.linalg.norm(first, axis=0) > _SHOWN).tolist()
     return list(zip(shapes, [first, *_other_shapes(fit, problem, shapes, shown)], strict=True)) if shown else []
 
@@ -68,8 +68,9 @@ def _other_shapes(fit: Fitted[Posed], problem: Posed, shapes: Sequence[Effect], 
             points.append(np.concatenate([fit.q, moved]))
     columns = []
     here = np.concatenate([fit.q, np.zeros(size)])
-    for i, gaps in enumerate(problem.gaps_beside([here, *points], known=fit.gaps)[1:] if points else []):
+    first, *others = problem.gaps_beside([here, *points], known=fit.gaps, longer=True) if points else [fit.gaps]
+    for i, gaps in enumerate(others):
         if i % len(shown) == 0:
             columns.append(np.zeros((len(fit.gaps), size)))
-        columns[-1][:, shown[i % len(shown)]] = (gaps - fit.gaps) / _STEP
+        columns[-1][:, shown[i % len(shown)]] = (gaps - first) / _STEP
     return columns

@@ -224,6 +224,6 @@ def _columns(fit: Fitted[Posed], shown: Sequence[Tolerance], places: Sequence[Se
     begins = first + np.cumsum([0, *(len(step) for step in steps)])
     new = [int(begin) + place for begin, own in zip(begins[:-1], places, strict=True) for place in own]
     start = np.concatenate([fit.q, np.zeros(int(begins[-1]) - first)])
-    columns = problem.jacobian(start, new, fit.gaps)[1][: fit.problem.measured]
+    columns = problem.jacobian(start, new, fit.gaps, longer=True)[1][: fit.problem.measured]
     whole = np.concatenate([np.empty(0), *steps])
     return columns * (whole[np.array(new, dtype=int) - first] / problem.scales[new])

@@ -230,7 +230,7 @@ def _with_shape_free(at: Weighed, effect: Effect, sizes: Array) -> tuple[float, 
     """An effect weighed where a first line has led, for there its shape shows, too: log evidence, evidence, and sizes (n,) a step on."""
     problem, m = at.fit.problem.with_another(effect), at.fit.problem.measured
     new = problem.rows_of(effect.name)
-    gaps, slopes = problem.jacobian(np.concatenate([at.fit.q, sizes]), new.tolist())
+    gaps, slopes = problem.jacobian(np.concatenate([at.fit.q, sizes]), new.tolist(), longer=True)
     low, high = np.array([(problem.parameters[k].low, problem.parameters[k].high) for k in new]).T
     columns = Columns(slopes[:m], effect_spreads(problem, new, np.abs(sizes)), sizes, low, high)
     both = at.beside(columns, {effect.name}, shift=(gaps - at.fit.gaps)[:m])

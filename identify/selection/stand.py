@@ -66,13 +66,13 @@ class Stand:
         errors = ModelErrors.possible(given)
         sizes = np.array([known.get(key, 0.0) for key in errors.keys])
         problem = _off_by(given, errors, sizes)
-        fit = Fit(problem, q, *problem.jacobian(q), True)
+        fit = Fit(problem, q, *problem.jacobian(q, longer=True), True)
         return cls(given, fit, errors.at(fit), sizes, is_fresh=True)
 
     @classmethod
     def placed(cls, given: Problem, q: Array, known: Mapping[tuple[str, int], float]) -> Stand:
         """With these errors of the model file, or with the model file as it is where there are none."""
-        return cls.off_by(given, q, known) if known else cls.exact(Fit(given, q, *given.jacobian(q), True))
+        return cls.off_by(given, q, known) if known else cls.exact(Fit(given, q, *given.jacobian(q, longer=True), True))
 
     @property
     def errors_by_key(self) -> dict[tuple[str, int], float]:
@@ -175,7 +175,7 @@ class Stand:
 
     def at(self, problem: Problem, q: Array, sizes: Array) -> Stand:
         """Simulated anew elsewhere, with new linear pieces."""
-        gaps, jacobian = problem.jacobian(q)
+        gaps, jacobian = problem.jacobian(q, longer=True)
         fit = Fit(problem, q, gaps, jacobian, self.fit.converged)
         return replace(self, fit=fit, errors=self.errors.at(fit), sizes=sizes, is_fresh=True)
 

@@ -64,7 +64,7 @@ def _columns(at: Weighed, table: Effect, places: Places) -> Array:
     start = np.concatenate([at.fit.q, np.zeros(count)])
     found = np.zeros((at.fit.problem.measured, count))
     new = (len(at.fit.q) + places).tolist()
-    found[:, places] = problem.jacobian(start, new, at.fit.gaps)[1][: at.fit.problem.measured]
+    found[:, places] = problem.jacobian(start, new, at.fit.gaps, longer=True)[1][: at.fit.problem.measured]
     return found
 
 

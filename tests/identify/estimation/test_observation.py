@@ -7,7 +7,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from identify.estimation.observation import RunRelease, View, observe, observe_beside
+from identify.estimation.observation import RunRelease, View, _Pace, observe, observe_beside
+from simulate.control.eddy_damper import EddyDamper
 from simulate.effects import (
     CameraRoll,
     CentreOfMassOffset,
@@ -51,6 +52,47 @@ def test_models_that_hardly_differ_take_the_steps_of_the_first_one(prototype):
     same, one, two = observe_beside(first, [replace(first, model=model) for model in heavier])["z_m"]
     assert np.array_equal(same, observe(first)["z_m"])
     assert np.max(np.abs((two - same) - 2.0 * (one - same))) < 0.02 * np.max(np.abs(one - same))
+
+
+def slopes(model, longer):
+    """What a millionth more of the platform's mass changes of a film, over that, (n,) for each channel."""
+    first = View(model, FRAMES_S, RELEASE)
+    heavier = replace(first, model=replace(model, platform=replace(model.platform, mass_kg=model.platform.mass_kg * (1.0 + 1e-6))))
+    return {channel: 1e6 * (there - here) for channel, (here, there) in observe_beside(first, [first, heavier], longer=longer).items()}
+
+
+@pytest.mark.parametrize("stop", [EndStop(1500.0, 3.0), EndStop(5000.0, 15.0)])
+@pytest.mark.parametrize("rate_Hz", [200.0, 500.0, 1000.0, 1900.0])
+def test_slopes_are_as_exact_in_longer_steps(prototype, stop, rate_Hz):
+    """In flight to a ten-thousandth, and behind the stops to some hundredths, whatever the rate at which samples are kept."""
+    model = replace(prototype, end_stop=stop, simulation=replace(prototype.simulation, sample_rate_Hz=rate_Hz))
+    exact = slopes(replace(model, simulation=replace(model.simulation, sample_rate_Hz=2000.0, step_s=2e-5)), longer=False)
+    z, found = exact["z_m"], slopes(model, longer=True)["z_m"]
+    in_flight = observe(View(model, FRAMES_S, RELEASE))["z_m"] < 0.9 * model.geometry.deployed_height_m
+    assert 40 < in_flight.sum() < 150
+    assert np.max(np.abs(found - z)[in_flight]) < 1e-4 * np.max(np.abs(z[in_flight]))
+    assert np.linalg.norm(found - z) < 0.05 * np.linalg.norm(z)
+
+
+def test_steps_twice_as_long_are_divided_as_the_finer_of_their_two():
+    one = _Pace(1e-3, np.array([1, 1, 1, 4, 7, 2, 3]), 1).longer()
+    assert (one.step_s, one.division.tolist(), one.stride, one.fewer) == (2e-3, [1, 4, 7, 3], 1, 2)
+    two = _Pace(1e-3, np.array([1, 1, 1, 4]), 2).longer()
+    assert (two.step_s, two.division.tolist(), two.stride, two.fewer) == (2e-3, [1, 4], 1, 1)
+    three = _Pace(1e-3, np.array([1, 1, 4]), 3)
+    assert three.longer() is three
+
+
+@pytest.mark.parametrize("how", ["as stiff as is simulated", "steps given", "controlled"])
+def test_no_steps_are_longer_where_they_are_as_long_as_may_be(prototype, how):
+    model = {
+        "as stiff as is simulated": replace(prototype, end_stop=EndStop(1e6, 20.0)),
+        "steps given": replace(prototype, simulation=replace(prototype.simulation, step_s=5e-4)),
+        "controlled": replace(prototype, controller=EddyDamper(damping_N_s_per_m=0.5)),
+    }[how]
+    usual, longer = (slopes(model, one)["z_m"] for one in (False, True))
+    assert np.array_equal(usual, longer)
+    assert not np.array_equal(slopes(prototype, longer=False)["z_m"], slopes(prototype, longer=True)["z_m"])
 
 
 @pytest.mark.parametrize("turned", [False, True])
