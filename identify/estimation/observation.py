@@ -206,8 +206,8 @@ def observe_beside(first: View, views: Sequence[View], *, longer: bool = False) 
 
     Models that differ only in what happens between rig and film are simulated once. All films have the same frames.
 
-    longer : whether all take steps twice as long, where nothing is too stiff for that. Differences are as exact with these: their larger
-    error is that a leg meets its stop within a step.
+    longer : whether all take steps twice as long, where nothing is too stiff for that. Differences are then exact to a millionth in
+    flight and to some hundredths behind the stops, for a leg meets its stop within a step.
     """
     ahead = _ahead(without_idle([first.rig])[0])
     pace = ahead.pace.longer() if longer and ahead.may_be_longer else ahead.pace
