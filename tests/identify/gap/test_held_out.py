@@ -111,6 +111,8 @@ def test_a_channel_that_no_other_run_has_is_taken_to_remember_as_much_as_any(one
     assert held.left > 1.5
     assert not held.misses
     assert replace(held, noise=()).misses
+    runs = [*of_channels(right, 1.0, 0.8), *of_channels(right, 1.0, 0.0)]  # of runs that differ, the one whose noise remembers most
+    assert not replace(held, noise=runs).misses
 
 
 def test_the_noise_of_the_other_runs_stands_beside_a_run_held_out(one):

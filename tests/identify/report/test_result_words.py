@@ -16,6 +16,7 @@ from identify.report.sentences import (
     _opening,
     _or_nothing,
     left_sentence,
+    moved_far,
     next_experiment,
     sentence,
     within_tolerances,
@@ -171,6 +172,14 @@ def test_a_run_held_out_that_is_left_with_more_than_noise_is_named_with_what_it_
     assert "Compare how run-5.csv was made" in str(next_experiment(made))
     made.verdict = "partly"
     assert left_sentence(made) == said
+
+
+@pytest.mark.parametrize(("is_open", "of"), [(True, "as_given"), (False, "after")])
+def test_what_was_moved_far_is_that_of_the_model_as_given_where_a_force_is_left(monkeypatch, is_open, of):
+    monkeypatch.setattr("identify.report.sentences.dragged", lambda fit: (fit,))
+    made = unknown()
+    made.is_open, made.as_given, made.after = is_open, "as_given", "after"
+    assert moved_far(made) == (of,)
 
 
 @pytest.mark.parametrize(("grows", "said"), [((True,), True), ((False, True), True), ((False,), False), ((), False)])
