@@ -28,6 +28,7 @@ from identify.estimation.parameters import Change
 from identify.estimation.problem import Fit, Problem
 from identify.gap.bent_law import with_law_as_given
 from identify.gap.comparison import Held
+from identify.gap.gap_test import is_noise
 from identify.gap.held_out import carried_over, held_out
 from identify.gap.leg_force import LegForce
 from identify.gap.platform_force import ForceAlongTime, ForceTable, MissingForce
@@ -40,17 +41,7 @@ from identify.selection.model_errors import FORCES, slight_errors
 from identify.selection.other_side import all_sides, brought_to
 from identify.selection.search import Search
 from identify.selection.stand import Stand, Weighed
-from identify.selection.verdict import (
-    Finding,
-    Names,
-    Verdict,
-    after_a_miss,
-    after_a_veto,
-    doing_without,
-    in_a_class,
-    is_unnamed,
-    verdict_of,
-)
+from identify.selection.verdict import Finding, Names, Verdict, after_a_veto, doing_without, in_a_class, is_unnamed, verdict_of
 from simulate.effects import CATALOGUE, GeometryError
 from simulate.model.effect import Effect
 from simulate.model.model import Model
@@ -124,8 +115,8 @@ def _explained(
         findings, after = (), before
         held = tuple(replace(one, after=one.before) for one in held)
     is_open = verdict.word in ("unknown", "partly")
-    missed = not is_open and any(one.misses for one in held)
-    verdict = after_a_miss(verdict) if missed else verdict
+    missed = not is_open and any(one.misses and (verdict.names or not _can_be_met(one.after, said.weighed)) for one in held)
+    verdict = replace(verdict, word="partly" if verdict.names else "unknown") if missed else verdict
     if zeros_may_differ and is_open and zeros_differ(after) and _zeros_help(after):
         say("giving each loop a zero of its own")
         return _explained(replace(problem, own_zeros=True), runs, catalogue, budget, say, zeros_may_differ=False)
@@ -214,12 +205,24 @@ def _lead(held: Held, nothing: Weighed, foremost: Weighed) -> float:
 
 def _log_probability(held: Fit, one: Weighed) -> float:
     """Log probability of a run that took no part, all that a hypothesis leaves open integrated out: of all runs, less that of the rest."""
+    return _with_run(held, one).weighed().log_z - one.evidence.log_z
+
+
+def _can_be_met(held: Fit, one: Weighed) -> bool:
+    """Whether a run that took no part leaves noise where all that a hypothesis leaves open bends to it, along straight lines."""
+    stand, (first, *_) = _with_run(held, one), held.problem.blocks
+    left = zip(stand.given.blocks, stand.weighed().left, strict=True)
+    return is_noise([innovations for block, innovations in left if block.run == first.run])
+
+
+def _with_run(held: Fit, one: Weighed) -> Stand:
+    """A hypothesis where it stands, with a run that took no part among the others."""
     stand, of = one.stand, held.problem
     whole = replace(stand.given, films=(*stand.given.films, *of.films), loops=(*stand.given.loops, *of.loops))
     own = [whole.index_of(parameter.name) for parameter in of.parameters[of.first_nuisance : of.first_effect]]
     q = laid_out(stand.fit, whole)
     q[own] = laid_out(held, whole)[own]
-    return Stand.placed(whole, q, stand.errors_by_key).weighed().log_z - one.evidence.log_z
+    return Stand.placed(whole, q, stand.errors_by_key)
 
 
 def _noise_beside(drafted: Drafted | None, noise: Sequence[NoiseOfChannel]) -> tuple[NoiseOfChannel, ...]:

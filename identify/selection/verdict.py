@@ -111,11 +111,6 @@ def after_a_veto(verdict: Verdict, *, leaves_noise: bool) -> Verdict:
     return replace(verdict, word=word, names=(), vetoed=verdict.names if verdict.word != "unknown" else ())
 
 
-def after_a_miss(verdict: Verdict) -> Verdict:
-    """The same where a run held out is left with more than noise, as those that took part are not: what is said cannot be all."""
-    return replace(verdict, word="partly" if verdict.names else "unknown")
-
-
 def may_be_nothing(listed: Mapping[str, float]) -> bool:
     """Whether that nothing is missing cannot be excluded, by the probabilities as a verdict lists them."""
     return listed.get("no-gap", 0.0) > 1.0 - CREDIBLE

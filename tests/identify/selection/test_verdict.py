@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from identify.selection.hypotheses import log_prior
-from identify.selection.verdict import after_a_miss, after_a_veto, credible_set, doing_without, in_a_class, verdict_of
+from identify.selection.verdict import after_a_veto, credible_set, doing_without, in_a_class, verdict_of
 from simulate.effects import CATALOGUE
 
 HUB, PULLEY, PAIR = ("hub-inertia",), ("pulley-inertia",), ("hub-inertia", "viscous-friction")
@@ -113,13 +113,6 @@ def test_names_that_make_a_held_out_gap_larger_are_not_said_but_kept_as_vetoed(w
     before = verdict_of(weights, foremost=HUB, closes_most=TABLE not in weights, leaves_noise=TABLE not in weights)
     after = after_a_veto(before, leaves_noise=leaves_noise)
     assert (after.word, after.names, after.vetoed) == (word, (), vetoed)
-
-
-@pytest.mark.parametrize(("weights", "word"), [({HUB: 0.97, (): 0.02}, "partly"), ({(): 0.90, HUB: 0.08}, "unknown")])
-def test_where_a_held_out_run_is_left_with_more_than_noise_what_is_said_is_not_all(weights, word):
-    before = verdict_of(weights, closes_most=True)
-    after = after_a_miss(before)
-    assert (after.word, after.names, after.weights) == (word, before.names, before.weights)
 
 
 def test_a_name_that_is_not_to_be_said_alone_stands_beside_the_most_probable_other_one():
