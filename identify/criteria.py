@@ -207,7 +207,7 @@ NO_WORSE = 1.02
 """Times the gap of a run that was held out, up to which names do not make it worse: its simulation and release are exact to a percent."""
 
 NOISE_AGAIN = 2.0**0.5
-"""Times its noise from which on a run that was held out is left with more: with a gap as large as the noise beside it."""
+"""Root mean square over the noise above which a run held out is left with more than noise: the gap beside the noise is as large as it."""
 
 UNNAMED = 0.02
 """Prior probability of a force that no catalogue holds, all tables together."""

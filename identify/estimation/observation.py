@@ -210,7 +210,7 @@ def observe_beside(first: View, views: Sequence[View], *, longer: bool = False) 
     flight and to some hundredths behind the stops, for a leg meets its stop within a step.
     """
     ahead = _ahead(without_idle([first.rig])[0])
-    pace = ahead.pace.longer() if longer and ahead.may_be_longer else ahead.pace
+    pace = ahead.longer if longer else ahead.pace
     samples: dict[Model, Array] = {}
     groups: dict[tuple, list[Model]] = {}
     for rig in dict.fromkeys(view.rig for view in views):
@@ -231,15 +231,17 @@ class _Pace:
 
     step_s: float
     division: StepDivision
-    stride: int
     fewer: int = 1
 
-    def longer(self) -> _Pace:
-        """Steps twice as long, each divided as that of its two which is divided more; the same where samples hold an odd number of them."""
-        if self.stride % 2 and self.stride > 1:
+    def longer(self, stride: int) -> _Pace:
+        """Steps twice as long, each divided as that of its two which is divided more; the same where an odd number is between two samples.
+
+        stride : how many steps are between two samples.
+        """
+        if stride % 2 and stride > 1:
             return self
         pairs = np.pad(self.division, (0, len(self.division) % 2), constant_values=1).reshape(-1, 2)
-        return _Pace(2.0 * self.step_s, pairs.max(axis=1), max(self.stride // 2, 1), 2 if self.stride == 1 else 1)
+        return _Pace(2.0 * self.step_s, pairs.max(axis=1), 2 if stride == 1 else 1)
 
     def of(self, rig: Model) -> Model:
         """A rig that is simulated at this pace."""
@@ -249,11 +251,11 @@ class _Pace:
 
 @dataclass(frozen=True)
 class _Ahead:
-    """A run that chose its own steps: its samples and its pace. may_be_longer : whether nothing asks for steps below the shortest."""
+    """A run that chose its own steps: its samples, its pace, and one with longer steps where these may be longer."""
 
     samples: Array
     pace: _Pace
-    may_be_longer: bool
+    longer: _Pace
 
 
 @lru_cache(maxsize=64)
@@ -266,6 +268,6 @@ def _ahead(rig: Model) -> _Ahead:
         in_flight = max(step_of(altered(rig, end_stop=free), _LONGEST_FLIGHT_S), _SHORTEST_STEP_S)
         at_speed = altered(rig, simulation=altered(rig.simulation, step_s=in_flight))
         run, division = deploy_with_division(at_speed, max(step_of(rig), _SHORTEST_STEP_S))
-    stride = round(1.0 / (run.step_s * rig.simulation.sample_rate_Hz))
+    pace, stride = _Pace(run.step_s, division), round(1.0 / (run.step_s * rig.simulation.sample_rate_Hz))
     may_be_longer = not given and rig.controller is None and step_of(rig) >= _SHORTEST_STEP_S
-    return _Ahead(run.samples, _Pace(run.step_s, division, stride), may_be_longer)
+    return _Ahead(run.samples, pace, pace.longer(stride) if may_be_longer else pace)

@@ -110,7 +110,7 @@ class Held:
 
     @property
     def misses(self) -> bool:
-        """Whether it is left with more than noise: with as much again, and slower than the noise of the other runs is."""
+        """Whether it is left with more than noise: the gap beside the noise is as large as it, and slower than noise of the other runs."""
         known = sorted(self.noise, key=lambda one: one.model.memory)
         of = {one.channel: one.model for one in known}
         most = known[-1].model if known else ChannelNoise()  # for a channel that no other run has

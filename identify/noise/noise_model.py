@@ -177,17 +177,9 @@ def _reestimated(noise: ChannelNoise, residual: Array, apart: Array, share: floa
     windows = Windows.of(_placed(places, residual), _placed(places, trusted), _REACH, placed)
     memory, white, _ = likeliest(windows, len(residual))
     unit = ChannelNoise(memory, white).whitened(residual, apart)
-    return ChannelNoise(memory, white, max(_next_scale(unit, noise.scale, share, DEGREES), SMALLEST_SCALE))
-
-
-@njit(cache=True, error_model="numpy")
-def _next_scale(unit: Array, scale: float, share: float, degrees: float) -> float:
-    """Of innovations (n,), from one that is nearly right; over the sum of the weights, it settles sooner than over n (Kent 1994)."""
-    square, trust = 0.0, 0.0
-    for value in unit:
-        trusted = (degrees + 1.0) / (degrees + (value / scale) ** 2)
-        square, trust = square + trusted * value**2, trust + trusted
-    return np.sqrt(share * square / trust)
+    trusted = weights(unit / noise.scale)
+    scale = float(np.sqrt(share * (trusted @ unit**2) / trusted.sum()))  # settles sooner than a sum over n (Kent 1994)
+    return ChannelNoise(memory, white, max(scale, SMALLEST_SCALE))
 
 
 def from_differences(runs: Sequence[tuple[Array, Array]]) -> ChannelNoise:

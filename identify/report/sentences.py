@@ -47,12 +47,12 @@ def _opening(found: Explanation) -> str:
 
 
 def _missed(found: Explanation) -> str:
-    """Which run held out is left with more than noise, where the others are not."""
-    most = _strange(found)
-    return f"{most.name}, which was held out, is left with {most.left:.2g} times its noise, the runs that took part with noise alone"
+    """That a run held out is left with more than noise, and the others are not."""
+    most = _left_with_most(found)
+    return f"{most.name}, which was held out, is left with {most.left:.2g} times its noise; the other runs are left with noise only"
 
 
-def _strange(found: Explanation) -> Held:
+def _left_with_most(found: Explanation) -> Held:
     """The run held out that is left with most."""
     return max(found.held, key=lambda one: one.left)
 
@@ -166,7 +166,8 @@ def next_experiment(found: Explanation) -> str | None:
             return f"No single further test is likely to tell {name} from its rivals; {words} would split off {split} of cases."
         return f"To tell {name} from its rivals, add {words}; predicted to split off {split} of cases."
     if found.missed:
-        return f"Compare how {_strange(found).name} was made (load, release, temperature, camera) with the others, or hold out another run."
+        name = _left_with_most(found).name
+        return f"Compare how {name} was made (load, release, temperature, camera) with the others, or hold out another run."
     if measured := _measured_instead(found):
         return f"Measure {' and '.join(measured)}; that needs no further deployment."
     rivals = ", ".join(found.findings[0].equivalents) if found.verdict == "class" else ""

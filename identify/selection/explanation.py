@@ -42,7 +42,7 @@ class Explanation(Shown, by="identify.report.showing.ShowingExplanation"):
     rivals : by name, the fits that stand in the place of a single finding. missing, in_legs : the force that no effect explains,
     where something is left. drafted : an effect of one's own that says it in a formula. located : the force that was missing before
     anything was named, as a first look along time. vetoed : names that are not said because they make the gap of a run held out larger.
-    missed : whether the verdict stands because a run held out is left with more than noise, and those that took part are not.
+    missed : whether the only reason for the verdict is that a run held out is left with more than noise.
     """
 
     verdict: str

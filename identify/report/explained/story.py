@@ -25,7 +25,7 @@ WORDS: Mapping[str, tuple[str, Tone]] = {
 }
 MISSED: Mapping[str, str] = {
     "partly": "partly: the runs that took part are explained, a run held out is not",
-    "unknown": "unknown: a run held out has a gap, and the runs that took part have none",
+    "unknown": "unknown: a run held out has a gap, the runs that took part have none",
 }
 _QUOTED = 3
 _MOST_OUTLIERS = 5.0  # percent: what the noise's heavy tails allow for

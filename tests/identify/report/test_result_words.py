@@ -166,7 +166,7 @@ def test_a_run_held_out_that_is_left_with_more_than_noise_is_named_with_what_it_
     monkeypatch.setattr("identify.report.sentences.moved_far", lambda of: ())
     made = unknown()
     made.missed, made.held = True, [SimpleNamespace(name=f"run-{k}.csv", left=left) for k, left in ((4, 1.1), (5, 2.71))]
-    said = "run-5.csv, which was held out, is left with 2.7 times its noise, the runs that took part with noise alone"
+    said = "run-5.csv, which was held out, is left with 2.7 times its noise; the other runs are left with noise only"
     assert sentence(made) == f"there is a gap: {said}"
     made.next_tests = ()
     assert "Compare how run-5.csv was made" in str(next_experiment(made))
