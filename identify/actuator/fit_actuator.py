@@ -24,10 +24,11 @@ from identify.estimation.problem import Fit, Problem
 from identify.estimation.rate import Abscissa
 from identify.gap.misfit import misfit_of
 from identify.loops.covariates import shares
-from identify.loops.loop_data import LoopData, effective_number
+from identify.loops.loop_data import LoopData
 from identify.loops.paper_recipe import Recipe, paper_recipe
 from identify.loops.residual_dependence import depends_on
 from identify.loops.sign import swapped_channels, units_apart
+from identify.noise.effective_number import effective_number
 from measure.common.arrays import Array
 from simulate.effects import SensorLag
 from simulate.model.effect import Effect

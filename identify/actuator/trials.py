@@ -19,7 +19,8 @@ from identify.estimation.estimates import away_from_turns
 from identify.estimation.least_squares import solve
 from identify.estimation.parameters import amplitudes_of
 from identify.estimation.problem import Fit, Problem
-from identify.loops.loop_data import effective_number, first_cycles
+from identify.loops.loop_data import first_cycles
+from identify.noise.effective_number import effective_number
 from measure.common.arrays import Array
 from simulate.effects import CATALOGUE, ForceOffset, RateDependentAsymptotes
 from simulate.model.effect import Effect

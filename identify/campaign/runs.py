@@ -67,7 +67,8 @@ def _oriented(runs: Sequence[Run]) -> tuple[Run, ...]:
     counted, turned = oriented(loops)
     if not turned.quantity:
         return tuple(runs)
-    tables = iter(replace(loop, remarks=(*loop.remarks, turned.sentence)) for loop in counted)
+    pairs = zip(counted, turned.each, strict=True)
+    tables = iter(replace(loop, remarks=(*loop.remarks, said)) if said else loop for loop, said in pairs)
     return tuple(replace(run, table=next(tables)) if run.is_loop else run for run in runs)
 
 

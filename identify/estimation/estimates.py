@@ -13,7 +13,8 @@ from identify.estimation.parameters import BETA_NAME, LINE_NAMES, Estimate, Word
 from identify.estimation.problem import Fit
 from identify.estimation.profile_likelihood import Profile
 from identify.loops.corners import SIDE
-from identify.loops.loop_data import LoopData, acceleration_apart, centre_of, effective_number
+from identify.loops.loop_data import LoopData, acceleration_apart, centre_of
+from identify.noise.effective_number import effective_number
 from measure.common.arrays import Array
 
 

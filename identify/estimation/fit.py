@@ -12,7 +12,8 @@ from numpy.typing import NDArray
 
 from identify.estimation.covariance import clipped, sandwich, shift_of
 from identify.estimation.parameters import Change, Parameter
-from identify.loops.loop_data import LoopData, effective_number
+from identify.loops.loop_data import LoopData
+from identify.noise.effective_number import effective_number
 from measure.common.arrays import Array
 from simulate.model.effect import Effect
 from simulate.model.measures import Measures

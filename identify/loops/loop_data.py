@@ -282,6 +282,8 @@ def _share(signature: Array, left: Array, data: LoopData) -> float:
 def area(data: LoopData, force_N: Array) -> float:
     """Energy that a loop dissipates in one cycle, J: the area it encloses, positive when it runs anticlockwise.
 
+    A cycle whose elongation drifts does not close: what it drifts is spread evenly over its time.
+
     Parameters
     ----------
     force_N : (n,) measured or modelled, at the samples.
@@ -291,32 +293,23 @@ def area(data: LoopData, force_N: Array) -> float:
     float
         The mean over the full cycles; zero where there is none.
     """
-    parts = [-np.trapezoid(force_N[a:b], data.elongation_m[a:b]) for a, b in data.cycles.spans]
-    closing = [_closing(data.elongation_m, force_N, a, b - 1) for a, b in data.cycles.spans]
-    return float(np.mean(np.add(parts, closing))) if parts else 0.0
+    areas = [_enclosed(data, force_N, first, last) for first, last in data.cycles.spans]
+    return float(np.mean(areas)) if areas else 0.0
 
 
-def _closing(u: Array, force_N: Array, first: int, last: int) -> float:
-    """The chord from the last sample of a cycle back to its first."""
-    return float(-(u[first] - u[last]) * (force_N[first] + force_N[last]) / 2.0)
+def _enclosed(data: LoopData, force_N: Array, a: int, b: int) -> float:
+    u, force, time = data.elongation_m, force_N[a:b], data.time_s[a:b]
+    first, last = _turn(u, a), _turn(u, b - 1)
+    mean = np.trapezoid(force, time) / (time[-1] - time[0])
+    ends = force[0] * (u[a] - first) + force[-1] * (last - u[b - 1])
+    return float((last - first) * mean - np.trapezoid(force, u[a:b]) - ends)
 
 
-def effective_number(residual: Array) -> float:
-    """Effective sample size of a residual: n / (1 + 2 sum of its autocorrelations).
-
-    The sum runs while the sum of two neighbouring autocorrelations is positive (Geyer 1992, initial positive sequence), so
-    that noise far out does not count. White noise is worth all its samples, a slow drift a handful.
-    """
-    n = len(residual)
-    centred = residual - residual.mean()
-    power = float(centred @ centred)
-    if n < 4 or power == 0.0:
-        return float(n)
-    spectrum = np.fft.rfft(centred, 2 * n)
-    correlation = np.fft.irfft(np.abs(spectrum) ** 2)[:n] / power
-    pairs = correlation[: n - n % 2].reshape(-1, 2).sum(axis=1)
-    end = int(np.argmax(pairs <= 0.0)) if np.any(pairs <= 0.0) else len(pairs)
-    return float(np.clip(n / (2.0 * pairs[:end].sum() - 1.0), 1.0, n))
+def _turn(u: Array, at: int) -> float:
+    """Elongation where it turns near a sample: the top of the parabola through this and its neighbours."""
+    before, here, behind = u[max(at - 1, 0)], u[at], u[min(at + 1, len(u) - 1)]
+    is_top = (here - before) * (here - behind) > 0.0
+    return float(here - (behind - before) ** 2 / (8.0 * (before - 2.0 * here + behind))) if is_top else float(here)
 
 
 def centre_of(loops: Sequence[LoopData]) -> float:

@@ -17,10 +17,14 @@ from measure.tables.loop import Loop
 
 @dataclass(frozen=True)
 class Turned:
-    """Which quantity was counted the other way round, "elongation" or "force", or "" for none; and the sentence that says so."""
+    """Which quantity was counted the other way round, "elongation" or "force", or "" for none; and the sentence that says so.
+
+    each : what is said of each loop, "" of one that was not turned.
+    """
 
     quantity: str
     sentence: str
+    each: tuple[str, ...] = ()
 
 
 def oriented(loops: Sequence[Loop]) -> tuple[list[Loop], Turned]:
@@ -45,11 +49,10 @@ def _turned_loops(loops: Sequence[Loop], data: Sequence[LoopData]) -> tuple[list
         return list(loops), Turned("", "")
     if max(areas) > 0.0:
         return _some_turned(loops, data)
-    if np.mean([loop.force_N.mean() for loop in loops]) > 0.0:
-        turned = [replace(loop, elongation_m=-loop.elongation_m) for loop in loops]
-        return turned, Turned("elongation", "the loops run clockwise as given, so the elongation was counted the other way round")
-    turned = [replace(loop, force_N=-loop.force_N) for loop in loops]
-    return turned, Turned("force", "the loops run clockwise and the force is negative as given, so the force's sign was turned")
+    by_force = bool(np.mean([loop.force_N.mean() for loop in loops]) <= 0.0)
+    said = _ALL_BY_FORCE if by_force else _ALL_BY_ELONGATION
+    turned = [_turned_one(loop, by_force=by_force) for loop in loops]
+    return turned, Turned("force" if by_force else "elongation", said, (said,) * len(loops))
 
 
 def _some_turned(loops: Sequence[Loop], data: Sequence[LoopData]) -> tuple[list[Loop], Turned]:
@@ -61,16 +64,16 @@ def _some_turned(loops: Sequence[Loop], data: Sequence[LoopData]) -> tuple[list[
     level = float(np.mean([loop.force_N.mean() for loop, odd in zip(loops, clockwise, strict=True) if not odd]))
     if not any(clockwise):
         return list(loops), Turned("", "")
-    made, forces, elongations = [], [], []
-    for loop, odd in zip(loops, clockwise, strict=True):
-        by_force = odd and loop.force_N.mean() * level < 0.0
-        forces += [loop.name] if by_force else []
-        elongations += [loop.name] if odd and not by_force else []
-        made.append(_turned_one(loop, by_force=by_force) if odd else loop)
-    said = [f"{', '.join(Path(n).name for n in names)}: {what}" for names, what in ((forces, _FORCE), (elongations, _ELONGATION)) if names]
-    return made, Turned("force" if forces else "elongation", "; ".join(said))
+    by_force = [loop.force_N.mean() * level < 0.0 for loop in loops]
+    each = tuple((_FORCE if force else _ELONGATION) if odd else "" for odd, force in zip(clockwise, by_force, strict=True))
+    made = [_turned_one(loop, by_force=force) if odd else loop for loop, odd, force in zip(loops, clockwise, by_force, strict=True)]
+    names = {what: [Path(loop.name).name for loop, said in zip(loops, each, strict=True) if said == what] for what in (_FORCE, _ELONGATION)}
+    sentence = "; ".join(f"{', '.join(of)}: {what}" for what, of in names.items() if of)
+    return made, Turned("force" if names[_FORCE] else "elongation", sentence, each)
 
 
+_ALL_BY_FORCE = "the loops run clockwise and the force is negative as given, so the force's sign was turned"
+_ALL_BY_ELONGATION = "the loops run clockwise as given, so the elongation was counted the other way round"
 _FORCE = "runs clockwise with a force of the other sign than the rest, so the force's sign was turned"
 _ELONGATION = "runs clockwise and the rest does not, so the elongation was counted the other way round"
 

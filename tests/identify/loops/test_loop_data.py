@@ -3,8 +3,9 @@
 import numpy as np
 import pytest
 
-from identify.loops.loop_data import effective_number, free_start, gap, predict
+from identify.loops.loop_data import free_start, gap, predict
 from identify.loops.prepare import prepare
+from identify.noise.effective_number import effective_number
 from measure import InputError, Loop
 from simulate.effects import HubInertia, ViscousFriction
 from simulate.loop import loop_force
@@ -58,16 +59,6 @@ def test_idle_seconds_before_the_motion_do_not_count():
     f = np.concatenate([np.full(idle, loop.force_N[0]), loop.force_N])
     data = prepare(Loop(t, u, f))
     assert 0 < np.argmax(data.used) - idle + 10 < 12
-
-
-def test_a_correlated_residual_is_worth_few_samples():
-    rng = np.random.default_rng(0)
-    white = rng.standard_normal(20_000)
-    coloured = np.zeros_like(white)
-    for i in range(1, len(white)):
-        coloured[i] = 0.9 * coloured[i - 1] + white[i]
-    assert effective_number(white) > 0.85 * len(white)
-    assert effective_number(coloured) == pytest.approx(len(white) * 0.1 / 1.9, rel=0.25)
 
 
 def test_a_force_that_never_changes_is_refused():
