@@ -14,9 +14,8 @@ from identify.estimation.least_squares import solve
 from identify.estimation.problem import Fit, Problem
 from identify.gap.leg_force import LegTable
 from identify.gap.platform_force import ForceTable
-from identify.gap.size import gap_left
+from identify.gap.size import gap_left, noise_of_channels
 from identify.gap.unnamed import Unnamed
-from identify.selection.findings import noise_of_channels
 from identify.selection.stand import Weighed
 from identify.selection.weighing import led_anew, weighed, weighed_within
 
@@ -68,7 +67,7 @@ def _tried(beside: Weighed, chosen: Chosen, before: Sequence[Fit], held_out: Hel
         fit,
         tuple(before),
         tuple(held_out(fit)),
-        noise_of_channels(best) if best.leaves_noise else (),
+        noise_of_channels(best.fit, best.evidence.noise, best.evidence.left) if best.leaves_noise else (),
     )
 
 

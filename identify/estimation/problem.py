@@ -70,6 +70,10 @@ class Problem(Unknowns):
         loops = tuple(replace(loop, model=change(loop.model)) for loop in self.loops)
         return replace(self, model=change(self.model), films=films, loops=loops)
 
+    def only_films_show(self, effect: Effect) -> bool:
+        """Whether no loop says anything of an effect."""
+        return not (self.loops and effect.acts_on_shaker())
+
     def with_exact_motion(self) -> Problem:
         """The same with the motion of each loop taken as exact: its gaps are then plain differences."""
         loops = (replace(loop, data=replace(loop.data, motion_errors=loop.data.motion_errors[:0])) for loop in self.loops)

@@ -10,9 +10,12 @@ import numpy as np
 from identify.campaign.noise import high_frequency
 from identify.criteria import HALF, SPIKE
 from identify.estimation.fit import Fitted, Posed
+from identify.estimation.problem import Fit
 from identify.loops.interference import jumps
 from identify.noise.noise_model import ChannelNoise
 from measure.common.arrays import Array
+
+_OUTLIER = 4.0  # scales of Student's t
 
 
 def gap_size(parts: Iterable[Array]) -> float:
@@ -46,6 +49,26 @@ class NoiseOfChannel:
     def lag1(self) -> float:
         """Correlation from sample to sample."""
         return self.model.lag1
+
+
+def noise_of_channels(fit: Fit, models: Sequence[ChannelNoise], left: Sequence[Array]) -> tuple[NoiseOfChannel, ...]:
+    """The noise of every run and channel under a hypothesis: what it leaves, outliers apart, root mean square, and how that remembers.
+
+    Parameters
+    ----------
+    models : what whitens each channel. left : innovations over their scales, (n,) of each channel.
+    """
+    problem = fit.problem
+    sigmas = {(film.run.name, name): float(np.nanmedian(film.sigma[i])) for film in problem.films for i, name in enumerate(film.channels)}
+    sigmas |= {(loop.run.name, "force_N"): loop.data.force_sigma_N for loop in problem.loops}
+    made = []
+    for block, noise, innovations in zip(problem.blocks, models, left, strict=True):
+        far = np.abs(innovations) > _OUTLIER
+        over = noise.scale * float(np.sqrt(np.mean(innovations[~far] ** 2)))
+        outliers = 100.0 * float(np.mean(far))
+        sigma = over * sigmas[block.run, block.channel]
+        made.append(NoiseOfChannel(block.run, block.channel, sigma, outliers, block.rows, over, noise))
+    return tuple(made)
 
 
 def gap_left(*fits: Fitted[Posed]) -> float:

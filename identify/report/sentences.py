@@ -8,6 +8,7 @@ from identify.criteria import LIKELY, SLIGHT
 from identify.gap.comparison import Held
 from identify.gap.dragged import Dragged, dragged, in_words
 from identify.selection.explanation import Explanation
+from identify.selection.findings import never_alone
 from identify.selection.model_errors import FORCES
 from identify.selection.verdict import Finding
 from simulate.effects import GeometryError
@@ -35,7 +36,7 @@ def _finding_in_words(found: Explanation) -> str:
         return plain[found.verdict]
     names = ", ".join(_named(finding) for finding in found.findings)
     tail = f"; {left_sentence(found)}" if found.verdict == "partly" else ""
-    more = _or_nothing(found) + _at_bound(found) + _by_chance(found) + _forces_by_run(found) + _within(found)
+    more = _or_nothing(found) + _at_bound(found) + _by_chance(found) + _by_films(found) + _forces_by_run(found) + _within(found)
     return _opening(found) + names + more + tail
 
 
@@ -71,6 +72,17 @@ def _by_chance(found: Explanation) -> str:
     if not (found.findings and any(held.grows for held in found.held)):
         return ""
     return "; the gap of a run held out grows by no more than the fits leave open, so nothing is named alone"
+
+
+def _by_films(found: Explanation) -> str:
+    """That an effect of many numbers is not named alone where no loop says anything of it."""
+    said = "; films alone do not tell an effect of so many numbers from all others, so it is not named alone"
+    return "" if _of_films_alone(found) is None else said
+
+
+def _of_films_alone(found: Explanation) -> Finding | None:
+    """What is not named alone because it has many numbers and no loop says anything of it."""
+    return next((one for one in found.findings if found.verdict == "class" and never_alone(one, found.after.problem)), None)
 
 
 def left_sentence(found: Explanation) -> str | None:
@@ -125,7 +137,8 @@ def _likelier(found: Explanation) -> str:
         return ""
     name = max(others, key=lambda one: others[one])
     words = "a force without a name" if name == "unknown" else name
-    return f"; {words} would explain it too and is likelier ({others[name]:.2f} to {nothing:.2f}), but not sure"
+    against = ", and a run held out speaks against it" if name in found.vetoed else ""
+    return f"; {words} would explain it too and is likelier ({others[name]:.2f} to {nothing:.2f}), but not sure{against}"
 
 
 def _or_nothing(found: Explanation) -> str:
@@ -175,6 +188,8 @@ def next_experiment(found: Explanation) -> str | None:
         return f"Add further runs like these, or others that show more of it: whether {found.findings[0].name} is there at all is not sure."
     if rivals and not found.rivals:
         return f"What may stand in the place of {found.findings[0].name} ({rivals}) was weighed and not fitted: try a larger --budget."
+    if (one := _of_films_alone(found)) is not None:
+        return _further_than_films(one, found)
     if found.verdict == "unknown":
         return f"Add {_other_condition(found)}: a force that follows time, place or speed moves differently then."
     return None
@@ -188,6 +203,13 @@ def _measured_instead(found: Explanation) -> list[str]:
     return [words for name, words in _MEASURED.items() if name in doubted]
 
 
+def _further_than_films(one: Finding, found: Explanation) -> str:
+    """What would show whether an effect of many numbers is there: loops if they show it, else a condition that no fit has seen."""
+    if one.effect.acts_on_shaker():
+        return f"Add loops of one actuator on a shaker at two frequencies: they show {one.name} by itself."
+    return f"Hold out {_other_deployment(found)}: {one.name} has to predict it."
+
+
 def _other_condition(found: Explanation) -> str:
     """A condition that the campaign has not got yet."""
     problem = found.before.problem
@@ -195,6 +217,12 @@ def _other_condition(found: Explanation) -> str:
         return "loops at another frequency with the same amplitude"
     if not problem.loops:
         return "loops of one actuator on a shaker at two frequencies, which pin the force law"
+    return _other_deployment(found)
+
+
+def _other_deployment(found: Explanation) -> str:
+    """A condition that no deployment of the campaign has."""
+    problem = found.before.problem
     heights = {film.model.geometry.stowed_height_m for film in problem.films if film.model.geometry is not None}
     masses = {film.model.platform.mass_kg for film in problem.films}
     if len(heights) < 2:

@@ -15,7 +15,7 @@ from identify.campaign.load_cell_zeros import Tare, zeros_differ
 from identify.campaign.noiseless import with_noise_where_none
 from identify.campaign.posing import problem_of
 from identify.campaign.run import Run
-from identify.criteria import CLEAR_LEAD, FEW_PARAMETERS, LARGER_PART, ROUGHLY
+from identify.criteria import CLEAR_LEAD, LARGER_PART, ROUGHLY
 from identify.design.detection_limits import detection_limits
 from identify.design.further_test import NextTest
 from identify.design.next_test import next_tests
@@ -32,11 +32,11 @@ from identify.gap.gap_test import is_noise
 from identify.gap.held_out import carried_over, held_out
 from identify.gap.leg_force import LegForce
 from identify.gap.platform_force import ForceAlongTime, ForceTable, MissingForce
-from identify.gap.size import NoiseOfChannel, halves, share_closed
+from identify.gap.size import NoiseOfChannel, halves, noise_of_channels, share_closed
 from identify.gap.unnamed import Unnamed, simulated
 from identify.selection.explanation import Explanation, Ranked
-from identify.selection.findings import findings_of, noise_of_channels
-from identify.selection.hypotheses import BUDGETS, MODEL_ERRORS, Budget, Hypothesis, Say, log_prior
+from identify.selection.findings import findings_of, never_alone
+from identify.selection.hypotheses import BUDGETS, Budget, Hypothesis, Say, log_prior
 from identify.selection.model_errors import FORCES, slight_errors
 from identify.selection.other_side import all_sides, brought_to
 from identify.selection.search import Search
@@ -105,10 +105,12 @@ def _explained(
     foremost, verdict, findings, after = judged.foremost, judged.verdict, judged.findings, judged.foremost.fit
     say("looking at the runs held out")
     held = tuple(held_out(run, before, after, judged.noise) for run in runs if run.hold_out)
-    if verdict.names and any(one.grows for one in held):
+    vetoed = after_a_veto(verdict, leaves_noise=judged.leaves_noise)
+    may_be_nothing = vetoed.word == "no-gap"
+    if verdict.names and held and (may_be_nothing or any(one.grows for one in held)):
         held = tuple(replace(one, lead=_lead(one, nothing.weighed, foremost.weighed)) for one in held)
-        is_worse = any(one.contradicts for one in held)
-        verdict = after_a_veto(verdict, leaves_noise=judged.leaves_noise) if is_worse else in_a_class(verdict)
+        is_worse = any(one.contradicts for one in held) or (may_be_nothing and sum(one.lead for one in held) < 0.0)
+        verdict = vetoed if is_worse else in_a_class(verdict)
     is_base = verdict.word == "unknown" or (verdict.word == "no-gap" and not set(foremost.names) <= set(judged.slight))
     said = nothing if is_base else foremost
     if said is nothing:
@@ -163,7 +165,8 @@ class _Judged:
 
 
 def _judged(search: Search, foremost: Hypothesis, before: Fit, weights: Mapping[Names, float]) -> _Judged:
-    noise, leaves_noise = noise_of_channels(foremost.weighed), foremost.weighed.leaves_noise
+    found, leaves_noise = foremost.weighed.evidence, foremost.weighed.leaves_noise
+    noise = noise_of_channels(foremost.fit, found.noise, found.left)
     noise = noise if leaves_noise else _as_measured(noise)
     closes_most = share_closed(before, foremost.fit, noise) > LARGER_PART
     verdict = verdict_of(weights, foremost=foremost.names, closes_most=closes_most, leaves_noise=leaves_noise)
@@ -183,10 +186,7 @@ def _as_far_as_known(verdict: Verdict, findings: Sequence[Finding], foremost: Hy
     alone = verdict.word == "named"
     if alone and any(finding.at_bound for finding in findings):
         return replace(verdict, word="partly")
-    effect = next((one for one in foremost.fit.problem.effects if one.name in verdict.names and one.name not in MODEL_ERRORS), None)
-    on_loops = bool(foremost.fit.problem.loops) and effect is not None and effect.acts_on_shaker()
-    many = effect is not None and len(effect.flat()) > FEW_PARAMETERS and not on_loops
-    return in_a_class(verdict) if alone and many else verdict
+    return in_a_class(verdict) if alone and any(never_alone(one, foremost.fit.problem) for one in findings) else verdict
 
 
 def _before_any_name(nothing: Weighed, squares: Fit) -> Fit:

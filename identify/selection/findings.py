@@ -1,4 +1,4 @@
-"""What is said of each name: its parameters and how surely, its share of the gap; and the noise that everything is measured by."""
+"""What is said of each name: its parameters and how surely, and its share of the gap."""
 
 from __future__ import annotations
 
@@ -9,10 +9,11 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import linalg, optimize, stats
 
-from identify.criteria import TWO_SIDED_95
+from identify.criteria import FEW_PARAMETERS, TWO_SIDED_95
 from identify.estimation.parameters import STORED_FORCE
+from identify.estimation.problem import Problem
 from identify.gap.size import NoiseOfChannel, share_closed
-from identify.selection.hypotheses import Hypothesis
+from identify.selection.hypotheses import MODEL_ERRORS, Hypothesis
 from identify.selection.stand import Weighed
 from identify.selection.verdict import Finding, Verdict
 from measure.common.arrays import Array
@@ -20,25 +21,14 @@ from simulate.effects import StoredForcePerRun
 from simulate.model.effect import Effect
 
 _TAIL, _FAR_OUT = 0.025, 10.0  # on either side of an interval; standard deviations from where one ends in any case
-_OUTLIER = 4.0  # scales of Student's t
 _AT_BOUND = 1e-3  # typical sizes
 _STEP = 1e-4  # of a central difference, relative
 _SHOWN = 0.95  # of the prior's standard deviation: a parameter that is no better known than before does not show
 
 
-def noise_of_channels(found: Weighed) -> tuple[NoiseOfChannel, ...]:
-    """The noise of every run and channel under a hypothesis: what it leaves, outliers apart, root mean square, and how that remembers."""
-    problem = found.fit.problem
-    sigmas = {(film.run.name, name): float(np.nanmedian(film.sigma[i])) for film in problem.films for i, name in enumerate(film.channels)}
-    sigmas |= {(loop.run.name, "force_N"): loop.data.force_sigma_N for loop in problem.loops}
-    made = []
-    for block, noise, left in zip(problem.blocks, found.evidence.noise, found.evidence.left, strict=True):
-        far = np.abs(left) > _OUTLIER
-        over = noise.scale * float(np.sqrt(np.mean(left[~far] ** 2)))
-        outliers = 100.0 * float(np.mean(far))
-        sigma = over * sigmas[block.run, block.channel]
-        made.append(NoiseOfChannel(block.run, block.channel, sigma, outliers, block.rows, over, noise))
-    return tuple(made)
+def never_alone(found: Finding, problem: Problem) -> bool:
+    """Whether an effect has so many numbers that films alone, where no loop says anything of it, do not tell it from all others."""
+    return found.name not in MODEL_ERRORS and len(found.effect.flat()) > FEW_PARAMETERS and problem.only_films_show(found.effect)
 
 
 def findings_of(

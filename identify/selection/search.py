@@ -14,6 +14,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from identify.criteria import CLOSE, CREDIBLE, HARDLY, LOSES, NEAR, ROUGHLY
+from identify.estimation.horizons import solve_from_afar
 from identify.estimation.least_squares import solve, to_the_end
 from identify.estimation.multistart import Minima, released_again
 from identify.estimation.problem import Fit
@@ -271,6 +272,9 @@ class Search(Tried):
         for each in (promise, *promise.others):
             self._keep(ahead.names, _fitted(ahead.beside.weighed, each))
         found = self.fitted[ahead.names]
+        if found.weighed.stand.misses and found.log_weight < ahead.log_weight - _DEEPER:  # the base has bent too far to be led back
+            self._keep(ahead.names, weighed(solve_from_afar(found.weighed.exact.given, found.weighed.exact.origin)))
+            found = self.fitted[ahead.names]
         self.spent += _DEAD_END if found.weighed.stand.misses else 0
         is_elsewhere = found.log_weight > ahead.log_weight + _DEEPER
         if is_elsewhere or len(ahead.names) == 1:  # several stand beside one that has led the base already

@@ -11,6 +11,7 @@ from identify.gap.size import NoiseOfChannel
 from identify.noise.noise_model import ChannelNoise
 from identify.report.sentences import (
     _by_chance,
+    _by_films,
     _colour,
     _likelier,
     _opening,
@@ -22,7 +23,15 @@ from identify.report.sentences import (
     within_tolerances,
 )
 from identify.selection.explanation import Explanation
-from simulate.effects import EndStopDissipation, PlatformMass, StopStiffness
+from simulate.effects import (
+    EndStopDissipation,
+    GeometryError,
+    GravityImbalance,
+    PlatformMass,
+    RateDependentAsymptotes,
+    ReleasePose,
+    StopStiffness,
+)
 
 
 def class_of(verdict, nothing, rivals=()) -> Any:
@@ -47,8 +56,10 @@ def class_of(verdict, nothing, rivals=()) -> Any:
 def test_where_nothing_is_not_excluded_but_less_likely_the_likelier_name_is_said(weights, said):
     """Joints that were fitted and came out within their tolerances are said with these."""
     problem = SimpleNamespace(effects=(SimpleNamespace(name="geometry-error"),))
-    found: Any = SimpleNamespace(weights=weights, after=SimpleNamespace(problem=problem))
+    found: Any = SimpleNamespace(weights=weights, after=SimpleNamespace(problem=problem), vetoed=())
     assert _likelier(found) == said
+    found.vetoed = ("platform-mass",)
+    assert _likelier(found) == said + (", and a run held out speaks against it" if said.startswith("; platform-mass") else "")
 
 
 @pytest.mark.parametrize(
@@ -172,6 +183,33 @@ def test_a_run_held_out_that_is_left_with_more_than_noise_is_named_with_what_it_
     assert "Compare how run-5.csv was made" in str(next_experiment(made))
     made.verdict = "partly"
     assert left_sentence(made) == said
+
+
+def film(height_m, mass_kg):
+    """A deployment in some condition."""
+    geometry, platform = SimpleNamespace(stowed_height_m=height_m), SimpleNamespace(mass_kg=mass_kg)
+    return SimpleNamespace(model=SimpleNamespace(geometry=geometry, platform=platform))
+
+
+@pytest.mark.parametrize(
+    ("verdict", "effect", "said", "further"),
+    [
+        ("class", ReleasePose(), True, "Hold out a deployment with ballast on the platform: release-pose has to predict it."),
+        ("class", RateDependentAsymptotes(), True, "Add loops of one actuator on a shaker at two frequencies: they show rate-dependent"),
+        ("named", ReleasePose(), False, "None"),
+        ("class", GravityImbalance(), False, "None"),
+        ("class", GeometryError(), False, "Measure the coordinates of the joints"),
+    ],
+)
+def test_an_effect_of_many_numbers_from_films_alone_says_why_it_is_not_named_alone_and_what_would_show_it(verdict, effect, said, further):
+    found = class_of(verdict, 0.0)
+    finding = SimpleNamespace(name=effect.name, effect=effect, equivalents=())
+    problem = SimpleNamespace(only_films_show=lambda effect: True, films=(film(0.25, 0.8), film(0.3, 0.8)), loops=())
+    found.__dict__.update(
+        findings=(finding,), after=SimpleNamespace(problem=problem), before=SimpleNamespace(problem=problem), missed=False
+    )
+    assert _by_films(found).endswith("it is not named alone") is said
+    assert str(next_experiment(found)).startswith(further)
 
 
 @pytest.mark.parametrize(("is_open", "of"), [(True, "as_given"), (False, "after")])

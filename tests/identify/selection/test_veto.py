@@ -73,6 +73,18 @@ def test_a_run_held_out_that_what_is_open_can_meet_is_no_gap(explained, monkeypa
     assert (found.verdict, found.missed) == ("no-gap", False)
 
 
+@pytest.mark.slow
+@pytest.mark.parametrize(("lead", "verdict", "vetoed"), [(-0.1, "no-gap", ("viscous-friction",)), (0.1, "class", ())])
+def test_beside_a_name_that_may_be_nothing_a_run_held_out_decides(explained, monkeypatch, lead, verdict, vetoed):
+    """Were the weight of nothing more than 0.05, and the run held out a little less or more probable with the name."""
+    monkeypatch.setattr("identify.selection.verdict.may_be_nothing", lambda listed: True)
+    monkeypatch.setattr("identify.selection.explain._lead", lambda *of: lead)
+    monkeypatch.setattr("identify.gap.comparison.Held.misses", False)
+    found = explained(ViscousFriction(0.5), ViscousFriction(0.5))
+    assert (found.verdict, found.vetoed) == (verdict, vetoed)
+    assert found.held[0].lead == lead
+
+
 @pytest.mark.parametrize(("leaves_noise", "squares", "says_squares"), [(True, 0.976, False), (False, 0.976, True), (False, 0.984, False)])
 def test_where_tolerances_leave_noise_an_exact_model_file_that_drags_the_release_is_not_what_is_said(leaves_noise, squares, says_squares):
     """After a veto the answer began with a release moved by 19 spreads: least squares left 0.976, the fit within tolerances 0.98."""
