@@ -126,6 +126,25 @@ def test_a_wave_is_fitted_from_each_place_that_may_be_its_own_and_the_likeliest_
     assert next(costs, None) is None
 
 
+@pytest.mark.parametrize(("reached", "misses", "ends"), [(-620.0, True, -230.0), (-620.0, False, -620.0), (-245.0, True, -245.0)])
+def test_a_name_that_misses_and_falls_far_short_of_its_promise_is_led_from_the_model_file_too(monkeypatch, reached, misses, ends):
+    """Promised -240. From a base that had bent to a counterweight every step was too long: -11617 came of a promise of -10800."""
+    one, begun = fitting(monkeypatch, ("leg-mass",), weighed_as={0.0: reached, 7.0: -230.0}), []
+    monkeypatch.setattr(one, "_base_again", lambda led, is_elsewhere: None)
+    kept = one._keep
+
+    def keep(names, found):
+        kept(names, found)
+        one.fitted[names].weighed.stand.misses = misses
+        one.fitted[names].weighed.exact = SimpleNamespace(given="the model file", origin="nothing known")
+
+    monkeypatch.setattr(one, "_keep", keep)
+    monkeypatch.setattr(search, "solve_from_afar", lambda given, start: begun.append((given, start)) or SimpleNamespace(cost=7.0))
+    one._fit(ahead_of(("leg-mass",), -240.0))
+    assert one.fitted[("leg-mass",)].log_weight == ends
+    assert begun == ([("the model file", "nothing known")] if ends == -230.0 else [])
+
+
 def ahead_of(names, log_weight) -> Any:
     beside = SimpleNamespace(weighed=SimpleNamespace(both=SimpleNamespace(is_exact=True), log_z=-300.0))
     return SimpleNamespace(names=names, log_weight=log_weight, promise=SimpleNamespace(errors=None, instead="", others=()), beside=beside)
