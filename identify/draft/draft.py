@@ -58,7 +58,7 @@ def _tried(beside: Weighed, chosen: Chosen, before: Sequence[Fit], held_out: Hel
     found = _from_sizes(problem, beside, (values - effect.flat()) / effect.typical(problem.measures))
     anew = led_anew(found)
     best = found if anew is None else found.better_of(anew)
-    fit = best.fit
+    fit, of = best.fit, best.evidence
     drafted = fit.problem.effects_at(fit.q)[-1]
     return Drafted(
         variable,
@@ -67,7 +67,7 @@ def _tried(beside: Weighed, chosen: Chosen, before: Sequence[Fit], held_out: Hel
         fit,
         tuple(before),
         tuple(held_out(fit)),
-        noise_of_channels(best.fit, best.evidence.noise, best.evidence.left) if best.leaves_noise else (),
+        noise_of_channels(fit.problem.blocks, fit.problem.stated_noise, of.noise, of.left) if best.leaves_noise else (),
     )
 
 

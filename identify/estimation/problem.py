@@ -70,6 +70,13 @@ class Problem(Unknowns):
         loops = tuple(replace(loop, model=change(loop.model)) for loop in self.loops)
         return replace(self, model=change(self.model), films=films, loops=loops)
 
+    @property
+    def stated_noise(self) -> list[float]:
+        """Standard deviation that the measurements of each block were taken to have, in the unit of its channel."""
+        of = {(film.run.name, name): float(np.nanmedian(film.sigma[i])) for film in self.films for i, name in enumerate(film.channels)}
+        of |= {(loop.run.name, "force_N"): loop.data.force_sigma_N for loop in self.loops}
+        return [of[block.run, block.channel] for block in self.blocks]
+
     def only_films_show(self, effect: Effect) -> bool:
         """Whether no loop says anything of an effect."""
         return not (self.loops and effect.acts_on_shaker())

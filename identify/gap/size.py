@@ -9,8 +9,7 @@ import numpy as np
 
 from identify.campaign.noise import high_frequency
 from identify.criteria import HALF, SPIKE
-from identify.estimation.fit import Fitted, Posed
-from identify.estimation.problem import Fit
+from identify.estimation.fit import Block, Fitted, Posed
 from identify.loops.interference import jumps
 from identify.noise.noise_model import ChannelNoise
 from measure.common.arrays import Array
@@ -51,23 +50,22 @@ class NoiseOfChannel:
         return self.model.lag1
 
 
-def noise_of_channels(fit: Fit, models: Sequence[ChannelNoise], left: Sequence[Array]) -> tuple[NoiseOfChannel, ...]:
+def noise_of_channels(
+    blocks: Sequence[Block], sigmas: Sequence[float], models: Sequence[ChannelNoise], left: Sequence[Array]
+) -> tuple[NoiseOfChannel, ...]:
     """The noise of every run and channel under a hypothesis: what it leaves, outliers apart, root mean square, and how that remembers.
 
     Parameters
     ----------
-    models : what whitens each channel. left : innovations over their scales, (n,) of each channel.
+    blocks : the channels of a gap vector. sigmas : the noise that each was taken to have, in its unit. models : what whitens each.
+    left : innovations over their scales, (n,) of each.
     """
-    problem = fit.problem
-    sigmas = {(film.run.name, name): float(np.nanmedian(film.sigma[i])) for film in problem.films for i, name in enumerate(film.channels)}
-    sigmas |= {(loop.run.name, "force_N"): loop.data.force_sigma_N for loop in problem.loops}
     made = []
-    for block, noise, innovations in zip(problem.blocks, models, left, strict=True):
+    for block, sigma, noise, innovations in zip(blocks, sigmas, models, left, strict=True):
         far = np.abs(innovations) > _OUTLIER
         over = noise.scale * float(np.sqrt(np.mean(innovations[~far] ** 2)))
         outliers = 100.0 * float(np.mean(far))
-        sigma = over * sigmas[block.run, block.channel]
-        made.append(NoiseOfChannel(block.run, block.channel, sigma, outliers, block.rows, over, noise))
+        made.append(NoiseOfChannel(block.run, block.channel, over * sigma, outliers, block.rows, over, noise))
     return tuple(made)
 
 

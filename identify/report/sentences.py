@@ -8,7 +8,6 @@ from identify.criteria import LIKELY, SLIGHT
 from identify.gap.comparison import Held
 from identify.gap.dragged import Dragged, dragged, in_words
 from identify.selection.explanation import Explanation
-from identify.selection.findings import never_alone
 from identify.selection.model_errors import FORCES
 from identify.selection.verdict import Finding
 from simulate.effects import GeometryError
@@ -82,7 +81,7 @@ def _by_films(found: Explanation) -> str:
 
 def _of_films_alone(found: Explanation) -> Finding | None:
     """What is not named alone because it has many numbers and no loop says anything of it."""
-    return next((one for one in found.findings if found.verdict == "class" and never_alone(one, found.after.problem)), None)
+    return next((one for one in found.findings if found.verdict == "class" and one.is_never_alone(found.after.problem)), None)
 
 
 def left_sentence(found: Explanation) -> str | None:

@@ -35,7 +35,7 @@ from identify.gap.platform_force import ForceAlongTime, ForceTable, MissingForce
 from identify.gap.size import NoiseOfChannel, halves, noise_of_channels, share_closed
 from identify.gap.unnamed import Unnamed, simulated
 from identify.selection.explanation import Explanation, Ranked
-from identify.selection.findings import findings_of, never_alone
+from identify.selection.findings import findings_of
 from identify.selection.hypotheses import BUDGETS, Budget, Hypothesis, Say, log_prior
 from identify.selection.model_errors import FORCES, slight_errors
 from identify.selection.other_side import all_sides, brought_to
@@ -166,7 +166,7 @@ class _Judged:
 
 def _judged(search: Search, foremost: Hypothesis, before: Fit, weights: Mapping[Names, float]) -> _Judged:
     found, leaves_noise = foremost.weighed.evidence, foremost.weighed.leaves_noise
-    noise = noise_of_channels(foremost.fit, found.noise, found.left)
+    noise = noise_of_channels(foremost.fit.problem.blocks, foremost.fit.problem.stated_noise, found.noise, found.left)
     noise = noise if leaves_noise else _as_measured(noise)
     closes_most = share_closed(before, foremost.fit, noise) > LARGER_PART
     verdict = verdict_of(weights, foremost=foremost.names, closes_most=closes_most, leaves_noise=leaves_noise)
@@ -186,7 +186,7 @@ def _as_far_as_known(verdict: Verdict, findings: Sequence[Finding], foremost: Hy
     alone = verdict.word == "named"
     if alone and any(finding.at_bound for finding in findings):
         return replace(verdict, word="partly")
-    return in_a_class(verdict) if alone and any(never_alone(one, foremost.fit.problem) for one in findings) else verdict
+    return in_a_class(verdict) if alone and any(one.is_never_alone(foremost.fit.problem) for one in findings) else verdict
 
 
 def _before_any_name(nothing: Weighed, squares: Fit) -> Fit:

@@ -9,11 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import linalg, optimize, stats
 
-from identify.criteria import FEW_PARAMETERS, TWO_SIDED_95
+from identify.criteria import TWO_SIDED_95
 from identify.estimation.parameters import STORED_FORCE
-from identify.estimation.problem import Problem
 from identify.gap.size import NoiseOfChannel, share_closed
-from identify.selection.hypotheses import MODEL_ERRORS, Hypothesis
+from identify.selection.hypotheses import Hypothesis
 from identify.selection.stand import Weighed
 from identify.selection.verdict import Finding, Verdict
 from measure.common.arrays import Array
@@ -24,11 +23,6 @@ _TAIL, _FAR_OUT = 0.025, 10.0  # on either side of an interval; standard deviati
 _AT_BOUND = 1e-3  # typical sizes
 _STEP = 1e-4  # of a central difference, relative
 _SHOWN = 0.95  # of the prior's standard deviation: a parameter that is no better known than before does not show
-
-
-def never_alone(found: Finding, problem: Problem) -> bool:
-    """Whether an effect has so many numbers that films alone, where no loop says anything of it, do not tell it from all others."""
-    return found.name not in MODEL_ERRORS and len(found.effect.flat()) > FEW_PARAMETERS and problem.only_films_show(found.effect)
 
 
 def findings_of(

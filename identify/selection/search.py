@@ -229,16 +229,22 @@ class Search(Tried):
         further = len(one.names) < self.budget.deepest
         self.say("weighing " + (f"what else stands beside {', '.join(one.names)}" if one.names else "every effect"))
         self.seen_from.add(one.names)
-        for at, reached in stands_of(one.weighed) if further else [(one.weighed, one.weighed.along_lines)]:
+        stands = stands_of(one.weighed) if further else [(one.weighed, one.weighed.along_lines)]
+        self._look(one, stands, further)
+        if not one.names and self._doubts_the_base:  # whole films may hide in releases that have bent what shows before the stops
+            self._look(one, stands_of(one.weighed, closely=True)[len(stands) :], further)
+        for effect in one.fit.problem.effects:
+            if effect.is_linear():  # another one cannot be taken out along straight lines
+                self._weigh(one, promises(one.weighed, self.catalogue, effect.name), one.weighed.along_lines)
+
+    def _look(self, one: Hypothesis, stands: Iterable[tuple[Weighed, float]], further: bool) -> None:
+        for at, reached in stands:
             found = list(promises(at, self.catalogue))
             self._weigh(one, found if further else (), reached)
             if at is one.weighed:
                 self.promised[one.names] = found
             if at.along_lines == reached and not one.names:
                 self._weigh_tables(one, at, found)
-        for effect in one.fit.problem.effects:
-            if effect.is_linear():  # another one cannot be taken out along straight lines
-                self._weigh(one, promises(one.weighed, self.catalogue, effect.name), one.weighed.along_lines)
 
     def _weigh(self, one: Hypothesis, found: Iterable[Promise], reached: float) -> None:
         for promise in found:
@@ -272,7 +278,7 @@ class Search(Tried):
         for each in (promise, *promise.others):
             self._keep(ahead.names, _fitted(ahead.beside.weighed, each))
         found = self.fitted[ahead.names]
-        if found.weighed.stand.misses and found.log_weight < ahead.log_weight - _DEEPER:  # the base has bent too far to be led back
+        if found.log_weight < ahead.log_weight - _DEEPER:  # the base has bent too far to be led back
             self._keep(ahead.names, weighed(solve_from_afar(found.weighed.exact.given, found.weighed.exact.origin)))
             found = self.fitted[ahead.names]
         self.spent += _DEAD_END if found.weighed.stand.misses else 0

@@ -16,7 +16,9 @@ from __future__ import annotations
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 
-from identify.criteria import CREDIBLE, EQUAL
+from identify.criteria import CREDIBLE, EQUAL, FEW_PARAMETERS
+from identify.estimation.problem import Problem
+from identify.selection.model_errors import FORCES, TOLERANCE_OF
 from measure.common.arrays import Array
 from simulate.model.effect import Effect
 
@@ -60,6 +62,11 @@ class Finding:
     def name(self) -> str:
         """The effect's name in the catalogue."""
         return self.effect.name
+
+    def is_never_alone(self, problem: Problem) -> bool:
+        """Whether it has so many numbers that films alone, where no loop says anything of it, do not tell it from all others."""
+        is_error = self.name in TOLERANCE_OF or self.name == FORCES
+        return not is_error and len(self.effect.flat()) > FEW_PARAMETERS and problem.only_films_show(self.effect)
 
 
 def verdict_of(weights: Mapping[Names, float], *, foremost: Names | None = None, closes_most: bool, leaves_noise: bool = True) -> Verdict:

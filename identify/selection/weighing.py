@@ -156,14 +156,16 @@ def errors_without(one: Weighed, names: Iterable[str]) -> dict[tuple[str, int], 
     return errors
 
 
-def stands_of(one: Weighed) -> list[tuple[Weighed, float]]:
+def stands_of(one: Weighed, *, closely: bool = False) -> list[tuple[Weighed, float]]:
     """Where straight lines are taken, and what the hypothesis itself reaches with the same measurements.
 
     Close to the measurements they lead where they say. Farther off, and where a base is close only by improbable releases and errors, they
     are taken with the films up to their first stop as well. And as the law may have bent to what is missing, where no loops hold it, they
     are taken from the law of the model file, too. Beside names that leave noise a further one is small.
+
+    closely : whether the first stop counts although the hypothesis seems to be close, for something else is likelier.
     """
-    far = bool(one.fit.problem.films) and (one.stand.misses or one.evidence.prior_p < UNUSUAL_P)
+    far = bool(one.fit.problem.films) and (closely or one.stand.misses or one.evidence.prior_p < UNUSUAL_P)
     bends = not one.fit.problem.loops
     stands, problem = [(one, one.along_lines)], before_the_stops(one.exact.fit.problem)
     is_small = bool(one.names) and one.leaves_noise

@@ -5,6 +5,7 @@ from __future__ import annotations
 from types import SimpleNamespace
 from typing import Any
 
+import numpy as np
 import pytest
 
 from identify.gap.size import NoiseOfChannel
@@ -23,6 +24,7 @@ from identify.report.sentences import (
     within_tolerances,
 )
 from identify.selection.explanation import Explanation
+from identify.selection.verdict import Finding
 from simulate.effects import (
     EndStopDissipation,
     GeometryError,
@@ -203,7 +205,7 @@ def film(height_m, mass_kg):
 )
 def test_an_effect_of_many_numbers_from_films_alone_says_why_it_is_not_named_alone_and_what_would_show_it(verdict, effect, said, further):
     found = class_of(verdict, 0.0)
-    finding = SimpleNamespace(name=effect.name, effect=effect, equivalents=())
+    finding = Finding(effect, np.empty(0), np.empty(0), (), 0.0, 0.0, 1.0)
     problem = SimpleNamespace(only_films_show=lambda effect: True, films=(film(0.25, 0.8), film(0.3, 0.8)), loops=())
     found.__dict__.update(
         findings=(finding,), after=SimpleNamespace(problem=problem), before=SimpleNamespace(problem=problem), missed=False

@@ -282,3 +282,22 @@ def test_what_was_promised_a_few_hundredths_beside_a_name_alone_is_fitted_before
     found = search.settled()
     assert done == fits
     assert found.names == (fits[0] if fits else names)
+
+
+@pytest.mark.parametrize(("unnamed", "looked"), [(-130.0, ["whole"]), (-90.0, ["whole", "early"])])
+def test_where_a_force_without_a_name_is_likelier_names_are_weighed_up_to_the_first_stop_as_well(monkeypatch, unnamed, looked):
+    """Releases had bent to a contact with handrails: whole films promised it 1 and an air drag 10, up to the first stop 37 and -2."""
+    search, seen = Search({}, lambda names: 0.0, BUDGETS["normal"], lambda text: None), []
+    base = hypothesis((), -108.0)
+    stands: Any = [(SimpleNamespace(name="whole", along_lines=0.0), 0.0), (SimpleNamespace(name="early", along_lines=1.0), 1.0)]
+    base.weighed.is_unusual, base.fit.problem = False, SimpleNamespace(effects=())
+    search.fitted = {(): base}
+    monkeypatch.setattr(search_module, "stands_of", lambda one, closely=False: stands if closely else stands[:1])
+    monkeypatch.setattr(search_module, "promises", lambda at, catalogue: seen.append(at.name) or [])
+
+    def weigh_tables(one, at, found) -> None:
+        search.ahead[("missing-force-along-height",)] = promised(("missing-force-along-height",), unnamed, promise=None)
+
+    monkeypatch.setattr(search, "_weigh_tables", weigh_tables)
+    search._look_from(base)
+    assert seen == looked
