@@ -231,8 +231,8 @@ class Search(Tried):
         self.seen_from.add(one.names)
         stands = stands_of(one.weighed) if further else [(one.weighed, one.weighed.along_lines)]
         self._look(one, stands, further)
-        if not one.names and self._doubts_the_base:  # whole films may hide in releases that have bent what shows before the stops
-            self._look(one, stands_of(one.weighed, closely=True)[len(stands) :], further)
+        if not one.names and len(stands) == 1 and self._doubts_the_base:  # releases may have bent to what shows before the stops
+            self._look(one, stands_of(one.weighed, closely=True)[1:], further)
         for effect in one.fit.problem.effects:
             if effect.is_linear():  # another one cannot be taken out along straight lines
                 self._weigh(one, promises(one.weighed, self.catalogue, effect.name), one.weighed.along_lines)
