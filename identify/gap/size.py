@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -67,6 +67,11 @@ def noise_of_channels(
         outliers = 100.0 * float(np.mean(far))
         made.append(NoiseOfChannel(block.run, block.channel, over * sigma, outliers, block.rows, over, noise))
     return tuple(made)
+
+
+def as_measured(noise: Sequence[NoiseOfChannel]) -> tuple[NoiseOfChannel, ...]:
+    """The noise that the fast part of each channel shows, where what is left is no noise."""
+    return tuple(replace(one, over=1.0) for one in noise)
 
 
 def gap_left(*fits: Fitted[Posed]) -> float:

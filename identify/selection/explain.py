@@ -32,7 +32,7 @@ from identify.gap.gap_test import is_noise
 from identify.gap.held_out import carried_over, held_out
 from identify.gap.leg_force import LegForce
 from identify.gap.platform_force import ForceAlongTime, ForceTable, MissingForce
-from identify.gap.size import NoiseOfChannel, halves, noise_of_channels, share_closed
+from identify.gap.size import NoiseOfChannel, as_measured, halves, noise_of_channels, share_closed
 from identify.gap.unnamed import Unnamed, simulated
 from identify.selection.explanation import Explanation, Ranked
 from identify.selection.findings import findings_of
@@ -167,7 +167,7 @@ class _Judged:
 def _judged(search: Search, foremost: Hypothesis, before: Fit, weights: Mapping[Names, float]) -> _Judged:
     found, leaves_noise = foremost.weighed.evidence, foremost.weighed.leaves_noise
     noise = noise_of_channels(foremost.fit.problem.blocks, foremost.fit.problem.stated_noise, found.noise, found.left)
-    noise = noise if leaves_noise else _as_measured(noise)
+    noise = noise if leaves_noise else as_measured(noise)
     closes_most = share_closed(before, foremost.fit, noise) > LARGER_PART
     verdict = verdict_of(weights, foremost=foremost.names, closes_most=closes_most, leaves_noise=leaves_noise)
     if verdict.word == "partly":
@@ -227,12 +227,7 @@ def _with_run(held: Fit, one: Weighed) -> Stand:
 
 def _noise_beside(drafted: Drafted | None, noise: Sequence[NoiseOfChannel]) -> tuple[NoiseOfChannel, ...]:
     """By what gaps are measured where more than noise is left: what a draft leaves, if that is noise, or what is fast in each channel."""
-    return drafted.noise if drafted is not None and drafted.noise else _as_measured(noise)
-
-
-def _as_measured(noise: Sequence[NoiseOfChannel]) -> tuple[NoiseOfChannel, ...]:
-    """The noise that the fast part of each channel shows, where what is left is no noise."""
-    return tuple(replace(one, over=1.0) for one in noise)
+    return drafted.noise if drafted is not None and drafted.noise else as_measured(noise)
 
 
 def _left(search: Search, after: Fit, verdict: Verdict, say: Say) -> tuple[MissingForce | None, LegForce | None]:

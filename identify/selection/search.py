@@ -169,11 +169,16 @@ class Search(Tried):
         return one
 
     def _is_worth_a_fit(self, one: Ahead) -> bool:
-        if one.promise is None or one.names in self.fitted:
+        if one.promise is None or self._has_led(one):
             return False
         if self._adds_to_enough(one):
             return one.log_weight > self.foremost.log_weight - (0.0 if self.foremost.names else LOSES)
         return self._may_reach_the_unnamed(one) and self._may_compete(one.log_weight)
+
+    def _has_led(self, one: Ahead) -> bool:
+        """Whether its names were fitted, from here or with nearly as much as is promised from here."""
+        known = self.fitted.get(one.names)
+        return known is not None and (self.led.get(one.names) is one or one.log_weight < known.log_weight + _DEEPER)
 
     def _may_compete(self, log_weight: float) -> bool:
         return log_weight > self.foremost.log_weight - self.budget.least

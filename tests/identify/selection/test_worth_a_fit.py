@@ -301,3 +301,15 @@ def test_where_a_force_without_a_name_is_likelier_names_are_weighed_up_to_the_fi
     monkeypatch.setattr(search, "_weigh_tables", weigh_tables)
     search._look_from(base)
     assert seen == looked
+
+
+@pytest.mark.parametrize(("log_weight", "is_worth"), [(-100.0, True), (-113.0, False)])
+def test_a_name_that_is_promised_far_more_from_another_name_than_its_fit_brought_is_fitted_again_once(log_weight, is_worth):
+    """A pulley's friction was fitted from nothing to -1631; in the place of an imbalance, which had -1613, it was promised -1612."""
+    search, names = Search({}, lambda names: 0.0, BUDGETS["normal"], lambda text: None), ("pulley-friction",)
+    search.fitted = {(): hypothesis((), -400.0, leaves_noise=False), names: hypothesis(names, -118.0, leaves_noise=False)}
+    elsewhere = promised(names, log_weight, beside=hypothesis(("gravity-imbalance",), -99.0))
+    search.led = {names: promised(names, -130.0, beside=search.fitted[()])}
+    assert search._is_worth_a_fit(elsewhere) == is_worth
+    search.led[names] = elsewhere
+    assert not search._is_worth_a_fit(elsewhere)
