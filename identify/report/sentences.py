@@ -12,6 +12,7 @@ from identify.selection.model_errors import FORCES
 from identify.selection.verdict import Finding
 from simulate.effects import GeometryError
 
+FILMS_ALONE = "films alone do not tell an effect of so many numbers from all others, so it is not named alone"
 _WORTH_A_WORD = 0.5  # of a tolerance
 _MEASURED = {GeometryError.name: "the coordinates of the joints", FORCES: "the stored force before each run"}
 
@@ -75,11 +76,10 @@ def _by_chance(found: Explanation) -> str:
 
 def _by_films(found: Explanation) -> str:
     """That an effect of many numbers is not named alone where no loop says anything of it."""
-    said = "; films alone do not tell an effect of so many numbers from all others, so it is not named alone"
-    return "" if _of_films_alone(found) is None else said
+    return "" if of_films_alone(found) is None else f"; {FILMS_ALONE}"
 
 
-def _of_films_alone(found: Explanation) -> Finding | None:
+def of_films_alone(found: Explanation) -> Finding | None:
     """What is not named alone because it has many numbers and no loop says anything of it."""
     return next((one for one in found.findings if found.verdict == "class" and one.is_never_alone(found.after.problem)), None)
 
@@ -187,7 +187,7 @@ def next_experiment(found: Explanation) -> str | None:
         return f"Add further runs like these, or others that show more of it: whether {found.findings[0].name} is there at all is not sure."
     if rivals and not found.rivals:
         return f"What may stand in the place of {found.findings[0].name} ({rivals}) was weighed and not fitted: try a larger --budget."
-    if (one := _of_films_alone(found)) is not None:
+    if (one := of_films_alone(found)) is not None:
         return _further_than_films(one, found)
     if found.verdict == "unknown":
         return f"Add {_other_condition(found)}: a force that follows time, place or speed moves differently then."

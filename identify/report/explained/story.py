@@ -9,7 +9,7 @@ from identify.criteria import CREDIBLE, GAP_P
 from identify.gap.gap_test import gap_test, p_words
 from identify.gap.size import gap_left
 from identify.report.phrases import phrase_of
-from identify.report.sentences import within_tolerances
+from identify.report.sentences import FILMS_ALONE, of_films_alone, within_tolerances
 from identify.selection.explanation import Explanation
 from measure.pages.in_use import percent
 from measure.pages.page import facts_of, opened
@@ -27,6 +27,7 @@ MISSED: Mapping[str, str] = {
     "partly": "partly: the runs that took part are explained, a run held out is not",
     "unknown": "unknown: a run held out has a gap, the runs that took part have none",
 }
+LIKELIEST = "class: one effect is by far the likeliest, but films alone do not exclude all others"
 _QUOTED = 3
 _MOST_OUTLIERS = 5.0  # percent: what the noise's heavy tails allow for
 
@@ -39,7 +40,8 @@ def summary_of(found: Explanation, note: Mapping[str, Any], result: Mapping[str,
     note : of provenance. result : of `result_of`.
     """
     word, tone = WORDS[found.verdict]
-    word = MISSED[found.verdict] if found.missed else word
+    alone = of_films_alone(found)
+    word = MISSED[found.verdict] if found.missed else LIKELIEST if alone is not None and not alone.equivalents else word
     return Summary(
         word, tone, sentence(found, result), further(found, result), numbers(found, result), next_steps(found, result), facts(found, note)
     )
@@ -97,6 +99,8 @@ def _held_runs(found: Explanation) -> list[Any]:
 def further(found: Explanation, result: Mapping[str, Any]) -> list[str]:
     """How sure it is, and what was ruled out."""
     told = [sureness(found)]
+    if of_films_alone(found) is not None:
+        told.append(opened(FILMS_ALONE) + ".")
     if found.findings and (words := within_tolerances(found)):
         told.append(opened(words) + ". The extended model has it.")
     if result["missing_force"]:

@@ -81,6 +81,18 @@ def test_a_run_held_out_that_is_left_with_more_than_noise_stands_in_headline_and
     assert result_of(replace(shaken, held=missed.held))["gap"]["held_out"]["missed"] is False
 
 
+@pytest.mark.parametrize(
+    ("equivalents", "headline"), [((), "by far the likeliest, but films alone"), (("release-pose",), "one of a few answers")]
+)
+def test_the_page_says_why_an_effect_of_many_numbers_is_not_named_alone(shaken, equivalents, headline):
+    (first, *_) = shaken.findings
+    legs = replace(first, effect=CATALOGUE["leg-disparity"](), equivalents=equivalents, stderr=np.ones(6), ci95=np.ones((6, 2)))
+    page = report_html(replace(shaken, verdict="class", findings=(legs,), next_tests=(), rivals={}), "loops", {})
+    assert f"class: one effect is {headline}" in page or f"class: {headline}" in page
+    assert "Films alone do not tell an effect of so many numbers from all others" in page
+    assert "films alone do not tell an effect of so many" not in report_html(shaken, "loops", {}).lower()
+
+
 def test_the_first_sentence_names_the_effect_its_size_in_units_of_people_and_what_it_is_worth(shaken):
     said = re.search(r'<p class="sentence">([^<]*)</p>', report_html(shaken, "loops", {}))
     assert said
