@@ -5,7 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from identify.gap.size import gap_size, without_spikes
+from identify.estimation.fit import Block
+from identify.gap.size import gap_size, noise_of_channels, without_spikes
+from identify.noise.noise_model import ChannelNoise
 
 N = 400
 
@@ -39,3 +41,14 @@ def test_steps_of_a_converter_are_no_spikes():
 
 def test_runs_count_by_their_samples():
     assert gap_size([np.zeros(100), np.full(300, 2.0)]) == pytest.approx(np.sqrt(3.0))
+
+
+def test_the_noise_of_a_channel_is_what_is_left_of_it_without_outliers():
+    left, model = noise(8), ChannelNoise()
+    far = np.append(left, [9.0, -12.0, 7.0, 30.0])
+    block = Block("run-1.csv", "z_m", slice(10, 10 + len(far)), np.arange(len(far)))
+    (found,) = noise_of_channels([block], [2e-5], [model], [far])
+    assert found.sigma == pytest.approx(2e-5 * found.over)
+    assert found.over == pytest.approx(model.scale * float(np.sqrt(np.mean(left**2))))
+    assert found.outliers_percent == pytest.approx(100.0 * 4 / len(far))
+    assert (found.run, found.channel, found.rows, found.model) == ("run-1.csv", "z_m", block.rows, model)

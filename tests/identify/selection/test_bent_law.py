@@ -41,6 +41,7 @@ def test_where_an_improbable_base_has_come_close_names_are_weighed_up_to_the_fir
     found = stands_of(one)
     assert len(found) == stands
     assert found[0] == (one, one.along_lines)
+    assert len(stands_of(one, closely=True)) == 2
     assert all(at.fit.problem.measured < one.fit.problem.measured and reached == at.along_lines for at, reached in found[1:])
 
 
