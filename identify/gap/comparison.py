@@ -90,7 +90,7 @@ class Held:
     """A run that took no part: its gap before and after, only its own release fitted.
 
     lead : log probability of the run with the names, over that without, all that the fits leave open integrated out; NaN where it was
-    not asked for, because the names make no gap larger. noise : of the channels of the runs that took part.
+    not asked for: the names make no gap larger, and something is surely missing. noise : of the channels of the runs that took part.
     """
 
     before: Fit

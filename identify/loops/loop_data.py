@@ -298,6 +298,7 @@ def area(data: LoopData, force_N: Array) -> float:
 
 
 def _enclosed(data: LoopData, force_N: Array, a: int, b: int) -> float:
+    """The same of the cycle of samples a to b - 1, from turn to turn: the ends are moved to the turns, at the force that they have."""
     u, force, time = data.elongation_m, force_N[a:b], data.time_s[a:b]
     first, last = _turn(u, a), _turn(u, b - 1)
     mean = np.trapezoid(force, time) / (time[-1] - time[0])

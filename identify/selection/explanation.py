@@ -41,7 +41,7 @@ class Explanation(Shown, by="identify.report.showing.ShowingExplanation"):
     after : with the findings. noise : of each channel, under the foremost hypothesis. ranking : what was fitted and weighed.
     rivals : by name, the fits that stand in the place of a single finding. missing, in_legs : the force that no effect explains,
     where something is left. drafted : an effect of one's own that says it in a formula. located : the force that was missing before
-    anything was named, as a first look along time. vetoed : names that are not said because they make the gap of a run held out larger.
+    anything was named, as a first look along time. vetoed : names that are not said because a run held out speaks against them.
     missed : whether the only reason for the verdict is that a run held out is left with more than noise.
     """
 

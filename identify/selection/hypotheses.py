@@ -16,11 +16,10 @@ import numpy as np
 from identify.criteria import ANOTHER, FARTHEST_SPREADS, NOTHING, UNNAMED, WITHIN, WRONG_DRAWING
 from identify.estimation.problem import Fit
 from identify.selection.first_look import Promise
-from identify.selection.model_errors import FORCES, TOLERANCE_OF
+from identify.selection.model_errors import MODEL_ERRORS
 from identify.selection.stand import Weighed
 from identify.selection.verdict import Names, is_unnamed
 
-MODEL_ERRORS = frozenset({*TOLERANCE_OF, FORCES})
 Prior = Callable[[tuple[str, ...]], float]
 Say = Callable[[str], None]
 _TABLES = 5  # without a name

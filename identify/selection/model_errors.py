@@ -88,6 +88,7 @@ _TOLERANCES = (
     Factor(ScaleError, lambda nuisance: 0.01 * nuisance.camera_scale_percent),
 )
 TOLERANCE_OF: Mapping[str, Tolerance] = {one.kind.name: one for one in _TOLERANCES}
+MODEL_ERRORS = frozenset({*TOLERANCE_OF, FORCES})
 
 
 @dataclass(frozen=True)

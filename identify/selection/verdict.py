@@ -1,6 +1,7 @@
 """What may be said, from the probabilities of all hypotheses: one rule.
 
-no-gap     nothing missing is foremost, and what is left is noise; or it has more than 0.05, where no single name is foremost
+no-gap     nothing missing is foremost, and what is left is noise; or it has more than 0.05, where no single name is foremost, or where the
+           runs held out are less probable with the names
 unknown    a force without a name has more than 0.05, or what is left is no noise; or a run held out speaks against the names, or against
            nothing, for it is left with more than noise
 partly     the same, where the foremost names close the larger part of the gap; or a run held out is left with more than noise beside them
@@ -18,7 +19,7 @@ from dataclasses import dataclass, replace
 
 from identify.criteria import CREDIBLE, EQUAL, FEW_PARAMETERS
 from identify.estimation.problem import Problem
-from identify.selection.model_errors import FORCES, TOLERANCE_OF
+from identify.selection.model_errors import MODEL_ERRORS
 from measure.common.arrays import Array
 from simulate.model.effect import Effect
 
@@ -30,7 +31,7 @@ class Verdict:
     """word : see above. names : what is said to be missing. equivalents : for each of these the names that may stand in its place.
 
     weights : probability of each name or set of names, the unnamed force of all tables together as `unknown`. vetoed : names that would
-    be said, did they not make the gap of a run held out larger.
+    be said, did a run held out not speak against them.
     """
 
     word: str
@@ -65,8 +66,7 @@ class Finding:
 
     def is_never_alone(self, problem: Problem) -> bool:
         """Whether it has so many numbers that films alone, where no loop says anything of it, do not tell it from all others."""
-        is_error = self.name in TOLERANCE_OF or self.name == FORCES
-        return not is_error and len(self.effect.flat()) > FEW_PARAMETERS and problem.only_films_show(self.effect)
+        return self.name not in MODEL_ERRORS and len(self.effect.flat()) > FEW_PARAMETERS and problem.only_films_show(self.effect)
 
 
 def verdict_of(weights: Mapping[Names, float], *, foremost: Names | None = None, closes_most: bool, leaves_noise: bool = True) -> Verdict:
@@ -110,7 +110,7 @@ def in_a_class(verdict: Verdict) -> Verdict:
 
 
 def after_a_veto(verdict: Verdict, *, leaves_noise: bool) -> Verdict:
-    """The same where its names make the gap of a run held out larger: none of them is said.
+    """The same where a run held out speaks against its names: none of them is said.
 
     leaves_noise : whether what they leave of the other runs is as fast as noise.
     """

@@ -11,8 +11,8 @@ import pytest
 from identify.criteria import ANOTHER, NOTHING, UNNAMED, WITHIN, WRONG_DRAWING
 from identify.estimation.covariance import within_bounds
 from identify.gap.size import halves
-from identify.selection.hypotheses import MODEL_ERRORS, log_prior
-from identify.selection.model_errors import as_wide
+from identify.selection.hypotheses import log_prior
+from identify.selection.model_errors import MODEL_ERRORS, as_wide
 from identify.selection.verdict import credible_set, doing_without, foremost_of, verdict_of
 
 EFFECTS = ("hub-inertia", "viscous-friction", "series-play", "gravity-imbalance")
