@@ -166,11 +166,10 @@ STRAIGHT_FROM = 0.5
 # ---------------------------------------------------------------- gap
 
 GAP_P = 1e-3
-"""Less likely than this as noise is called a gap: a model is compared more often than it is wrong."""
+"""Less likely than this as noise is called a gap, once no other local minimum has closed it: a model is compared more often than it is wrong."""
 
 UNUSUAL_P = 0.05
-"""The usual level of a test. A fit that is less likely as noise is looked for in other local minima before it is believed: so the share of
-right models below it stays what it says."""
+"""The usual level of a test: a base, releases and errors of the model file that are less likely are looked for elsewhere, too."""
 
 DRAGGED = 10.0
 """Standard deviations of what is known beforehand beyond which a fit that moved a release or a law has met another rig, table or clock: by

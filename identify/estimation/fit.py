@@ -10,7 +10,7 @@ from typing import Generic, Protocol, Self, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from identify.estimation.covariance import clipped, sandwich, shift_of
+from identify.estimation.covariance import clipped, inverse_of, sandwich, scaled, shift_of
 from identify.estimation.parameters import Change, Parameter
 from identify.loops.loop_data import LoopData
 from identify.noise.effective_number import effective_number
@@ -159,6 +159,10 @@ class Posed(Protocol):
         """Change (m,) of the gaps `here` with all turning points one standard deviation further out."""
         ...
 
+    def unseen_of_release(self, index: int) -> list[int]:
+        """Indices of what of a deployment's release is across all that it shows."""
+        ...
+
     def with_another(self, effect: Effect) -> Self:
         """The same with one unknown effect more."""
         ...
@@ -258,6 +262,12 @@ class Fitted(Generic[P_co]):
         known = sandwich(self.jacobian, gaps, self._rows, self.clear_of_bounds) + np.outer(self.of_turns, self.of_turns)
         moving = ~self.problem.held[self.columns]
         return (known if self.widened is None else known + self.widened) * np.outer(moving, moving)
+
+    @cached_property
+    def covariance_if_white(self) -> Array:
+        """Covariance of the parameters, (k, k), in scales, were the gaps white noise as large as it is said to be."""
+        table, size = scaled(self.jacobian)
+        return inverse_of(table.T @ table) / np.outer(size, size)
 
     @cached_property
     def of_turns(self) -> Array:

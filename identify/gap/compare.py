@@ -12,7 +12,7 @@ from identify.campaign.posing import problem_of
 from identify.campaign.prepared import Film
 from identify.campaign.run import Run
 from identify.estimation.least_squares import solve
-from identify.estimation.multistart import released_again
+from identify.estimation.multistart import off_the_mirror, released_again
 from identify.estimation.parameters import Change
 from identify.estimation.problem import Fit
 from identify.gap.comparison import Comparison, curves_of
@@ -54,7 +54,7 @@ def _fitted(model: Model, runs: Sequence[Run], fit_release: bool, changes: Seque
     if not fit_release:
         return solve(problem, free=())
     releases = range(problem.first_nuisance, problem.first_effect)
-    return released_again(solve(problem, free=releases), releases)
+    return released_again(off_the_mirror(solve(problem, free=releases), releases), releases)
 
 
 def dispersion_percent(films: Sequence[Film]) -> float:

@@ -247,7 +247,21 @@ def is_noise(innovations: Sequence[Array]) -> bool:
 
 
 def _release_p(fit: Fitted[Posed]) -> float:
-    """How likely releases as far from the planned one are, if they follow their priors."""
+    """How likely releases as far from the planned one are, if they follow their priors.
+
+    In spreads of their priors the estimates q of a right model scatter by V = I - 2 H + C: C is their covariance under the noise that is
+    left, H the one under white noise, for which the fit took it. So what a film hardly shows, and stays as planned, hardly counts. What it
+    shows by its square alone obeys no straight line and counts at least as if it were determined. q'q is compared with a chi^2 of the same
+    mean and variance (Satterthwaite 1946).
+    """
     problem = fit.problem
-    q = fit.q[problem.first_nuisance : problem.first_zero]
-    return float(stats.chi2.sf(q @ q, len(q))) if len(q) else 1.0
+    own = np.array([i for i in fit.columns if problem.first_nuisance <= i < problem.first_zero and not problem.held[i]], dtype=np.intp)
+    if not len(own):
+        return 1.0
+    places, spread = np.searchsorted(fit.columns, own), np.array([problem.parameters[i].spread for i in own])
+    q = fit.q[own] / spread
+    scatter = np.eye(len(own)) + (fit.covariance - 2.0 * fit.covariance_if_white)[np.ix_(places, places)] / np.outer(spread, spread)
+    by_square = np.isin(own, [i for index in range(len(problem.films)) for i in problem.unseen_of_release(index)])
+    scatter[by_square, by_square] = np.maximum(np.diag(scatter), 1.0)[by_square]
+    mean, half_variance = float(np.trace(scatter)), float(np.sum(scatter**2))
+    return float(stats.chi2.sf(q @ q * mean / half_variance, mean**2 / half_variance))

@@ -33,8 +33,8 @@ _LOG_T = float(special.gammaln((DEGREES + 1.0) / 2.0) - special.gammaln(DEGREES 
 class ChannelNoise:
     """The noise of one run and channel.
 
-    memory : correlation of neighbouring samples of the part that remembers. white : share of the variance that does not.
-    scale : of the noise, in units of its sigma.
+    memory : correlation of neighbouring samples of the part that remembers, negative where they alternate. white : share of the variance
+    that does not remember. scale : of the noise, in units of its sigma.
     """
 
     memory: float = 0.0
@@ -71,7 +71,7 @@ class Whitening:
     @classmethod
     def of(cls, noise: ChannelNoise, apart: Array) -> Whitening:
         """For samples that stand `apart` (n,) from the one before; the first has none, which is infinitely far."""
-        return cls(*_factors(noise.memory, noise.white if noise.memory > 0.0 else 0.0, noise.scale, apart))
+        return cls(*_factors(noise.memory, noise.white if noise.memory != 0.0 else 0.0, noise.scale, apart))
 
     def whitened(self, values: Array) -> Array:
         """Innovations over their scales of a residual (n,), or of columns (n, k)."""

@@ -14,6 +14,7 @@ from measure.common.arrays import Array
 
 LONGEST_MEMORY = 0.85
 _MEMORIES, _WHITE = np.linspace(0.0, LONGEST_MEMORY, 35), np.linspace(0.0, 0.95, 20)
+_SWINGING = np.concatenate([-_MEMORIES[12:0:-1], _MEMORIES])  # noise may also turn round from sample to sample
 
 
 @dataclass(frozen=True)
@@ -136,14 +137,15 @@ def likeliest(found: Windows, samples: int, contrasts: bool = False) -> tuple[fl
     """Memory and white share under which the windows of so many samples are likeliest, and the variance of the noise.
 
     Noise is taken for as many times less likely beforehand as it makes the variance of a mean over many samples larger than white noise
-    does: a memory that the samples do not show is none.
+    does, or smaller: a memory that the samples do not show is none.
 
-    contrasts : whether only the differences of samples count, in which what is slow hardly shows; a sample alone has none.
+    contrasts : whether only the differences of samples count, in which what is slow hardly shows; a sample alone has none. A memory may
+        then be negative: cut off at nought, that of white noise is found too large on the average.
     """
     told = np.flatnonzero((found.count > 0.0) & ((found.held > 0) | (not contrasts)))
     count, products, new = found.count[told], found.products[told], _newness_of(found.reach, found.held[told].tobytes(), contrasts)
-    best, square = _best(count, products.ravel(), new.pairs, new.quadratic, new.log_size, samples, _unlikely())
-    return float(_MEMORIES[best // len(_WHITE)]), float(_WHITE[best % len(_WHITE)]), square
+    best, square = _best(count, products.ravel(), new.pairs, new.quadratic, new.log_size, samples, _unlikely(contrasts))
+    return float(_memories(contrasts)[best // len(_WHITE)]), float(_WHITE[best % len(_WHITE)]), square
 
 
 @njit(cache=True, error_model="numpy")
@@ -165,11 +167,15 @@ def _best(
     return int(best), squares[best]
 
 
+def _memories(contrasts: bool) -> Array:
+    return _SWINGING if contrasts else _MEMORIES
+
+
 @cache
-def _unlikely() -> Array:
+def _unlikely(contrasts: bool) -> Array:
     """Minus the logarithm of the prior of each memory and white share, (g,)."""
-    memory, white = _MEMORIES[:, None], _WHITE[None, :]
-    return np.log(white + (1.0 - white) * (1.0 + memory) / (1.0 - memory)).ravel()
+    memory, white = _memories(contrasts)[:, None], _WHITE[None, :]
+    return np.abs(np.log(white + (1.0 - white) * (1.0 + memory) / (1.0 - memory))).ravel()
 
 
 @dataclass(frozen=True)
@@ -189,7 +195,7 @@ class _Newness:
 def _newness_of(reach: int, held: bytes, contrasts: bool) -> _Newness:
     """Of groups of windows, whose pairs stand in their products (h, k), laid flat."""
     found = [_newness(reach, int(one), contrasts) for one in np.frombuffer(held, dtype=np.intp)]
-    wide, none = (reach + 1) * (reach + 2) // 2, np.empty((0, len(_MEMORIES) * len(_WHITE)))
+    wide, none = (reach + 1) * (reach + 2) // 2, np.empty((0, len(_memories(contrasts)) * len(_WHITE)))
     pairs = [one.pairs + wide * row for row, one in enumerate(found)]
     quadratic, log_size = [one.quadratic for one in found], [one.log_size for one in found]
     return _Newness(np.concatenate([np.empty(0, dtype=np.intp), *pairs]), np.vstack([none, *quadratic]), np.vstack([none, *log_size]))
@@ -203,7 +209,7 @@ def _newness(reach: int, held: int, contrasts: bool) -> _Newness:
     """
     back = np.array([0, *(place for place in range(1, reach + 1) if held & (1 << (place - 1)))])
     apart = np.abs(back[:, None] - back)
-    memory, white = _MEMORIES[:, None, None, None], _WHITE[None, :, None, None]
+    memory, white = _memories(contrasts)[:, None, None, None], _WHITE[None, :, None, None]
     noise = ((1.0 - white) * memory**apart + white * (apart == 0)).reshape(-1, len(back), len(back))
     n, size = len(back) - 1, len(back) - 1 + contrasts
     left, right = np.ones((len(noise), size, size)), np.ones((len(noise), size, 1))

@@ -78,7 +78,7 @@ def test_a_film_that_a_fit_misses_before_its_stops_too_is_looked_for_again(made_
     q = solve(before_the_stops(problem), free=own).q
     q[own] += 0.5
     gaps, slopes = problem.jacobian(q, own, problem.gaps(q))
-    far_off = Fit(problem, q, gaps, slopes, converged=True)
+    far_off = Fit(problem, q, gaps, slopes, converged=True, moved=tuple(own))
     early = np.concatenate([far_off.part(block)[: len(far_off.part(block)) // 2] for block in problem.blocks])
     assert np.sqrt(np.mean(early**2)) > 2.0
     assert gap_test(released_again(far_off, own)).p_value > GAP_P

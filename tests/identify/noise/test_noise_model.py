@@ -45,6 +45,14 @@ def spread_of_memory(rest, kept):
     return np.std(found)
 
 
+@pytest.mark.parametrize("lag1", [-0.2, 0.0, 0.1])
+def test_a_small_memory_is_right_on_the_average_from_differences(lag1):
+    """Cut off at nought, that of white noise would be found at 0.03."""
+    chance = np.random.default_rng(17)
+    found = [from_differences([(noise(chance, lag1, 300), spacing(np.arange(300)))]).lag1 for _ in range(200)]
+    assert np.mean(found) == pytest.approx(lag1, abs=0.02)
+
+
 def test_samples_missing_here_and_there_cost_little_more_than_themselves():
     """A prediction from whichever neighbours are there: mean products over other pairs for each distance would cost three times as much."""
     assert spread_of_memory("missing", 175) < 1.4 * spread_of_memory("at the end", 175)
@@ -65,7 +73,7 @@ def test_what_is_new_in_a_sample_is_its_conditional_likelihood(held, contrasts):
     back = [0, *(place for place in range(1, 6) if held & (1 << (place - 1)))]
     values = np.random.default_rng(10).normal(size=6)
     new, g = windows._newness(5, held, contrasts), 17 * len(windows._WHITE) + 6
-    memory, white = windows._MEMORIES[17], windows._WHITE[6]
+    memory, white = windows._memories(contrasts)[17], windows._WHITE[6]
     shift = 1e6 if contrasts else 0.0
     apart = np.abs(np.subtract.outer(back, back))
     joint = (1.0 - white) * memory**apart + white * np.eye(len(back)) + shift
