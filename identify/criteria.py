@@ -166,7 +166,7 @@ STRAIGHT_FROM = 0.5
 # ---------------------------------------------------------------- gap
 
 GAP_P = 1e-3
-"""Less likely than this as noise is called a gap, once no other local minimum has closed it: a model is compared more often than it is wrong."""
+"""Less likely than this as noise is called a gap, if no other local minimum closes it: a model is compared more often than it is wrong."""
 
 UNUSUAL_P = 0.05
 """The usual level of a test: a base, releases and errors of the model file that are less likely are looked for elsewhere, too."""

@@ -6,7 +6,7 @@ from collections.abc import Iterable
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import stats
+from scipy import special
 
 from identify.criteria import CREDIBLE
 from identify.selection.explanation import DetectionLimit
@@ -42,7 +42,7 @@ def _sizes(found: Gain, shown: NDArray[np.bool_], odds: float) -> Array:
     spread = found.columns.spread
     information = np.diag(np.linalg.pinv(found.covariance)) - spread**-2.0
     alone = 1.0 / np.sqrt(np.maximum(information, 1e-300))
-    need = np.sqrt(2.0 * np.maximum(np.log(np.maximum(spread / alone, 1.0)) + odds, 0.0)) + float(stats.norm.ppf(POWER))
+    need = np.sqrt(2.0 * np.maximum(np.log(np.maximum(spread / alone, 1.0)) + odds, 0.0)) + float(special.ndtri(POWER))
     farthest = np.maximum(np.abs(found.columns.low), np.abs(found.columns.high))
     sizes = np.full(len(shown), np.inf)
     sizes[np.flatnonzero(shown)] = np.where(need * alone <= farthest, need * alone, np.inf)

@@ -25,7 +25,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import stats
+from scipy import special
 
 from identify.criteria import LIKELY, RIVAL_P, ROUGHLY, STRONG_BIC
 from identify.design.conditions import blank_film, blank_loop, deployments, loops
@@ -134,12 +134,12 @@ def _excludes(lead: float, before: float, shown: Array) -> float:
     needed = _excluding_lead(before + shown)
     if lead > _excluding_lead(np.array(before)):
         needed = np.maximum(needed, lead + STRONG_BIC)
-    return float(np.mean(stats.norm.cdf((lead + shown - needed) / spread)))
+    return float(np.mean(special.ndtr((lead + shown - needed) / spread)))
 
 
 def _excluding_lead(whole: Array) -> Array:
     """The lead that excludes a rival where all that was measured shows so much, (n,) each."""
-    return np.maximum(STRONG_BIC, 2.0 * np.sqrt(whole) * float(stats.norm.isf(RIVAL_P)) - whole)
+    return np.maximum(STRONG_BIC, -2.0 * np.sqrt(whole) * float(special.ndtri(RIVAL_P)) - whole)
 
 
 @dataclass(frozen=True)

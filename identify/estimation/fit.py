@@ -125,6 +125,11 @@ class Posed(Protocol):
         """Index of the first parameter of an effect."""
         ...
 
+    @cached_property
+    def unseen(self) -> NDArray[np.bool_]:
+        """Which parameters are of a release, across all that its film shows, (k,)."""
+        ...
+
     def index_of(self, name: str) -> int:
         """Place of a parameter by its name."""
         ...
@@ -157,10 +162,6 @@ class Posed(Protocol):
 
     def turned(self, q: Array, here: Array) -> Array:
         """Change (m,) of the gaps `here` with all turning points one standard deviation further out."""
-        ...
-
-    def unseen_of_release(self, index: int) -> list[int]:
-        """Indices of what of a deployment's release is across all that it shows."""
         ...
 
     def with_another(self, effect: Effect) -> Self:

@@ -10,7 +10,7 @@ from scipy.ndimage import median_filter
 
 from identify.campaign.prepared import Film
 from identify.criteria import ROUGHLY
-from identify.estimation.least_squares import solve, to_the_end
+from identify.estimation.least_squares import off_the_mirror, solve, to_the_end
 from identify.estimation.problem import Fit, Problem
 from measure.common.arrays import Array
 
@@ -31,7 +31,7 @@ def solve_from_afar(problem: Problem, start: Array | None = None, *, free: Seque
     for i, horizon in enumerate(horizons(problem)):
         shorter = replace(problem.until(horizon), effect_spread=_EARLY_SPREAD)
         q = solve(shorter, q, free=free, most_steps=_FIRST_LEG if i == 0 else _NEXT_LEG, enough=ROUGHLY).q
-    return to_the_end(solve(problem, q, free=free, most_steps=most_steps), free)
+    return off_the_mirror(to_the_end(solve(problem, q, free=free, most_steps=most_steps), free), free)
 
 
 def horizons(problem: Problem) -> list[float]:

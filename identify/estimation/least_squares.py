@@ -18,6 +18,7 @@ from measure.common.arrays import Array
 _PREDICTED = 0.5  # part of a change of the gaps that a Jacobian may miss and still be updated instead of being worked out again
 _AT_BOUND, _OFF_BOUND = 1e-6, 1e-3  # in scales: nearer than this a parameter is at its bound, and starts so far off it
 _LAST_LEG = 60
+_OFF, _STILL = 0.5, 0.1  # of a spread
 _OF_LOOPS, _POLISHING, _SHORTER, _POLISHED = 200, 60, 0.9, 1e-11  # evaluations; further steps, by how much each is shorter, the last one
 _OUTLIER = 2.0  # robust standard deviations from which on a gap counts less, where asked for
 
@@ -65,6 +66,19 @@ def solve(
     jacobian[:, np.isin(fit.columns, moving)] = found.jac if loosely and problem.films else course.fresh(found.x)
     fit = replace(fit, jacobian=jacobian)
     return fit if loosely else polished(fit)
+
+
+def off_the_mirror(fit: Fitted[P], free: Sequence[int] | None = None) -> Fitted[P]:
+    """The same fit, or a better one that begins with what films do not show of their releases off nought, where mirror images meet.
+
+    That acts on what a film shows by its square: at nought nothing pulls at it, and a fit that begins there stays.
+    """
+    still = fit.problem.unseen & (np.abs(fit.q) < _STILL) & (True if free is None else np.isin(np.arange(len(fit.q)), list(free)))
+    if not np.any(still):
+        return fit
+    q = fit.q.copy()
+    q[still] += _OFF
+    return min(fit, solve(fit.problem, q, free=free), key=lambda one: one.cost)
 
 
 def _options(problem: Posed, course: _Course, most_steps: int, enough: float, robust: bool, loosely: bool) -> dict[str, Any]:

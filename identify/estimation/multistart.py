@@ -21,7 +21,6 @@ from measure.common.arrays import Array
 from simulate.dispatch.threads import side_by_side
 
 _MET = 1.25  # times the noise
-_OFF, _STILL = 0.5, 0.1  # of a spread
 _DRAWS, _FIRST_STEPS, _STEPS = 10, 5, 20
 _FOR_ONE_KEPT = 3  # places that are tried for each that is followed to the end
 _FARTHER = 0.7, 1.3  # times as far off
@@ -29,20 +28,6 @@ _REMEMBERED = 4  # local minima of a release
 
 Minima: TypeAlias = MutableMapping[str, Sequence[Array]]
 """By the name of a run: the releases (k,) that are its deepest local minima, as some model has them."""
-
-
-def off_the_mirror(fit: Fit, free: Sequence[int] | None = None) -> Fit:
-    """The same fit, or a better one that begins with what films do not show of their releases off nought, where mirror images meet.
-
-    That acts on what a film shows by its square: at nought nothing pulls at it, and a fit that begins there stays.
-    """
-    q = fit.q.copy()
-    across = [i for index in range(len(fit.problem.films)) for i in fit.problem.unseen_of_release(index)]
-    still = [i for i in across if abs(q[i]) < _STILL and (free is None or i in free)]
-    if not still:
-        return fit
-    q[still] += _OFF
-    return min(fit, solve(fit.problem, q, free=free), key=lambda one: one.cost)
 
 
 def released_again(fit: Fit, free: Sequence[int] | None = None, known: Minima | None = None) -> Fit:

@@ -56,6 +56,12 @@ class Problem(Unknowns):
         """Number of measured values in the gap vector, priors not counted."""
         return self.blocks[-1].rows.stop if self.blocks else 0
 
+    @cached_property
+    def unseen(self) -> NDArray[np.bool_]:
+        """Which parameters are of a release, across all that its film shows, (k,)."""
+        across = [i for index in range(len(self.films)) for i in self.unseen_of_release(index)]
+        return np.isin(np.arange(len(self.parameters)), across)
+
     def with_effects(self, effects: Sequence[Effect]) -> Problem:
         """The same measurements with other unknown effects."""
         return replace(self, effects=tuple(effects))

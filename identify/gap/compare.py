@@ -11,8 +11,8 @@ from identify.campaign.noiseless import with_noise_where_none
 from identify.campaign.posing import problem_of
 from identify.campaign.prepared import Film
 from identify.campaign.run import Run
-from identify.estimation.least_squares import solve
-from identify.estimation.multistart import off_the_mirror, released_again
+from identify.estimation.least_squares import off_the_mirror, solve
+from identify.estimation.multistart import released_again
 from identify.estimation.parameters import Change
 from identify.estimation.problem import Fit
 from identify.gap.comparison import Comparison, curves_of

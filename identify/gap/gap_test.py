@@ -8,7 +8,7 @@ from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import fft, signal, stats
+from scipy import fft, linalg, special
 
 from identify.criteria import FAST_NOISE, GAP_P, SURE_MISFIT
 from identify.estimation.fit import Fitted, Posed
@@ -76,7 +76,7 @@ def slow_p(channels: Sequence[Sequence[Series]], taken: float = 0.0) -> float:
     alike = tuple(_DrawnNoise.of(noise, series, share) for noise, series in zip(noises, channels, strict=True))
     mean, deviation = _by_chance(alike)
     spread = deviation * float(np.sqrt(share * slow_n / freedom))
-    return float(stats.norm.sf((np.log(max(ratio, 1e-300)) - share * mean) / spread))
+    return float(special.ndtr((share * mean - np.log(max(ratio, 1e-300))) / spread))
 
 
 def _long(series: Iterable[Series]) -> list[Series]:
@@ -171,7 +171,8 @@ class _DrawnNoise:
         places = places_of(apart)
         innovations = np.sqrt(1.0 - self.memory**2) * chance.normal(size=places[-1] + 1)
         innovations[0] /= np.sqrt(1.0 - self.memory**2)
-        remembers = signal.lfilter([1.0], [1.0, -self.memory], innovations)[places]
+        steps = np.stack([np.ones(len(innovations)), np.full(len(innovations), -self.memory)])  # x_k - memory x_k-1 is new
+        remembers = linalg.solve_banded((1, 0), steps, innovations)[places]
         white = chance.normal(size=len(places))
         return Series(np.sqrt(1.0 - self.white) * remembers + np.sqrt(self.white) * white, apart)
 
@@ -211,7 +212,7 @@ class Power:
     @property
     def p_value(self) -> float:
         """How likely as much is, were the series white (F test)."""
-        return float(stats.f.sf(self.ratio, self.slow_n, self.fast_n))
+        return float(special.fdtrc(self.slow_n, self.fast_n, self.ratio))
 
 
 def power_of(series: Array, slow: float = _LOW_SHARE) -> Power | None:
@@ -261,7 +262,7 @@ def _release_p(fit: Fitted[Posed]) -> float:
     places, spread = np.searchsorted(fit.columns, own), np.array([problem.parameters[i].spread for i in own])
     q = fit.q[own] / spread
     scatter = np.eye(len(own)) + (fit.covariance - 2.0 * fit.covariance_if_white)[np.ix_(places, places)] / np.outer(spread, spread)
-    by_square = np.isin(own, [i for index in range(len(problem.films)) for i in problem.unseen_of_release(index)])
+    by_square = problem.unseen[own]
     scatter[by_square, by_square] = np.maximum(np.diag(scatter), 1.0)[by_square]
     mean, half_variance = float(np.trace(scatter)), float(np.sum(scatter**2))
-    return float(stats.chi2.sf(q @ q * mean / half_variance, mean**2 / half_variance))
+    return float(special.chdtrc(mean**2 / half_variance, q @ q * mean / half_variance))

@@ -6,7 +6,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.signal import savgol_filter
 
 from identify.campaign.prepared import Film, LoopRun
 from identify.estimation.fit import Block
@@ -97,6 +96,8 @@ def _second_derivative(part: Array, time: Array) -> Array:
 
 def smooth_derivative(values: Array, step: float, order: int) -> Array:
     """Derivative of evenly spaced values (n,), by cubics through fifteen neighbours."""
+    from scipy.signal import savgol_filter  # takes half a second to import, and most verdicts do without
+
     return np.asarray(savgol_filter(values, _WINDOW, 3, deriv=order, delta=step), dtype=float)
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import binom
+from scipy import special
 
 from identify.criteria import BY_CHANCE, NO_NOISE
 from identify.loops.differentiation import local_polynomial, noise_of, quantum_of
@@ -38,7 +38,7 @@ def _at_upper_limit(time_s: Array, values: Array) -> NDArray[np.bool_]:
     rate = (np.count_nonzero(stays & elsewhere) + 1.0) / (np.count_nonzero(elsewhere) + 2.0)
     if rate > 1.0 - _MOST_MOVES or _fall(values, at) < _CREST * float(np.min(np.abs(np.diff(values))[~stays])):
         return none
-    if binom.sf(np.count_nonzero(stays & of) - 1, np.count_nonzero(of), rate) > BY_CHANCE:
+    if special.bdtrc(np.count_nonzero(stays & of) - 1, np.count_nonzero(of), rate) > BY_CHANCE:
         return none
     free = np.flatnonzero(~at)
     noise = noise_of(time_s[free], values[free]) if len(free) > 2 * _SMOOTHED else 0.0

@@ -17,7 +17,7 @@ from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import linalg, special, stats
+from scipy import linalg, special
 
 from identify.criteria import DEGREES, NOTHING, SAME, WITHIN
 from identify.estimation.covariance import Factored, add_at
@@ -80,7 +80,7 @@ class Evidence:
         known = np.concatenate([self.lines.prior_gaps + self.lines.prior_columns @ self.step, self.errors])
         own = slice(0, len(self.step) + len(self.errors))
         held = float(np.sum(self.covariance[own, own] * prior_precision(self.lines, self.columns)[own, own]))
-        return float(stats.chi2.sf(known @ known, len(known) - held))
+        return float(special.chdtrc(len(known) - held, known @ known))
 
 
 @dataclass(frozen=True)

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import linalg, optimize, stats
+from scipy import linalg, optimize, special
 
 from identify.criteria import TWO_SIDED_95
 from identify.estimation.parameters import STORED_FORCE
@@ -46,7 +46,7 @@ def findings_of(
             part.stderr,
             part.ci95,
             verdict.equivalents.get(part.effect.name, ()),
-            float(stats.chi2.sf(part.strength, max(part.count, 1))),
+            float(special.chdtrc(max(part.count, 1), part.strength)),
             gain * part.strength / whole,
             closed * part.strength / whole,
             part.at_bound,
@@ -75,7 +75,7 @@ def _over_all(values: Array, deviations: Array, shares: Array) -> tuple[float, f
     ends = (float(np.min(at - _FAR_OUT * size)), float(np.max(at + _FAR_OUT * size)))
 
     def beyond(x: float, below: float) -> float:
-        return float(share @ stats.norm.cdf((x - at) / size)) - below
+        return float(share @ special.ndtr((x - at) / size)) - below
 
     low, high = (optimize.brentq(beyond, *ends, args=(below,)) for below in (_TAIL, 1.0 - _TAIL))
     return low, high  # type: ignore[return-value]

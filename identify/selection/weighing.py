@@ -201,7 +201,8 @@ def _from_afar(stand: Stand) -> Stand:
     """A stand led by ever longer films from the model file as it is; where that leaves a gap also from least squares, which bend it."""
     courses: list[Course] = []
     again: list[Course] = []  # a course that misses is none to follow
-    led = led_beside(stand, stand.origin, np.zeros(len(stand.sizes)), courses)
+    start = np.where(stand.given.unseen, stand.fit.q, stand.origin)  # at nought nothing pulls at what no film shows
+    led = led_beside(stand, start, np.zeros(len(stand.sizes)), courses)
     assert led is not None  # there is nothing to follow
     if led.misses:
         led = _likelier(led, led_beside(stand, stand.fit.q, stand.sizes, again))

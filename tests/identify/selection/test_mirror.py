@@ -152,20 +152,22 @@ def test_nothing_is_led_from_afar_though_least_squares_met_the_films_and_a_name_
 def test_of_two_places_to_which_films_led_the_likelier_one_is_turned_to_its_other_side(monkeypatch, misses, turned):
     """From the model file first; where that misses also from where least squares are, which does not follow it."""
     from_file, from_here = led_to(-100.0, misses), led_to(-50.0, True)
-    ways = {"here": from_here, "from the file": from_file}
+    here, file = (1.0, 2.0), (0.0, 2.0)  # the second number is one that no film shows
+    ways = {here: from_here, file: from_file}
 
     def led_beside(stand, q, sizes, courses) -> Any:
         assert not courses
-        courses.append(q)
-        return ways[q]
+        courses.append(tuple(q))
+        return ways[tuple(q)]
 
     def on_other_sides(stand, led, courses) -> Any:
-        assert courses == (["from the file", "here"] if misses else ["from the file"])
+        assert courses == ([file, here] if misses else [file])
         return led
 
     monkeypatch.setattr(weighing, "led_beside", led_beside)
     monkeypatch.setattr(weighing, "_on_other_sides", on_other_sides)
-    stand: Any = SimpleNamespace(fit=SimpleNamespace(q="here"), sizes=np.zeros(1), origin="from the file")
+    given = SimpleNamespace(unseen=np.array([False, True]))
+    stand: Any = SimpleNamespace(given=given, fit=SimpleNamespace(q=np.array(here)), sizes=np.zeros(1), origin=np.zeros(2))
     assert weighing._from_afar(stand).weighed().log_z == turned
 
 
