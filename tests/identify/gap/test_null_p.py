@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -12,10 +14,12 @@ from scipy.signal import lfilter
 
 from identify.campaign.posing import problem_of
 from identify.campaign.run import Run
-from identify.estimation.least_squares import solve
+from identify.estimation.fit import Block, Fitted
+from identify.estimation.horizons import solve_from_afar
+from identify.estimation.least_squares import off_the_mirror, solve
 from identify.estimation.observation import RunRelease, View, observe
 from identify.gap.compare import compare
-from identify.gap.gap_test import gap_test
+from identify.gap.gap_test import _release_p, gap_test
 from measure.tables.trajectory import Trajectory
 from simulate.files.model_file import read_model
 from simulate.model.model import Simulation
@@ -76,12 +80,50 @@ def test_releases_are_as_improbable_as_is_said_although_a_film_shows_but_some_of
     assert found.min() > 1e-4
 
 
+def fitted_release(chance, rho, shown, unseen=False):
+    """A release of as many numbers as `shown` says how strongly a film shows, drawn from its spreads and found by least squares."""
+    count, k = 200, len(shown)
+    columns = np.cos(np.outer(np.linspace(0.0, np.pi, count), np.arange(1, k + 1))) / np.sqrt(0.5 * count) * shown
+    gaps = columns @ chance.normal(size=k) + np.sqrt(1.0 - rho**2) * lfilter([1.0], [1.0, -rho], chance.normal(size=count + 50))[50:]
+    jacobian = np.vstack([-columns, np.eye(k)])
+    q = np.linalg.solve(jacobian.T @ jacobian, columns.T @ gaps)
+    no = np.zeros(k, dtype=bool)
+    problem = SimpleNamespace(
+        blocks=(Block("film", "z_m", slice(0, count), np.arange(count)),),
+        parameters=[SimpleNamespace(spread=1.0)] * k,
+        bounds=(np.full(k, -np.inf), np.full(k, np.inf)),
+        turned=lambda q, gaps: np.zeros(len(gaps)),
+        **{"measured": count, "first_nuisance": 0, "first_zero": k, "held": no, "unseen": no | unseen, "films": (), "loops": ()},
+    )
+    posed: Any = problem
+    return Fitted(posed, q, np.concatenate([gaps - columns @ q, q]), jacobian, True)
+
+
+@pytest.mark.parametrize("rho", [0.0, 0.6])
+def test_a_release_is_as_improbable_as_is_said_whether_its_numbers_show_or_not(rho):
+    """Counted in full, numbers that hardly show would leave hardly any below 0.05; counted as under white noise, too many."""
+    chance = np.random.default_rng(86)
+    shown = np.array([30.0, 10.0, 2.0, 1.0, 0.3, 0.1, 0.01])
+    found = [_release_p(fitted_release(chance, rho, shown)) for _ in range(1000)]
+    assert 0.025 <= np.mean(np.array(found) < 0.05) <= 0.085
+    assert np.mean(found) == pytest.approx(0.5, abs=0.07)
+
+
+def test_what_shows_by_its_square_alone_counts_in_full():
+    fits = [fitted_release(np.random.default_rng(87), 0.0, np.array([2.0, 1.0, 0.5]), unseen) for unseen in (False, True)]
+    directly, by_square = map(_release_p, fits)
+    assert by_square > 1.5 * directly
+
+
 def test_a_fit_leaves_the_place_where_mirror_images_meet():
     """What no camera shows of a release acts by its square: a fit that begins at nought stays there and leaves a gap."""
     run = film_of(RunRelease(theta_rad=(-0.0045, 0.0, -0.006)), "white", np.random.default_rng(85), 0)
     problem = problem_of(MODEL, [run])
     own = range(problem.first_nuisance, problem.first_effect)
-    assert gap_test(solve(problem, free=own)).p_value < 1e-4
+    at_nought = solve(problem, free=own)
+    assert gap_test(at_nought).p_value < 1e-4
+    for found in (off_the_mirror(at_nought, own), solve_from_afar(problem, free=own)):
+        assert gap_test(found).p_value > 1e-3
     assert compare(MODEL, [run]).test.p_value > 1e-3
 
 

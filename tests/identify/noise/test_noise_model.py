@@ -45,11 +45,11 @@ def spread_of_memory(rest, kept):
     return np.std(found)
 
 
-@pytest.mark.parametrize("lag1", [-0.2, 0.0, 0.1])
-def test_a_small_memory_is_right_on_the_average_from_differences(lag1):
+@pytest.mark.parametrize(("lag1", "count"), [(-0.2, 300), (0.0, 300), (0.0, 60), (0.1, 300)])
+def test_a_small_memory_is_right_on_the_average_from_differences(lag1, count):
     """Cut off at nought, that of white noise would be found at 0.03."""
     chance = np.random.default_rng(17)
-    found = [from_differences([(noise(chance, lag1, 300), spacing(np.arange(300)))]).lag1 for _ in range(200)]
+    found = [from_differences([(noise(chance, lag1, count), spacing(np.arange(count)))]).lag1 for _ in range(200)]
     assert np.mean(found) == pytest.approx(lag1, abs=0.02)
 
 
@@ -81,6 +81,16 @@ def test_what_is_new_in_a_sample_is_its_conditional_likelihood(held, contrasts):
     products = np.outer(values, values)[np.triu_indices(6)]
     found = -0.5 * (products[new.pairs] @ new.quadratic[:, g] + new.log_size[g] + np.log(2.0 * np.pi))
     assert found == pytest.approx(given[0] - (given[1] if len(given) == 2 else 0.0), abs=1e-4)
+
+
+@pytest.mark.parametrize("memory", [-0.3, 0.6])
+def test_whitened_samples_are_independent(memory):
+    apart = spacing(np.array([0, 1, 2, 4, 5, 6, 7, 9]))
+    places = np.cumsum(np.where(np.isfinite(apart), apart, 0.0))
+    steps = np.abs(np.subtract.outer(places, places))
+    covariance = 4.0 * (0.6 * memory**steps + 0.4 * (steps == 0))
+    whiten = ChannelNoise(memory, 0.4, 2.0).whitened(np.eye(len(apart)), apart)
+    assert whiten @ covariance @ whiten.T == pytest.approx(np.eye(len(apart)), abs=1e-9)
 
 
 def test_a_drift_is_no_noise_with_a_long_memory():
