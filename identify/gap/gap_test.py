@@ -265,4 +265,4 @@ def _release_p(fit: Fitted[Posed]) -> float:
     by_square = problem.unseen[own]
     scatter[by_square, by_square] = np.maximum(np.diag(scatter), 1.0)[by_square]
     mean, half_variance = float(np.trace(scatter)), float(np.sum(scatter**2))
-    return float(special.chdtrc(mean**2 / half_variance, q @ q * mean / half_variance))
+    return float(special.chdtrc(mean**2 / half_variance, q @ q * mean / half_variance)) if mean > 0.0 else 1.0
