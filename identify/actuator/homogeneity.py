@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from scipy import special
+from scipy.stats import chi2
 
 from identify.actuator.actuator_fit import Disagreement
 from identify.actuator.rounding import rounded_only
@@ -52,7 +52,7 @@ def _of(fit: Fit, what: str) -> Disagreement | None:
     values = _value(fit, what, offset / size)
     errors = _slope(fit, what) * np.sqrt(np.maximum(np.diag(covariance), 0.0)) / size
     fall = float(fit.gaps @ fit.gaps - np.sum((fit.gaps + table @ offset) ** 2))
-    return Disagreement(what, np.where(told, values, np.nan), errors, float(special.chdtrc(max(int(rank), 1), rise)), fall)
+    return Disagreement(what, np.where(told, values, np.nan), errors, float(chi2.sf(rise, max(int(rank), 1))), fall)
 
 
 def _signature(fit: Fit, what: str) -> Array:

@@ -8,7 +8,7 @@ from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import special
+from scipy.stats import chi2
 
 from identify.actuator.actuator_fit import Trial
 from identify.actuator.effect_starts import starts_with_effects
@@ -101,7 +101,7 @@ def _screened(fit: Fit, kind: type[Effect]) -> Screened:
         left = fit.gaps + free @ share
         promise = float(np.sum(fit.gaps[rows] ** 2) - np.sum(left[rows] ** 2))
         if promise > best.promise:
-            p_value = float(special.chdtrc(free.shape[1], promise / _unit(fit, left)))
+            p_value = float(chi2.sf(promise / _unit(fit, left), free.shape[1]))
             best = Screened(kind, promise, p_value, free @ share, at(share, fit, table))
     return replace(best, p_value=min(best.p_value * max(shapes, 1), 1.0))
 
@@ -189,7 +189,7 @@ def _fitted(fit: Fit, one: Screened, looked: int) -> Trial | None:
     count, unit = int(np.count_nonzero(~found.problem.held[len(fit.q) :])), _unit(found, found.gaps)
     rows = _rows_that_tell(fit, one.kind)
     gained = float(np.sum(fit.gaps[rows] ** 2) - np.sum(found.gaps[rows] ** 2)) / unit
-    p_value = min(float(special.chdtrc(count, gained)) * looked, 1.0)
+    p_value = min(float(chi2.sf(gained, count)) * looked, 1.0)
     independent = max(fit.problem.measured / max(found.variance_inflation, 1.0), 2.0)
     sure = p_value < SURE_EFFECT and _is_sure(found, one.kind, len(fit.q))
     bic = gained - count * float(np.log(independent))
@@ -203,7 +203,7 @@ def _is_sure(found: Fit, kind: type[Effect], first: int) -> bool:
         return True
     free = [first + k for k in range(len(amplitudes)) if not found.problem.held[first + k]]
     inverse = np.linalg.pinv(found.covariance[np.ix_(free, free)], hermitian=True)
-    return bool(special.chdtrc(len(free), float(found.q[free] @ inverse @ found.q[free])) < SURE_EFFECT)
+    return bool(chi2.sf(float(found.q[free] @ inverse @ found.q[free]), len(free)) < SURE_EFFECT)
 
 
 def roughly(problem: Problem, start: Array) -> Fit:
