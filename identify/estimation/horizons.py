@@ -31,7 +31,7 @@ def solve_from_afar(problem: Problem, start: Array | None = None, *, free: Seque
     for i, horizon in enumerate(horizons(problem)):
         shorter = replace(problem.until(horizon), effect_spread=_EARLY_SPREAD)
         q = solve(shorter, q, free=free, most_steps=_FIRST_LEG if i == 0 else _NEXT_LEG, enough=ROUGHLY).q
-    return off_the_mirror(to_the_end(solve(problem, q, free=free, most_steps=most_steps), free), free)
+    return off_the_mirror(to_the_end(solve(problem, q, free=free, most_steps=most_steps), free))
 
 
 def horizons(problem: Problem) -> list[float]:

@@ -68,17 +68,17 @@ def solve(
     return fit if loosely else polished(fit)
 
 
-def off_the_mirror(fit: Fitted[P], free: Sequence[int] | None = None) -> Fitted[P]:
-    """The same fit, or a better one that begins with what films do not show of their releases off nought, where mirror images meet.
+def off_the_mirror(fit: Fitted[P]) -> Fitted[P]:
+    """The same fit, or a better one of the same free parameters that begins off the place where mirror images meet.
 
-    That acts on what a film shows by its square: at nought nothing pulls at it, and a fit that begins there stays.
+    What films do not show of their releases acts on what they show by its square. At nought nothing pulls at it: a fit from there stays.
     """
-    still = fit.problem.unseen & (np.abs(fit.q) < _STILL) & (True if free is None else np.isin(np.arange(len(fit.q)), list(free)))
-    if not np.any(still):
+    still = [i for i in fit.columns if fit.problem.unseen[i] and abs(fit.q[i]) < _STILL]
+    if not still:
         return fit
     q = fit.q.copy()
     q[still] += _OFF
-    return min(fit, solve(fit.problem, q, free=free), key=lambda one: one.cost)
+    return min(fit, solve(fit.problem, q, free=fit.moved), key=lambda one: one.cost)
 
 
 def _options(problem: Posed, course: _Course, most_steps: int, enough: float, robust: bool, loosely: bool) -> dict[str, Any]:

@@ -54,7 +54,7 @@ def _fitted(model: Model, runs: Sequence[Run], fit_release: bool, changes: Seque
     if not fit_release:
         return solve(problem, free=())
     releases = range(problem.first_nuisance, problem.first_effect)
-    return released_again(off_the_mirror(solve(problem, free=releases), releases), releases)
+    return released_again(off_the_mirror(solve(problem, free=releases)), releases)
 
 
 def dispersion_percent(films: Sequence[Film]) -> float:

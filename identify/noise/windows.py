@@ -14,7 +14,7 @@ from measure.common.arrays import Array
 
 LONGEST_MEMORY = 0.85
 _MEMORIES, _WHITE = np.linspace(0.0, LONGEST_MEMORY, 35), np.linspace(0.0, 0.95, 20)
-_SWINGING = np.concatenate([-_MEMORIES[12:0:-1], _MEMORIES])  # noise may also turn round from sample to sample
+_OF_EITHER_SIGN = np.concatenate([-_MEMORIES[12:0:-1], _MEMORIES])  # noise may alternate from sample to sample
 
 
 @dataclass(frozen=True)
@@ -168,7 +168,7 @@ def _best(
 
 
 def _memories(contrasts: bool) -> Array:
-    return _SWINGING if contrasts else _MEMORIES
+    return _OF_EITHER_SIGN if contrasts else _MEMORIES
 
 
 @cache

@@ -122,7 +122,7 @@ def test_a_fit_leaves_the_place_where_mirror_images_meet():
     own = range(problem.first_nuisance, problem.first_effect)
     at_nought = solve(problem, free=own)
     assert gap_test(at_nought).p_value < 1e-4
-    for found in (off_the_mirror(at_nought, own), solve_from_afar(problem, free=own)):
+    for found in (off_the_mirror(at_nought), solve_from_afar(problem, free=own)):
         assert gap_test(found).p_value > 1e-3
     assert compare(MODEL, [run]).test.p_value > 1e-3
 
