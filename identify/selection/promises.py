@@ -12,11 +12,12 @@ from numpy.typing import NDArray
 from identify.criteria import FORCES_DIFFER, LOSES
 from identify.estimation.parameters import STORED_FORCE
 from identify.estimation.problem import Problem
+from identify.estimation.tolerances import TOLERANCE_OF
 from identify.gap.linear_pieces import Columns
 from identify.gap.signatures import chords
 from identify.selection.evidence import Both
 from identify.selection.first_look import Gain, Promise
-from identify.selection.model_errors import FORCES, TOLERANCE_OF, as_wide, effect_spreads
+from identify.selection.model_errors import FORCES, as_wide, effect_spreads
 from identify.selection.stand import Stand, Weighed
 from measure.common.arrays import Array
 from simulate.model.effect import Effect

@@ -42,7 +42,7 @@ class Search(Tried):
     """A search with what it has tried. seen_from : from where all others were weighed. led : by what promise each was fitted.
     tried_anew : what was led from the model file, too. brought_back : what was looked for in other local minima since it was fitted.
     reached : log weight to which the fit of each led by itself. releases : local minima of each run's release that were found. turned :
-    what was looked for on the other side of what no film shows."""
+    what was looked for on the other side of what no film shows. closely : whether the base is to be looked from before the stops, too."""
 
     seen_from: set[Names] = field(default_factory=set)
     led: dict[Names, Ahead] = field(default_factory=dict)
@@ -52,6 +52,7 @@ class Search(Tried):
     releases: Minima = field(default_factory=dict)
     spent: int = 0
     turned: set[Names] = field(default_factory=set)
+    closely: bool = False
 
     def run(self, base: Fit) -> None:
         """Search on from a fit without any effect, until nothing that was only weighed might hold a share or the budget is spent."""
@@ -61,6 +62,8 @@ class Search(Tried):
             behind = self._left_behind() if self.spent < self.budget.fits else None
             if () not in self.turned and self._doubts_the_base:
                 self._turn(())
+            elif self.closely and () in self.seen_from:
+                self._look_closely()
             elif len(self.fitted) > 1 and () not in self.seen_from:  # all was weighed from where the base is no more
                 self._look_from(self.fitted[()])
             elif behind is not None:
@@ -236,11 +239,16 @@ class Search(Tried):
         self.seen_from.add(one.names)
         stands = stands_of(one.weighed) if further else [(one.weighed, one.weighed.along_lines)]
         self._look(one, stands, further)
-        if not one.names and len(stands) == 1 and self._doubts_the_base:  # releases may have bent to what shows before the stops
-            self._look(one, stands_of(one.weighed, closely=True)[1:], further)
+        if not one.names:
+            self.closely = len(stands) == 1 and self._doubts_the_base
         for effect in one.fit.problem.effects:
             if effect.is_linear():  # another one cannot be taken out along straight lines
                 self._weigh(one, promises(one.weighed, self.catalogue, effect.name), one.weighed.along_lines)
+
+    def _look_closely(self) -> None:
+        """Weigh every hypothesis beside the base before the stops as well: releases may have bent to what shows there."""
+        self.closely, base = False, self.fitted[()]
+        self._look(base, stands_of(base.weighed, closely=True)[1:], further=True)
 
     def _look(self, one: Hypothesis, stands: Iterable[tuple[Weighed, float]], further: bool) -> None:
         for at, reached in stands:

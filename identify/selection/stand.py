@@ -17,13 +17,14 @@ from identify.criteria import ANYWHERE, CLOSE, SAME, TWO_SIDED_95, UNUSUAL_P
 from identify.estimation.covariance import Factored
 from identify.estimation.least_squares import updated_slopes
 from identify.estimation.problem import Fit, Problem
+from identify.estimation.tolerances import TOLERANCE_OF
 from identify.gap.gap_test import leaves_noise
 from identify.gap.linear_pieces import Channel, Columns, Lines
 from identify.gap.signatures import Signature, columns_of_shapes
 from identify.noise.noise_model import ChannelNoise, log_probability, spacing
 from identify.selection.evidence import ROUNDS, Both, Evidence, evidence
 from identify.selection.first_look import FirstLook
-from identify.selection.model_errors import TOLERANCE_OF, ModelErrors, effect_spreads, model_errors
+from identify.selection.model_errors import ModelErrors, effect_spreads, model_errors
 from measure.common.arrays import Array
 from simulate.effects import StoredForcePerRun
 from simulate.files.model_file import add_effects
@@ -96,9 +97,17 @@ class Stand:
 
     def lines(self, without: Collection[str] = ()) -> Lines:
         """The fit as linear pieces, some kinds of errors taken out. What is fitted itself has no tolerance beside it."""
+        free = self.free(without)
+        return self._lines.get(free.tobytes()) or self._lines.setdefault(free.tobytes(), self._lines_with(free))
+
+    @cached_property
+    def _lines(self) -> dict[bytes, Lines]:
+        """As linear pieces so far, by which errors are free."""
+        return {}
+
+    def _lines_with(self, kept: NDArray[np.bool_]) -> Lines:
         fit, m, first = self.fit, self.fit.problem.measured, self.fit.problem.first_effect
         channels = tuple(Channel(block.rows, spacing(block.samples)) for block in fit.problem.blocks)
-        kept = self.free(without)
         off = self.errors.sizes_along_lines(self.given.model, fit.problem.model)
         gaps = fit.gaps[:m] - fit.jacobian[:m, self._out] @ fit.q[self._out] - self.errors.columns[:, ~kept] @ off[~kept]
         spreads = np.array([one.spread for one in fit.problem.parameters[:first]])
@@ -184,9 +193,9 @@ class Stand:
         """The same with linear pieces that are worked out right here."""
         return self.at(self.fit.problem, self.fit.q, self.sizes)
 
-    def moved_to(self, problem: Problem, q: Array, sizes: Array) -> Stand:
-        """Simulated anew elsewhere; the linear pieces are updated by what the way has shown where they predicted it."""
-        gaps, k, m = problem.gaps(q), len(q), problem.measured
+    def moved_to(self, problem: Problem, q: Array, sizes: Array, gaps: Array) -> Stand:
+        """Moved elsewhere, where the gaps are known; linear pieces are updated by what the way has shown where they predicted it."""
+        k, m = len(q), problem.measured
         slopes = np.zeros((len(gaps), k + len(sizes)))
         slopes[:, :k], slopes[:m, k:] = self.fit.jacobian, self.errors.columns
         updated = updated_slopes(slopes, np.concatenate([q - self.fit.q, sizes - self.sizes]), gaps - self.fit.gaps)

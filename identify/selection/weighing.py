@@ -272,7 +272,7 @@ def _led_on(stand: Stand, q: Array, sizes: Array, is_ahead: bool, end: float, mi
 def _leg(stand: Stand, q: Array, sizes: Array, horizon: float) -> tuple[Stand, Evidence]:
     """A stand settled from a place with films up to a time, s."""
     early = _cut(stand, q, sizes, horizon)
-    return _uphill(early, early.weighed(same=_OF_GAIN * _OF_A_LEG), _OF_A_LEG, TO_COMPARE)
+    return _uphill(early, early.weighed(same=_OF_GAIN * _OF_A_LEG), _OF_A_LEG, TO_COMPARE, surely=False)
 
 
 def _cut(stand: Stand, q: Array, sizes: Array, horizon: float) -> Stand:
@@ -288,37 +288,42 @@ def stepped(stand: Stand, found: Evidence, gain: float = HARDLY, most: int = _MO
     return stand, stand.borne_out(stand.weighed(found.noise))
 
 
-def _uphill(stand: Stand, found: Evidence, gain: float, most: int) -> tuple[Stand, Evidence]:
+def _uphill(stand: Stand, found: Evidence, gain: float, most: int, *, surely: bool = True) -> tuple[Stand, Evidence]:
     """A stand taken uphill; its linear pieces may come from the way, and its evidence is as exact as the gain."""
     for _ in range(most):
-        after = _a_step_on(stand, found, gain) or (None if stand.is_fresh else stand.anew)
+        after = _a_step_on(stand, found, gain, surely)
         if after is None:
             break
         stand, found = after, after.weighed(found.noise, _OF_GAIN * gain)
     return stand, found
 
 
-def _a_step_on(stand: Stand, found: Evidence, gain: float) -> Stand | None:
-    """The stand a step farther; None where no step is worth it or none of them raises the log probability by the gain.
+def _a_step_on(stand: Stand, found: Evidence, gain: float, surely: bool) -> Stand | None:
+    """The stand a step farther, or right here with fresh linear pieces; None where those that it has raise the log probability no further.
 
-    Where a whole step does not from linear pieces that are fresh, the best of several shorter ones is taken.
+    Where a whole step does not from fresh ones, the best of several shorter ones is taken.
+
+    surely : whether pieces from the way are worked out anew before they are believed to promise nothing.
     """
     way, known = _way_within(stand, found), found.information
-    if 0.5 * known.over(way) < gain:
-        return None
-    least, best = stand.log_probability(found.noise) + gain, _tried(stand, way, found.noise)
-    if best[0] <= least and stand.is_fresh:
-        shorter = [*(share * way for share in _SHARES), *(known.damped(way, damping) for damping in _DAMPINGS)]
-        best = max((_tried(stand, part, found.noise) for part in shorter), key=lambda one: one[0])
-    return stand.moved_to(*best[1:]) if best[0] > least else None
+    promises = 0.5 * known.over(way) >= gain
+    if promises:
+        least, best = stand.log_probability(found.noise) + gain, _tried(stand, way, found.noise)
+        if best[0] <= least and stand.is_fresh:
+            shorter = [*(share * way for share in _SHARES), *(known.damped(way, damping) for damping in _DAMPINGS)]
+            best = max((_tried(stand, part, found.noise) for part in shorter), key=lambda one: one[0])
+        if best[0] > least:
+            return stand.moved_to(*best[1:])
+    return stand.anew if not stand.is_fresh and (promises or surely) else None
 
 
-def _tried(stand: Stand, way: Array, noise: tuple[ChannelNoise, ...]) -> tuple[float, Problem, Array, Array]:
-    """What a step brings a stand to: a log probability, and the problem, its parameters (k,) and errors (q,) there."""
+def _tried(stand: Stand, way: Array, noise: tuple[ChannelNoise, ...]) -> tuple[float, Problem, Array, Array, Array]:
+    """What a step brings a stand to: a log probability, and the problem, its parameters (k,), errors (q,) and gaps (m,) there."""
     (step, change), (low, high) = _parted(stand, way), stand.bounds
     q, sizes = np.clip(stand.fit.q + step, low, high), stand.sizes + change
     problem = stand.with_errors(sizes)
-    return stand.log_probability_at(problem.gaps(q), q, sizes, noise), problem, q, sizes
+    gaps = problem.gaps(q)
+    return stand.log_probability_at(gaps, q, sizes, noise), problem, q, sizes, gaps
 
 
 def _way_within(stand: Stand, found: Evidence) -> Array:

@@ -10,7 +10,7 @@ from identify.campaign.posing import problem_of
 from identify.campaign.runs import read_campaign
 from identify.estimation.parameters import BASE, Parameter
 from identify.estimation.problem import Problem
-from identify.selection.model_errors import TOLERANCE_OF
+from identify.estimation.tolerances import TOLERANCE_OF
 from identify.selection.stand import Stand
 from simulate.files.model_file import read_model
 from simulate.model.model import Model

@@ -132,7 +132,7 @@ def test_a_place_is_settled_while_steps_gain_and_compared_after_ten(monkeypatch,
 
         return SimpleNamespace(step=step, is_fresh=True, weighed=weighed_there, borne_out=lambda found: found)
 
-    monkeypatch.setattr(weighing, "_a_step_on", lambda stand, found, gain: place(stand.step + 1) if stand.step < gains else None)
+    monkeypatch.setattr(weighing, "_a_step_on", lambda stand, found, gain, surely: place(stand.step + 1) if stand.step < gains else None)
     begun = SimpleNamespace(noise=(), step=0)
     end: Any = weighing.stepped(place(0), begun, **({} if most is None else {"most": most}))  # type: ignore[arg-type]
     stand, found = end

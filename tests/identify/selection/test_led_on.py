@@ -97,7 +97,7 @@ def test_a_hypothesis_is_taken_towards_its_promise_as_far_as_that_is_likelier(ri
     stand.__dict__["columns"] = replace(stand.columns, values=stand.columns.values * shown)
     way, errors = end - stand.fit.q, {("platform-mass", 0): 3.0}
 
-    def moved_to(self, _, q, sizes):
+    def moved_to(self, _, q, sizes, gaps):
         return SimpleNamespace(q=q, sizes=sizes)
 
     def tried(stand, part, noise):
@@ -108,6 +108,7 @@ def test_a_hypothesis_is_taken_towards_its_promise_as_far_as_that_is_likelier(ri
             None,
             stand.fit.q + step,
             stand.sizes + change,
+            stand.fit.gaps,
         )
 
     monkeypatch.setattr(type(stand), "moved_to", moved_to)

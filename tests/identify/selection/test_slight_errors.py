@@ -12,8 +12,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from identify.estimation.tolerances import TOLERANCE_OF
 from identify.selection import model_errors
-from identify.selection.model_errors import TOLERANCE_OF, _determined, slight_errors
+from identify.selection.model_errors import _determined, slight_errors
 from simulate.effects import GeometryError
 from simulate.files.model_file import add_effects, read_model
 

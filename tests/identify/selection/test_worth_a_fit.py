@@ -284,7 +284,7 @@ def test_what_was_promised_a_few_hundredths_beside_a_name_alone_is_fitted_before
     assert found.names == (fits[0] if fits else names)
 
 
-@pytest.mark.parametrize(("unnamed", "looked"), [(-130.0, ["whole"]), (-90.0, ["whole", "early"])])
+@pytest.mark.parametrize(("unnamed", "looked"), [(-130.0, ["whole"]), (-90.0, ["whole", "turned", "early"])])
 def test_where_a_force_without_a_name_is_likelier_names_are_weighed_up_to_the_first_stop_as_well(monkeypatch, unnamed, looked):
     """Releases had bent to a contact with handrails: whole films promised it 1 and an air drag 10, up to the first stop 37 and -2."""
     search, seen = Search({}, lambda names: 0.0, BUDGETS["normal"], lambda text: None), []
@@ -299,7 +299,11 @@ def test_where_a_force_without_a_name_is_likelier_names_are_weighed_up_to_the_fi
         search.ahead[("missing-force-along-height",)] = promised(("missing-force-along-height",), unnamed, promise=None)
 
     monkeypatch.setattr(search, "_weigh_tables", weigh_tables)
-    search._look_from(base)
+    monkeypatch.setattr(search, "_turn", lambda names: search.turned.add(names) or seen.append("turned"))
+    monkeypatch.setattr(search, "_brought_back", lambda one: one)
+    monkeypatch.setattr(search_module, "weighed", lambda fit: base.weighed)
+    monkeypatch.setattr(search, "_keep", lambda names, found: None)
+    search.run(base.fit)
     assert seen == looked
 
 
