@@ -72,15 +72,20 @@ class Evidence:
 
     @property
     def prior_p(self) -> float:
-        """Probability that base, releases and errors are as far or farther from what is known of them beforehand.
+        """Probability that base, releases and errors are as far or farther from what is known of them beforehand."""
+        return self.p_of(np.eye(len(self.lines.prior_gaps) + len(self.errors)))
+
+    def p_of(self, part: Array) -> float:
+        """The same of a part of them: a projection (n, n) of what is known beforehand, in its order, and errors.
 
         Only as many count as the measurements determine: k - tr(C P) of k, C their covariance and P the precision that is known beforehand
-        (MacKay 2003, chapter 28). The others stay at what is known.
+        (MacKay 2003, chapter 28), but at least one. The others stay at what is known.
         """
-        known = np.concatenate([self.lines.prior_gaps + self.lines.prior_columns @ self.step, self.errors])
-        own = slice(0, len(self.step) + len(self.errors))
-        held = float(np.sum(self.covariance[own, own] * prior_precision(self.lines, self.columns)[own, own]))
-        return float(special.chdtrc(len(known) - held, known @ known))
+        off = part @ np.concatenate([self.lines.prior_gaps + self.lines.prior_columns @ self.step, self.errors])
+        known = np.asarray(linalg.block_diag(self.lines.prior_columns, np.eye(len(self.errors))), dtype=float)
+        own = slice(0, known.shape[1])
+        held = float(np.vdot(part, known @ self.covariance[own, own] @ known.T))
+        return float(special.chdtrc(max(np.trace(part) - held, 1.0), off @ off))
 
 
 @dataclass(frozen=True)

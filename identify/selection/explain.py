@@ -35,7 +35,7 @@ from identify.gap.platform_force import ForceAlongTime, ForceTable, MissingForce
 from identify.gap.size import NoiseOfChannel, as_measured, halves, noise_of_channels, share_closed
 from identify.gap.unnamed import Unnamed, simulated
 from identify.selection.explanation import Explanation, Ranked
-from identify.selection.findings import findings_of
+from identify.selection.findings import findings_of, moved_of
 from identify.selection.hypotheses import BUDGETS, Budget, Hypothesis, Say, log_prior
 from identify.selection.model_errors import FORCES, slight_errors
 from identify.selection.other_side import all_sides, brought_to
@@ -125,6 +125,7 @@ def _explained(
     rivals = _rivals(search, verdict)
     missing, in_legs = _left(search, after, verdict, say) if is_open else (None, None)
     drafted = _drafted(search, said, after, verdict, runs, say) if is_open else None
+    slight = [judged.slight[name] for name in said.names if name in judged.slight and name not in verdict.names]
     return Explanation(
         verdict.word,
         verdict.weights,
@@ -142,7 +143,7 @@ def _explained(
         drafted,
         detection_limits(search.beside_foremost(), search.prior, problem.measures),
         _next_tests(after, rivals, verdict),
-        (*said.weighed.stand.moved, *(judged.slight[name] for name in said.names if name in judged.slight and name not in verdict.names)),
+        (*moved_of(said.weighed.stand), *slight),
         verdict.vetoed,
         missed,
     )

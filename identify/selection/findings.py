@@ -13,7 +13,7 @@ from identify.criteria import TWO_SIDED_95
 from identify.estimation.parameters import STORED_FORCE
 from identify.gap.size import NoiseOfChannel, share_closed
 from identify.selection.hypotheses import Hypothesis
-from identify.selection.stand import Weighed
+from identify.selection.stand import Stand, Weighed
 from identify.selection.verdict import Finding, Verdict
 from measure.common.arrays import Array
 from simulate.effects import StoredForcePerRun
@@ -23,6 +23,14 @@ _TAIL, _FAR_OUT = 0.025, 10.0  # on either side of an interval; standard deviati
 _AT_BOUND = 1e-3  # typical sizes
 _STEP = 1e-4  # of a central difference, relative
 _SHOWN = 0.95  # of the prior's standard deviation: a parameter that is no better known than before does not show
+
+
+def moved_of(stand: Stand) -> tuple[tuple[Effect, float], ...]:
+    """What of the model file was moved, and by how many tolerances (root mean square of its parameters), the farthest first."""
+    sizes = dict(zip(stand.errors.keys, np.where(stand.free(), stand.sizes, 0.0), strict=True))
+    made = [one for one in stand.errors.effects(stand.given, np.array(list(sizes.values()))) if one.name not in stand.names]
+    rows = [(one, float(np.sqrt(np.mean([size**2 for (name, _), size in sizes.items() if name == one.name])))) for one in made]
+    return tuple(sorted((row for row in rows if row[1] > 0.0), key=lambda row: -row[1]))
 
 
 def findings_of(

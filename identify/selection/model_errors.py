@@ -13,6 +13,7 @@ from identify.criteria import EFFECT_SPREAD, SLIGHT, STATED_SPREAD
 from identify.estimation.fit import Fitted, Posed
 from identify.estimation.parameters import sizes_unknown
 from identify.estimation.tolerances import TOLERANCE_OF, Tolerance
+from identify.gap.signatures import Signature
 from measure.common.arrays import Array
 from simulate.effects import StoredForcePerRun
 from simulate.model.effect import Effect
@@ -61,6 +62,16 @@ class ModelErrors:
         shown = [of for name, of in TOLERANCE_OF.items() if name in self.names]
         places = [[place for name, place in zip(self.names, self.places, strict=True) if name == of.kind.name] for of in shown]
         return ModelErrors(_columns(fit, shown, places), self.names, self.places)
+
+    def signature_of(self, effect: Effect, given: Posed, there: Model) -> Signature | None:
+        """What an effect does to the gaps that is one of these errors, per typical size, in a model that is there; None of any other."""
+        mine = [i for i, name in enumerate(self.names) if name == effect.name]
+        if not mine:
+            return None
+        places, columns = [self.places[i] for i in mine], np.zeros((given.measured, len(effect.flat())))
+        steps = TOLERANCE_OF[effect.name].step(there)
+        columns[:, places] = self.columns[:, mine] * (effect.typical(given.measures) / steps)[places]
+        return effect, tuple(effect.own_bounds(given.model, given.measures).values()), columns
 
     def sizes_along_lines(self, given: Model, there: Model) -> Array:
         """Sizes (q,) that lead from another model to a given one along the slopes there; those of a factor differ from its own sizes."""
@@ -151,6 +162,12 @@ def mirrored(errors: Mapping[tuple[str, int], float], axis: int, geometry: Geome
         sizes = np.array([errors.get((kind.name, place), 0.0) for place in range(len(kind.flat_names()))])
         found |= {(kind.name, place): size for place, size in enumerate(mirrored_values(kind, sizes, axis, geometry).tolist())}
     return found
+
+
+def odd_part(keys: Sequence[tuple[str, int]], axis: int, geometry: Geometry) -> Array:
+    """The part of errors, given by name and place, that changes its sign in a mirror across an axis: a projection (q, q) of their sizes."""
+    images = [mirrored({**dict.fromkeys(keys, 0.0), key: 1.0}, axis, geometry) for key in keys]
+    return 0.5 * (np.eye(len(keys)) - np.array([[image[key] for image in images] for key in keys]).reshape(len(keys), -1))
 
 
 def _columns(fit: Fitted[Posed], shown: Sequence[Tolerance], places: Sequence[Sequence[int]]) -> Array:

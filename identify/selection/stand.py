@@ -6,25 +6,25 @@ straight line, so they are simulated where they are likeliest.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy import linalg
 
 from identify.criteria import ANYWHERE, CLOSE, SAME, TWO_SIDED_95, UNUSUAL_P
 from identify.estimation.covariance import Factored
 from identify.estimation.least_squares import updated_slopes
 from identify.estimation.problem import Fit, Problem
-from identify.estimation.tolerances import TOLERANCE_OF
 from identify.gap.gap_test import leaves_noise
 from identify.gap.linear_pieces import Channel, Columns, Lines
 from identify.gap.signatures import Signature, columns_of_shapes
 from identify.noise.noise_model import ChannelNoise, log_probability, spacing
 from identify.selection.evidence import ROUNDS, Both, Evidence, evidence
 from identify.selection.first_look import FirstLook
-from identify.selection.model_errors import ModelErrors, effect_spreads, model_errors
+from identify.selection.model_errors import ModelErrors, effect_spreads, model_errors, odd_part
 from measure.common.arrays import Array
 from simulate.effects import StoredForcePerRun
 from simulate.files.model_file import add_effects
@@ -128,16 +128,20 @@ class Stand:
         m, first = self.fit.problem.measured, self.fit.problem.first_effect
         return m + np.flatnonzero(np.any(self.fit.jacobian[m:, :first] != 0.0, axis=1))
 
-    def signature_of(self, effect: Effect) -> Signature | None:
-        """What an effect does to the gaps that is an error of the model file, per typical size; None of any other."""
-        mine = [i for i, name in enumerate(self.errors.names) if name == effect.name]
-        if not mine:
-            return None
-        places, measures = [self.errors.places[i] for i in mine], self.given.measures
-        columns = np.zeros((self.given.measured, len(effect.flat())))
-        steps = TOLERANCE_OF[effect.name].step(self.fit.problem.model)
-        columns[:, places] = self.errors.columns[:, mine] * (effect.typical(measures) / steps)[places]
-        return effect, tuple(effect.own_bounds(self.given.model, measures).values()), columns
+    def across_p(self, found: Evidence) -> float:
+        """The probability that as much or more is off of what changes its sign in a mirror, as an evidence has it; of several the least.
+
+        In such a mirror the films look nearly the same: what is improbable here may be probable there, and nothing else.
+        """
+        parts = [self._across(axis, turned) for axis, turned in self.given.mirrors()]
+        return min((found.p_of(part) for part in parts), default=1.0)
+
+    def _across(self, axis: int, turned: Sequence[int]) -> Array:
+        """What changes its sign in a mirror across an axis, as a projection of what is known beforehand and the errors that are free."""
+        geometry, keys = self.given.model.geometry, [key for key, free in zip(self.errors.keys, self.free(), strict=True) if free]
+        assert geometry is not None  # there are films
+        rows = np.isin(np.argmax(self.fit.jacobian[self.known] != 0.0, axis=1), turned)
+        return np.asarray(linalg.block_diag(np.diag(rows), odd_part(keys, axis, geometry)), dtype=float)
 
     @cached_property
     def columns(self) -> Columns:
@@ -168,15 +172,6 @@ class Stand:
         """How far each parameter of the fit is from where an evidence has it, (k,)."""
         first, last = self.fit.problem.first_effect, len(self.fit.q)
         return np.concatenate([found.step, found.amounts[: last - first] - self.fit.q[first:]])
-
-    @property
-    def moved(self) -> tuple[tuple[Effect, float], ...]:
-        """What of the model file was moved, and by how many tolerances (root mean square of its parameters), the farthest first."""
-        free = self.free()
-        made = [one for one in self.errors.effects(self.given, np.where(free, self.sizes, 0.0)) if one.name not in self.names]
-        of = {one.name: [size for name, size in zip(self.errors.names, self.sizes, strict=True) if name == one.name] for one in made}
-        rows = [(one, float(np.sqrt(np.mean(np.square(of[one.name]))))) for one in made]
-        return tuple(sorted((row for row in rows if row[1] > 0.0), key=lambda row: -row[1]))
 
     def with_errors(self, sizes: Array) -> Problem:
         """The problem with the model file off by other sizes of its errors."""
@@ -326,7 +321,7 @@ class Weighed:
     def signatures_of(self, effect: Effect) -> list[Signature]:
         """What an effect does to the gaps in each of its shapes."""
         if effect.name not in self.signatures:
-            known = self.within.signature_of(effect)
+            known = self.within.errors.signature_of(effect, self.within.given, self.within.fit.problem.model)
             self.signatures[effect.name] = columns_of_shapes(self.fit, effect) if known is None else [known]
         return self.signatures[effect.name]
 

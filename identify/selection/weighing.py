@@ -212,12 +212,11 @@ def _from_afar(stand: Stand) -> Stand:
 def _on_other_sides(stand: Stand, led: Stand, courses: list[Course]) -> Stand:
     """A stand as it was led, or a likelier one.
 
-    Where films are missed, or met by an improbable law, releases or errors of the model file, it is led from each release turned to the
-    other side, as far as its film does not show it. Where films are missed the first one that leads on ends the search: names may close the
-    rest.
+    Where films are missed, or what no film shows is improbable, it is led from each release turned to the other side, as far as its film
+    does not show it. Where films are missed the first one that leads on ends the search: names may close the rest.
     """
     missed, begun = led.misses, led.weighed()
-    if not missed and begun.prior_p >= UNUSUAL_P:
+    if not missed and led.across_p(begun) >= UNUSUAL_P:
         return led
     for turned in _mirrored(led.fit):
         led = _likelier(led, led_beside(stand, turned, np.zeros(len(stand.sizes)), courses))

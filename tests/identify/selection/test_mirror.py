@@ -16,6 +16,7 @@ from identify.estimation.least_squares import solve, to_the_end
 from identify.estimation.problem import Fit
 from identify.selection import other_side, weighing
 from identify.selection.evidence import Both
+from identify.selection.findings import moved_of
 from identify.selection.model_errors import mirrored
 from identify.selection.other_side import _image, _off_to, all_sides, on_the_likelier_side
 from identify.selection.stand import Stand, Weighed
@@ -76,7 +77,7 @@ def test_releases_and_centre_of_mass_stand_on_the_side_of_the_truth(campaign, fi
     true, model = as_built(4), with_joints_off(prototype, 4)
     folder = campaign(true, 104, loops=(), deployments=({}, {"geometry.stowed_height_m": 0.35}), hold_out=False, model=model)
     one = weighed(fitted(folder))
-    found = {effect.name: effect.flat() for effect, _ in on_the_likelier_side(one).within.moved}
+    found = {effect.name: effect.flat() for effect, _ in moved_of(on_the_likelier_side(one).within)}
     assert found["centre-of-mass-offset"][1] == pytest.approx(true[-1].offset_m[1], abs=4e-4)
     ((axis, turned),) = one.within.given.mirrors()
     image = _image(one.within, axis, turned)

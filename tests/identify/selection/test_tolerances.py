@@ -12,6 +12,7 @@ from identify.campaign.posing import problem_of
 from identify.campaign.runs import read_campaign
 from identify.estimation.problem import Fit
 from identify.selection.explain import explain
+from identify.selection.findings import moved_of
 from identify.selection.stand import Stand
 from identify.selection.weighing import weighed
 from simulate.effects import (
@@ -147,7 +148,7 @@ def test_errors_within_the_tolerances_are_found_behind_the_stops_where_no_straig
     assert at.exact.fit.rms > 1.5
     assert at.within.fit.rms < 1.2
     assert at.leaves_noise
-    (stops,) = [effect for effect, _ in at.within.moved if isinstance(effect, StopStiffness)]
+    (stops,) = [effect for effect, _ in moved_of(at.within) if isinstance(effect, StopStiffness)]
     true, reach = as_built(880)[0].fraction, 0.3 * 3.0
     assert stops.fraction == pytest.approx(true, abs=reach)
     assert stops.fraction * true > 0.0
