@@ -73,6 +73,12 @@ class ModelErrors:
         columns[:, places] = self.columns[:, mine] * (effect.typical(given.measures) / steps)[places]
         return effect, tuple(effect.own_bounds(given.model, given.measures).values()), columns
 
+    def odd_part(self, axis: int, geometry: Geometry) -> Array:
+        """What of the errors changes its sign in a mirror across an axis: a projection (q, q) of their sizes."""
+        images = [mirrored({**dict.fromkeys(self.keys, 0.0), key: 1.0}, axis, geometry) for key in self.keys]
+        image = np.array([[one[key] for one in images] for key in self.keys]).reshape(len(self.keys), -1)
+        return 0.5 * (np.eye(len(self.keys)) - image)
+
     def sizes_along_lines(self, given: Model, there: Model) -> Array:
         """Sizes (q,) that lead from another model to a given one along the slopes there; those of a factor differ from its own sizes."""
         kinds = [TOLERANCE_OF[name] for name in dict.fromkeys(self.names)]
@@ -162,12 +168,6 @@ def mirrored(errors: Mapping[tuple[str, int], float], axis: int, geometry: Geome
         sizes = np.array([errors.get((kind.name, place), 0.0) for place in range(len(kind.flat_names()))])
         found |= {(kind.name, place): size for place, size in enumerate(mirrored_values(kind, sizes, axis, geometry).tolist())}
     return found
-
-
-def odd_part(keys: Sequence[tuple[str, int]], axis: int, geometry: Geometry) -> Array:
-    """The part of errors, given by name and place, that changes its sign in a mirror across an axis: a projection (q, q) of their sizes."""
-    images = [mirrored({**dict.fromkeys(keys, 0.0), key: 1.0}, axis, geometry) for key in keys]
-    return 0.5 * (np.eye(len(keys)) - np.array([[image[key] for image in images] for key in keys]).reshape(len(keys), -1))
 
 
 def _columns(fit: Fitted[Posed], shown: Sequence[Tolerance], places: Sequence[Sequence[int]]) -> Array:

@@ -19,7 +19,7 @@ from identify.selection.weighing import Course, led_beside, stepped
 from measure.common.arrays import Array
 from simulate.effects import CentreOfMassOffset, GeometryError
 from simulate.model.mirror import mirrored_effect
-from simulate.model.rig import Geometry
+from simulate.model.rig import geometry_of
 
 _OFF = 2.0  # tolerances by which the centre of mass starts off to a side
 
@@ -81,7 +81,7 @@ def _image(stand: Stand, axis: int, turned: Sequence[int]) -> Stand:
     """A stand in a mirror across an axis, some of its parameters turned round."""
     q = _effects_in_mirror(stand, axis)
     q[list(turned)] *= -1.0
-    return Stand.placed(stand.given, q, mirrored(stand.errors_by_key, axis, _geometry_of(stand)))
+    return Stand.placed(stand.given, q, mirrored(stand.errors_by_key, axis, geometry_of(stand.given.model)))
 
 
 def _off_to(side: float, image: Stand, axis: int, turned: Sequence[int]) -> Stand:
@@ -96,15 +96,9 @@ def _effects_in_mirror(stand: Stand, axis: int) -> Array:
     """Parameters (k,) of a stand with its effects in a mirror."""
     problem, q = stand.given, stand.fit.q.copy()
     for shape, effect in zip(problem.effects, problem.effects_at(q), strict=True):
-        rows, image = problem.rows_of(effect.name), mirrored_effect(effect, axis, _geometry_of(stand))
+        rows, image = problem.rows_of(effect.name), mirrored_effect(effect, axis, geometry_of(stand.given.model))
         q[rows] = (image.flat() - shape.flat()) / problem.scales[rows]
     return q
-
-
-def _geometry_of(stand: Stand) -> Geometry:
-    geometry = stand.given.model.geometry
-    assert geometry is not None  # there are films
-    return geometry
 
 
 def _images(stand: Stand, axis: int, turned: Sequence[int], *, thoroughly: bool) -> Iterator[Stand]:

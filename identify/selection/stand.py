@@ -24,11 +24,12 @@ from identify.gap.signatures import Signature, columns_of_shapes
 from identify.noise.noise_model import ChannelNoise, log_probability, spacing
 from identify.selection.evidence import ROUNDS, Both, Evidence, evidence
 from identify.selection.first_look import FirstLook
-from identify.selection.model_errors import ModelErrors, effect_spreads, model_errors, odd_part
+from identify.selection.model_errors import ModelErrors, effect_spreads, model_errors
 from measure.common.arrays import Array
 from simulate.effects import StoredForcePerRun
 from simulate.files.model_file import add_effects
 from simulate.model.effect import Effect
+from simulate.model.rig import geometry_of
 
 _PRICE = 3.0  # of an error that is let free, at most, in log evidence: it is known twenty times better than its tolerance
 
@@ -112,8 +113,7 @@ class Stand:
         gaps = fit.gaps[:m] - fit.jacobian[:m, self._out] @ fit.q[self._out] - self.errors.columns[:, ~kept] @ off[~kept]
         spreads = np.array([one.spread for one in fit.problem.parameters[:first]])
         log_spread = float(np.sum(np.log(spreads[np.isfinite(spreads)])))
-        known = self.known
-        errors, at = self.errors.columns[:, kept], self.sizes[kept]
+        known, errors, at = self.known, self.errors.columns[:, kept], self.sizes[kept]
         return Lines(gaps, fit.jacobian[:m, :first], errors, at, fit.gaps[known], fit.jacobian[known, :first], channels, log_spread)
 
     @property
@@ -133,15 +133,14 @@ class Stand:
 
         In such a mirror the films look nearly the same: what is improbable here may be probable there, and nothing else.
         """
-        parts = [self._across(axis, turned) for axis, turned in self.given.mirrors()]
-        return min((found.p_of(part) for part in parts), default=1.0)
+        return min((found.p_of(self._across(axis, turned)) for axis, turned in self.given.mirrors()), default=1.0)
 
     def _across(self, axis: int, turned: Sequence[int]) -> Array:
         """What changes its sign in a mirror across an axis, as a projection of what is known beforehand and the errors that are free."""
-        geometry, keys = self.given.model.geometry, [key for key, free in zip(self.errors.keys, self.free(), strict=True) if free]
-        assert geometry is not None  # there are films
-        rows = np.isin(np.argmax(self.fit.jacobian[self.known] != 0.0, axis=1), turned)
-        return np.asarray(linalg.block_diag(np.diag(rows), odd_part(keys, axis, geometry)), dtype=float)
+        rows, free = np.isin(np.argmax(self.fit.jacobian[self.known] != 0.0, axis=1), turned), self.free()
+        return np.asarray(
+            linalg.block_diag(np.diag(rows), self.errors.odd_part(axis, geometry_of(self.given.model))[np.ix_(free, free)]), dtype=float
+        )
 
     @cached_property
     def columns(self) -> Columns:

@@ -20,11 +20,13 @@ from identify.selection.evidence import Both, Evidence
 from identify.selection.model_errors import sizes_in_tolerances
 from identify.selection.stand import Stand, Weighed
 from measure.common.arrays import Array
+from simulate.model.rig import geometry_of
 
 _FEW_STEPS = 8
 _MOST_STEPS = 25  # until a place is settled
 _OF_A_LEG = 3.0  # of a log probability, that a step brings where longer films follow
 _OF_GAIN = 0.3  # how exact an evidence is on the way, in parts of what a step must bring
+_DIRECTIONS, _OFF = 2, 3.0  # in which errors act across a mirror, and how many tolerances off they begin
 _SHARES = (0.5, 0.2, 0.1)  # of a step that are tried
 _DAMPINGS = (1e-4, 1e-3, 1e-2, 1.0)  # of a step, in parts of what is known of each parameter by itself
 
@@ -212,15 +214,16 @@ def _from_afar(stand: Stand) -> Stand:
 def _on_other_sides(stand: Stand, led: Stand, courses: list[Course]) -> Stand:
     """A stand as it was led, or a likelier one.
 
-    Where films are missed, or what no film shows is improbable, it is led from each release turned to the other side, as far as its film
-    does not show it. Where films are missed the first one that leads on ends the search: names may close the rest.
+    Where films are missed, or what no film shows is improbable, it is led from either side of the mirror in which the films look the same,
+    until that is probable. Where films are missed the first one that leads on ends the search: names may close the rest.
     """
     missed, begun = led.misses, led.weighed()
     if not missed and led.across_p(begun) >= UNUSUAL_P:
         return led
-    for turned in _mirrored(led.fit):
-        led = _likelier(led, led_beside(stand, turned, np.zeros(len(stand.sizes)), courses))
-        if missed and led.weighed().log_z > begun.log_z + NEAR:
+    for q, sizes in _off_to_sides(led):
+        led = _likelier(led, led_beside(stand, q, sizes, courses))
+        found = led.weighed()
+        if found.log_z > begun.log_z + NEAR if missed else led.across_p(found) >= UNUSUAL_P:
             break
     return led
 
@@ -229,13 +232,19 @@ def _likelier(one: Stand, other: Stand | None) -> Stand:
     return one if other is None else max(one, other, key=lambda each: each.weighed().log_z)
 
 
-def _mirrored(fit: Fit) -> Iterator[Array]:
-    """Parameters (k,) of a fit with what a film does not show of its release turned round, film by film."""
-    for index in range(len(fit.problem.films)):
-        unseen, q = fit.problem.unseen_of_release(index), fit.q.copy()
-        if unseen:
-            q[unseen] *= -1.0
-            yield q
+def _off_to_sides(stand: Stand) -> Iterator[tuple[Array, Array]]:
+    """Parameters (k,) and errors (q,) off to either side of each mirror: along what of the errors changes its sign there and shows most.
+
+    What no film shows of the releases is nought: to which side each of them falls the errors tell.
+    """
+    for axis, turned in stand.given.mirrors():
+        q = stand.fit.q.copy()
+        q[turned] = 0.0
+        odd = stand.errors.odd_part(axis, geometry_of(stand.given.model))
+        shown = np.linalg.svd(stand.errors.columns * stand.free() @ odd, full_matrices=False)[2]
+        for direction in shown[:_DIRECTIONS]:
+            yield q, _OFF * direction
+            yield q, -_OFF * direction
 
 
 def led_beside(stand: Stand, q: Array, sizes: Array, courses: list[Course]) -> Stand | None:
