@@ -13,6 +13,7 @@ from measure.common.arrays import Array
 _SMOOTHED = 8  # neighbours on each side
 _TRUNCATED = 3.0  # standard deviations below a limit from which on it cuts the noise
 _CREST = 10.0  # steps; a crest that stays within one step for a while falls by three within half that time, a cut one by far more
+_TELLS = 3  # samples in a stay; two also lie alike to both sides of a turning point, however sharp it is and however small the steps
 _MOST_MOVES = 0.9  # share of samples that differ from the one before, from which on no steps are seen
 _ON_STEPS, _NEARLY = 0.05, 0.99  # of a step, and share of the samples that are so near to one
 
@@ -49,12 +50,12 @@ def _at_upper_limit(time_s: Array, values: Array) -> NDArray[np.bool_]:
 
 
 def _fall(values: Array, at: NDArray[np.bool_]) -> float:
-    """How far the signal falls beside its stays at the maximum, within half their length; median over the stays of three and more."""
+    """How far the signal falls beside its stays at the maximum, within half their length; median over the stays that tell, zero for one."""
     edges = np.flatnonzero(np.diff(np.concatenate([[False], at, [False]]).astype(int)))
     falls = []
     for first, last in zip(edges[::2], edges[1::2], strict=True):
         half = (last - first) // 2
-        if half > 0 and first > 0 and last < len(values):  # a record that begins or ends at rest is not cut off
+        if last - first >= _TELLS and first > 0 and last < len(values):  # a record that begins or ends at rest is not cut off
             beside = np.concatenate([values[max(first - half, 0) : first], values[last : last + half]])
             falls.append(values.max() - float(beside.mean()))
     return float(np.median(falls)) if len(falls) > 1 else 0.0
