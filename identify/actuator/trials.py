@@ -15,6 +15,7 @@ from identify.actuator.effect_starts import starts_with_effects
 from identify.actuator.loops_alone import HELD_IN_LOOPS, searched, variants
 from identify.actuator.rounding import rounded_only
 from identify.criteria import SURE_EFFECT
+from identify.estimation.covariance import scatter
 from identify.estimation.estimates import away_from_turns
 from identify.estimation.least_squares import solve
 from identify.estimation.parameters import amplitudes_of
@@ -187,23 +188,27 @@ def _fitted(fit: Fit, one: Screened, looked: int) -> Trial | None:
     if found is None or found.cost >= fit.cost:
         return None
     count, unit = int(np.count_nonzero(~found.problem.held[len(fit.q) :])), _unit(found, found.gaps)
+    along = max(unit, _unit_along(found, fit.free_of_parameters(fit.gaps - found.gaps)))
     rows = _rows_that_tell(fit, one.kind)
-    gained = float(np.sum(fit.gaps[rows] ** 2) - np.sum(found.gaps[rows] ** 2)) / unit
-    p_value = min(float(chi2.sf(gained, count)) * looked, 1.0)
+    gained = float(np.sum(fit.gaps[rows] ** 2) - np.sum(found.gaps[rows] ** 2))
+    p_value = min(float(chi2.sf(gained / along, count)) * looked, 1.0)
     independent = max(fit.problem.measured / max(found.variance_inflation, 1.0), 2.0)
-    sure = p_value < SURE_EFFECT and _is_sure(found, one.kind, len(fit.q))
-    bic = gained - count * float(np.log(independent))
-    return Trial(one.kind.name, solve(found.problem, found.q), fit, p_value, bic) if sure else None
+    bic = gained / unit - count * float(np.log(independent))
+    return Trial(one.kind.name, solve(found.problem, found.q), fit, p_value, bic) if p_value < SURE_EFFECT else None
 
 
-def _is_sure(found: Fit, kind: type[Effect], first: int) -> bool:
-    """Whether the amplitudes of an effect without a shape are together far from zero by the covariance that knows the noise's spectrum."""
-    amplitudes = amplitudes_of(kind)[0]
-    if not all(amplitudes):
-        return True
-    free = [first + k for k in range(len(amplitudes)) if not found.problem.held[first + k]]
-    inverse = np.linalg.pinv(found.covariance[np.ix_(free, free)], hermitian=True)
-    return bool(chi2.sf(float(found.q[free] @ inverse @ found.q[free]), len(free)) < SURE_EFFECT)
+def _unit_along(found: Fit, change: Array) -> float:
+    """Of a sum of squares, what noise of the residual's own spectrum puts into the signature (m,) that an effect was found by.
+
+        e = s' W s / s' s
+
+    W is the covariance of the noise, as in `sandwich`, and of the turning points. A slow creep of the force holds many samples and few
+    independent ones; an effect that is slow itself imitates it, and by the average sample its gain would be far too sure.
+    """
+    power, turned = float(change @ change), float(change @ found.problem.turned(found.q, found.gaps))
+    rows = [block.rows for block in found.problem.blocks]
+    noise = sum(float(scatter(change[part, None], found.gaps[part])[0, 0]) for part in rows)
+    return (noise + turned**2) / max(power, 1e-300)
 
 
 def roughly(problem: Problem, start: Array) -> Fit:
