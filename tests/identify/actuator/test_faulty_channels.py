@@ -62,6 +62,8 @@ def test_a_loud_noise_is_ok_and_named():
 
 
 MAY_BE_REFUSED = 0.2  # of loops that only look bad
+MAY_BE_FAR_OFF = 0.02  # of fits called ok
+FAR_BY_CHANCE = 0.001  # of clean fits: one of five numbers is beyond four standard errors, which are themselves known to a tenth
 
 
 NOTE = (
@@ -104,8 +106,8 @@ def test_of_twenty_designs_of_a_kind_those_called_ok_are_right(calibration_seed,
         {"kind": "all but clean", "designs": whole, "verdicts": "", **all_faulty, "intervals of ok that hold, %": share(inside, intervals)}
     )
     validation_table("Faulty channels", rows, NOTE)
-    assert wrong <= 0.02 * good
-    assert counts["clean"][1] == 0
+    assert consistent(wrong, good, 0.0, MAY_BE_FAR_OFF)
+    assert consistent(counts["clean"][1], counts["clean"][0], 0.0, FAR_BY_CHANCE)
     for kind in ("humming", "noisy", "clean"):
         assert consistent(counts[kind][0], share_of(200 if kind == "clean" else 20), 1.0 - MAY_BE_REFUSED)
     assert consistent(counts["clean"][3], counts["clean"][2], 0.90, 0.99)
