@@ -11,7 +11,7 @@ from identify.criteria import COARSE_STEP, LONGEST_STROKE_M, MOST_SPIKES
 from identify.loops.differentiation import noise_of
 from identify.loops.interference import Hum, hum_of, spikes_of
 from identify.loops.loop_data import Fault
-from identify.loops.piled_samples import at_limits, steps_of
+from identify.loops.piled_samples import at_limits, at_rest, steps_of
 from measure.common.arrays import Array
 from measure.tables.loop import Loop
 
@@ -85,7 +85,7 @@ def _steps(name: str, step: float) -> Fault:
 def _of_elongation(loop: Loop) -> list[Fault]:
     found, stroke = [], float(np.ptp(loop.elongation_m))
     cut = at_limits(loop.time_s, loop.elongation_m)
-    if np.any(cut):
+    if np.any(cut) and not at_rest(loop.elongation_m, loop.force_N):
         said = (
             f"the elongation channel is saturated: {100.0 * cut.mean():.0f} % of the samples are cut off or beside the limit, so that the "
             "turning points were not seen, and they tell beta. Move the gauge or shorten the stroke, and record again"

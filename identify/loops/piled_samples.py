@@ -14,6 +14,9 @@ _SMOOTHED = 8  # neighbours on each side
 _TRUNCATED = 3.0  # standard deviations below a limit from which on it cuts the noise
 _CREST = 10.0  # steps; a crest that stays within one step for a while falls by three within half that time, a cut one by far more
 _TELLS = 3  # samples in a stay; two also lie alike to both sides of a turning point, however sharp it is and however small the steps
+_THIRD = 2  # samples in a third of a stay, at least
+_STAYS = 0.05  # of a loop's height; a limit hides a reversal, behind which the force changes by more even where the law is soft
+_SAME = 1e-9  # of a range; values nearer to each other are one, but for the last digits of a double
 _MOST_MOVES = 0.9  # share of samples that differ from the one before, from which on no steps are seen
 _ON_STEPS, _NEARLY = 0.05, 0.99  # of a step, and share of the samples that are so near to one
 
@@ -37,7 +40,7 @@ def _at_upper_limit(time_s: Array, values: Array) -> NDArray[np.bool_]:
     if np.count_nonzero(stays & of) < 2 or not np.any(elsewhere):
         return none
     rate = (np.count_nonzero(stays & elsewhere) + 1.0) / (np.count_nonzero(elsewhere) + 2.0)
-    if rate > 1.0 - _MOST_MOVES or _fall(values, at) < _CREST * float(np.min(np.abs(np.diff(values))[~stays])):
+    if rate > 1.0 - _MOST_MOVES or _fall(values, at) < _CREST * _finest(values):
         return none
     if special.bdtrc(np.count_nonzero(stays & of) - 1, np.count_nonzero(of), rate) > BY_CHANCE:
         return none
@@ -49,16 +52,48 @@ def _at_upper_limit(time_s: Array, values: Array) -> NDArray[np.bool_]:
     return at | (smooth > values.max() - _TRUNCATED * noise)
 
 
+def _finest(values: Array) -> float:
+    """The smallest distance of two values: the step of a converter, also where the signal moves on by many steps a sample."""
+    apart = np.diff(np.unique(values))
+    return float(np.min(apart[apart > _SAME * np.ptp(values)]))
+
+
 def _fall(values: Array, at: NDArray[np.bool_]) -> float:
     """How far the signal falls beside its stays at the maximum, within half their length; median over the stays that tell, zero for one."""
-    edges = np.flatnonzero(np.diff(np.concatenate([[False], at, [False]]).astype(int)))
     falls = []
-    for first, last in zip(edges[::2], edges[1::2], strict=True):
+    for first, last in _stays(at):
         half = (last - first) // 2
         if last - first >= _TELLS and first > 0 and last < len(values):  # a record that begins or ends at rest is not cut off
             beside = np.concatenate([values[max(first - half, 0) : first], values[last : last + half]])
             falls.append(values.max() - float(beside.mean()))
     return float(np.median(falls)) if len(falls) > 1 else 0.0
+
+
+def _stays(at: NDArray[np.bool_]) -> list[tuple[int, int]]:
+    """Stretches (first, last + 1) of samples that are true."""
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], at, [False]]).astype(int)))
+    return [(int(first), int(last)) for first, last in zip(edges[::2], edges[1::2], strict=True)]
+
+
+def at_rest(elongation_m: Array, force_N: Array) -> bool:
+    """Whether the force stays while the elongation stays at its extremes: the drive dwells there, and no limit hides a motion.
+
+    Behind a limit the law goes on to the reversal and back, by a good part of the loop's height. What the force changes by from the first
+    third of a stay to the last one, up at the upper end and down at the lower, is held with its error against that height,
+    twice the integral of F du over the whole way. Where the force is too noisy to tell, no rest is taken for granted.
+    """
+    changes = []
+    for sign in (1.0, -1.0):
+        for first, last in _stays(sign * elongation_m == np.max(sign * elongation_m)):
+            third = (last - first) // 3
+            if third >= _THIRD:
+                changes.append(sign * (force_N[last - third : last].mean() - force_N[first : first + third].mean()))
+    if len(changes) < _TELLS:
+        return False
+    moved = np.diff(elongation_m)
+    height = 2.0 * abs(float(np.sum((force_N[1:] - force_N.mean()) * moved))) / float(np.sum(np.abs(moved)))
+    error = float(np.std(changes, ddof=1)) / np.sqrt(len(changes))
+    return abs(float(np.mean(changes))) + _TRUNCATED * error < _STAYS * height
 
 
 def steps_of(values: Array) -> float:
