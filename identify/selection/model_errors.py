@@ -76,7 +76,7 @@ class ModelErrors:
     def odd_part(self, axis: int, geometry: Geometry) -> Array:
         """What of the errors changes its sign in a mirror across an axis: a projection (q, q) of their sizes."""
         images = [mirrored({**dict.fromkeys(self.keys, 0.0), key: 1.0}, axis, geometry) for key in self.keys]
-        image = np.array([[one[key] for one in images] for key in self.keys]).reshape(len(self.keys), -1)
+        image = np.array([[one[key] for one in images] for key in self.keys]).reshape(len(self.keys), len(self.keys))
         return 0.5 * (np.eye(len(self.keys)) - image)
 
     def sizes_along_lines(self, given: Model, there: Model) -> Array:

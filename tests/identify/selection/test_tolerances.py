@@ -84,7 +84,7 @@ def test_a_column_is_what_a_tolerance_more_does_where_the_stops_are_off_already(
     column = stand.errors.columns[:, place]
     moved = change(stand.with_errors(off + 1e-2 * (np.arange(len(off)) == place))) / 1e-2
     assert np.linalg.norm(moved - column) <= 0.05 * np.linalg.norm(column)
-    signature = stand.signature_of(EndStopDissipation())
+    signature = stand.errors.signature_of(EndStopDissipation(), stand.given, stand.fit.problem.model)
     assert signature is not None
     more = float(stand.fit.problem.model.effect(EndStopDissipation).flat()[0]) + 0.01
     moved = change(problem.with_model(lambda model: add_effects(model, (EndStopDissipation(more),)))) / 0.01
@@ -108,7 +108,7 @@ def test_an_error_far_beyond_its_tolerance_that_is_let_free_begins_where_it_is(c
     amount *= 1.0 + stated if name == "stop-stiffness" else 1.0
     stand = Stand.off_by(problem, problem.start, {(name, 0): size})
     effect = problem.model.effect(CATALOGUE[name])
-    signature = stand.signature_of(effect)
+    signature = stand.errors.signature_of(effect, stand.given, stand.fit.problem.model)
     assert signature is not None
     amounts = np.zeros(len(effect.flat()))
     amounts[0] = amount / effect.typical(problem.measures)[0]

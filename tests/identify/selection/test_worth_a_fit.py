@@ -15,6 +15,11 @@ from identify.selection.search import Search
 BOTH = ("end-stop-dissipation", "stored-force-per-run")
 
 
+def standing(across_p) -> Any:
+    """A place where what no film shows is so probable."""
+    return SimpleNamespace(across_p=lambda found: across_p)
+
+
 def hypothesis(names, log_weight, rms=1.0, as_it_is=1.0, leaves_noise=True) -> Any:
     return SimpleNamespace(
         names=names,
@@ -22,7 +27,7 @@ def hypothesis(names, log_weight, rms=1.0, as_it_is=1.0, leaves_noise=True) -> A
         is_believable=True,
         fit=SimpleNamespace(rms=rms),
         largest_rms=as_it_is,
-        weighed=SimpleNamespace(leaves_noise=leaves_noise, is_unusual=not leaves_noise, log_z=log_weight),
+        weighed=SimpleNamespace(leaves_noise=leaves_noise, log_z=log_weight, evidence=None, stand=standing(0.5)),
     )
 
 
@@ -160,20 +165,20 @@ def test_the_base_is_taken_along_to_where_names_were_found_likelier_if_it_may_co
 
 
 @pytest.mark.parametrize(
-    ("is_unusual", "named", "unnamed", "turned"),
+    ("across_p", "named", "unnamed", "turned"),
     [
-        (False, -101.0, -103.0, []),  # what is not unusual and is likeliest stays so on whatever side
-        (False, -99.0, -103.0, [(), ("ripple",)]),
-        (False, -101.0, -99.0, [()]),
-        (True, -101.0, -103.0, [()]),
+        (0.06, -101.0, -103.0, []),  # what is probable and likeliest stays so on whatever side
+        (0.06, -99.0, -103.0, [(), ("ripple",)]),
+        (0.06, -101.0, -99.0, [()]),
+        (0.04, -101.0, -103.0, [()]),
     ],
 )
-def test_nothing_is_looked_for_on_the_other_side_only_where_something_is_likelier_or_it_is_unusual(
-    monkeypatch, is_unusual, named, unnamed, turned
+def test_nothing_is_looked_for_on_the_other_side_only_where_something_is_likelier_or_it_is_improbable(
+    monkeypatch, across_p, named, unnamed, turned
 ):
     """A name is promised as much as nothing, and comes to `named`; before it is said it is looked for on the other side, too."""
     search, sides, nothing = Search({}, lambda names: 0.0, BUDGETS["normal"], lambda text: None), [], hypothesis((), -100.0)
-    nothing.weighed.is_unusual = is_unusual
+    nothing.weighed.stand = standing(across_p)
 
     def fit(ahead) -> None:
         search.fitted[ahead.names] = hypothesis(ahead.names, named)
@@ -290,7 +295,7 @@ def test_where_a_force_without_a_name_is_likelier_names_are_weighed_up_to_the_fi
     search, seen = Search({}, lambda names: 0.0, BUDGETS["normal"], lambda text: None), []
     base = hypothesis((), -108.0)
     stands: Any = [(SimpleNamespace(name="whole", along_lines=0.0), 0.0), (SimpleNamespace(name="early", along_lines=1.0), 1.0)]
-    base.weighed.is_unusual, base.fit.problem = False, SimpleNamespace(effects=())
+    base.fit.problem = SimpleNamespace(effects=())
     search.fitted = {(): base}
     monkeypatch.setattr(search_module, "stands_of", lambda one, closely=False: stands if closely else stands[:1])
     monkeypatch.setattr(search_module, "promises", lambda at, catalogue: seen.append(at.name) or [])
