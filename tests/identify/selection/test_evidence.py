@@ -73,6 +73,18 @@ def test_errors_beyond_their_tolerances_are_improbable_however_many_others_do_no
     assert (np.mean(np.array(found) < 0.05) > 0.2) == (beyond > 1.0)
 
 
+def test_of_a_part_only_what_is_determined_counts_but_at_least_one():
+    """A wave that is far off is improbable by itself and hardly among much else; what does not show is as probable as it can be."""
+    chance, hidden = np.random.default_rng(10), 1e-3 * np.random.default_rng(9).normal(size=(N, 10))
+    found = evidence(
+        lines(coloured(chance, 0.0) + np.hstack([BASE, WAVE]) @ np.array([10.0, -10.0, 5.0, 5.0, 2.5]), np.hstack([WAVE, hidden]))
+    )
+    of_wave, of_hidden = np.zeros(15), np.zeros(15)
+    of_wave[4], of_hidden[5:] = 1.0, 1.0
+    assert found.p_of(np.diag(of_wave)) < 0.05 < found.prior_p
+    assert found.p_of(np.diag(of_hidden)) > 0.9
+
+
 def test_the_colour_of_the_noise_is_found_under_the_right_hypothesis_and_not_under_a_wrong_one():
     at = lines(drawn(np.random.default_rng(7), wave=2.0))
     assert evidence(at, Columns.free(WAVE, 10.0)).noise[0].lag1 < 0.15

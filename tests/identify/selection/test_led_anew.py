@@ -141,6 +141,27 @@ def test_a_place_is_settled_while_steps_gain_and_compared_after_ten(monkeypatch,
     assert TO_COMPARE == 10
 
 
+@pytest.mark.parametrize(
+    ("is_fresh", "promised", "brings", "surely", "after"),
+    [
+        (False, 10.0, 5.0, False, "moved"),
+        (False, 10.0, 0.0, False, "anew"),  # lines from the way promised what the simulation does not keep
+        (False, 0.1, 5.0, True, "anew"),
+        (False, 0.1, 5.0, False, None),  # on the way from film to film no line is worked out only to be sure
+        (True, 10.0, 0.0, True, None),
+    ],
+)
+def test_lines_from_the_way_that_promise_nothing_are_worked_out_anew_only_to_be_sure(
+    monkeypatch, is_fresh, promised, brings, surely, after
+):
+    known = SimpleNamespace(over=lambda way: 2.0 * promised, damped=lambda way, damping: way)
+    stand: Any = SimpleNamespace(is_fresh=is_fresh, anew="anew", log_probability=lambda noise: -100.0, moved_to=lambda *there: "moved")
+    monkeypatch.setattr(weighing, "_way_within", lambda stand, found: np.ones(2))
+    monkeypatch.setattr(weighing, "_tried", lambda stand, way, noise: (-100.0 + brings, "problem", "q", "sizes", "gaps"))
+    found: Any = SimpleNamespace(information=known, noise=())
+    assert weighing._a_step_on(stand, found, 3.0, surely) == after
+
+
 @pytest.mark.parametrize(("louder", "wave", "misses"), [(1.0, 0.0, False), (3.0, 0.0, False), (1.0, 20.0, True), (3.0, 20.0, True)])
 def test_films_are_missed_by_more_than_their_noise_however_large_that_is_said_to_be(right, louder, wave, misses):
     fit = right.within.fit
