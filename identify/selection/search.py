@@ -13,7 +13,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from identify.criteria import CLOSE, CREDIBLE, HARDLY, LOSES, NEAR, ROUGHLY, UNUSUAL_P
+from identify.criteria import CLOSE, CREDIBLE, HARDLY, LOSES, NEAR, ROUGHLY
 from identify.estimation.horizons import solve_from_afar
 from identify.estimation.least_squares import solve, to_the_end
 from identify.estimation.multistart import Minima, released_again
@@ -79,12 +79,12 @@ class Search(Tried):
 
     @property
     def _doubts_the_base(self) -> bool:
-        """Whether the base leaves a gap, or stands where what no film shows is improbable, or names that were fitted or a force without a
-        name are likelier. On the other side none may be needed, and from the wrong side straight lines say little of any.
+        """Whether the base leaves a gap, or names that were fitted or a force without a name are likelier.
+
+        On the other side of what no film shows none may be needed, and from the wrong side straight lines say little of any.
         """
         unnamed, base = [one.log_weight for one in self.ahead.values() if one.promise is None], self.fitted[()]
-        is_improbable = base.weighed.stand.across_p(base.weighed.evidence) < UNUSUAL_P
-        return is_improbable or not base.weighed.leaves_noise or max([self.foremost.log_weight, *unnamed]) > base.log_weight
+        return not base.weighed.leaves_noise or max([self.foremost.log_weight, *unnamed]) > base.log_weight
 
     def _is_on_one_side(self, one: Hypothesis) -> bool:
         """Whether names that leave noise were not looked for on the other side yet: there they may not be needed."""
@@ -201,6 +201,7 @@ class Search(Tried):
         stands = [(one.weighed, one.weighed.along_lines)] if of.instead else stands_of(one.weighed)
         found = [self._promised(one, new, reached) for at, reached in stands for new in promises(at, alone, of.instead)]
         for ahead in sorted((new for new in found if new.names == led.names), key=lambda new: -new.log_weight)[:1]:
+            self.ahead[ahead.names] = ahead  # what was promised from where the one beside it is no more counts no longer
             self._fit(ahead)
 
     def _may_reach_the_unnamed(self, one: Ahead) -> bool:

@@ -15,11 +15,6 @@ from identify.selection.search import Search
 BOTH = ("end-stop-dissipation", "stored-force-per-run")
 
 
-def standing(across_p) -> Any:
-    """A place where what no film shows is so probable."""
-    return SimpleNamespace(across_p=lambda found: across_p)
-
-
 def hypothesis(names, log_weight, rms=1.0, as_it_is=1.0, leaves_noise=True) -> Any:
     return SimpleNamespace(
         names=names,
@@ -27,7 +22,7 @@ def hypothesis(names, log_weight, rms=1.0, as_it_is=1.0, leaves_noise=True) -> A
         is_believable=True,
         fit=SimpleNamespace(rms=rms),
         largest_rms=as_it_is,
-        weighed=SimpleNamespace(leaves_noise=leaves_noise, log_z=log_weight, evidence=None, stand=standing(0.5)),
+        weighed=SimpleNamespace(leaves_noise=leaves_noise, log_z=log_weight),
     )
 
 
@@ -93,11 +88,11 @@ def test_a_name_that_was_fitted_from_a_worse_base_is_behind_where_it_may_compete
     assert (search._left_behind() is not None) == is_behind
 
 
-def fitting_again(monkeypatch, promises) -> Any:
+def fitting_again(monkeypatch, promises, ahead=None) -> Any:
     """A search with a name left behind by a base that was found since, what each of two stands promises, and what it fits."""
     kinds: Any = {"hub-inertia": "Hub", "ripple": "Ripple"}
     search, names = Search(kinds, lambda names: 0.0, BUDGETS["normal"], lambda text: None), ("ripple",)
-    base = hypothesis((), -108.0)
+    base, search.ahead = hypothesis((), -108.0), ahead or {}
     search.fitted = {(): base, names: hypothesis(names, -123.0)}
     search.led = {names: promised(names, -124.0, SimpleNamespace(name="ripple", instead=""), beside=hypothesis((), -134.0))}
 
@@ -119,6 +114,15 @@ def test_a_name_left_behind_is_fitted_from_the_stand_that_promises_most_and_not_
     search, done = fitting_again(monkeypatch, told)
     assert [(one.names, one.log_weight, one.beside.log_weight) for one in done] == [(("ripple",), -103.0, -108.0)]
     assert search._left_behind() is None
+
+
+def test_what_was_promised_from_where_the_base_is_no_more_is_not_fitted_again(monkeypatch):
+    """From there it had been promised 23 more than its fit brought: both promises were fitted in turn until the budget was spent."""
+    monkeypatch.setattr(Search, "_may_reach_the_unnamed", lambda search, one: True)
+    before = promised(("ripple",), -100.0, SimpleNamespace(name="ripple", instead=""), beside=hypothesis((), -134.0))
+    search, done = fitting_again(monkeypatch, {"whole": [("ripple", 4.0)], "early": []}, {("ripple",): before})
+    search.led[("ripple",)] = done[0]
+    assert not [one for one in search.ahead.values() if search._is_worth_a_fit(one)]
 
 
 def test_a_name_left_behind_that_shows_no_more_is_not_asked_for_again(monkeypatch):
@@ -165,20 +169,20 @@ def test_the_base_is_taken_along_to_where_names_were_found_likelier_if_it_may_co
 
 
 @pytest.mark.parametrize(
-    ("across_p", "named", "unnamed", "turned"),
+    ("leaves_noise", "named", "unnamed", "turned"),
     [
-        (0.06, -101.0, -103.0, []),  # what is probable and likeliest stays so on whatever side
-        (0.06, -99.0, -103.0, [(), ("ripple",)]),
-        (0.06, -101.0, -99.0, [()]),
-        (0.04, -101.0, -103.0, [()]),
+        (True, -101.0, -103.0, []),  # what leaves noise and is likeliest stays so on whatever side
+        (True, -99.0, -103.0, [(), ("ripple",)]),
+        (True, -101.0, -99.0, [()]),
+        (False, -101.0, -103.0, [()]),
     ],
 )
-def test_nothing_is_looked_for_on_the_other_side_only_where_something_is_likelier_or_it_is_improbable(
-    monkeypatch, across_p, named, unnamed, turned
+def test_nothing_is_looked_for_on_the_other_side_only_where_something_is_likelier_or_it_leaves_a_gap(
+    monkeypatch, leaves_noise, named, unnamed, turned
 ):
     """A name is promised as much as nothing, and comes to `named`; before it is said it is looked for on the other side, too."""
     search, sides, nothing = Search({}, lambda names: 0.0, BUDGETS["normal"], lambda text: None), [], hypothesis((), -100.0)
-    nothing.weighed.stand = standing(across_p)
+    nothing.weighed.leaves_noise = leaves_noise
 
     def fit(ahead) -> None:
         search.fitted[ahead.names] = hypothesis(ahead.names, named)
