@@ -42,7 +42,7 @@ class Search(Tried):
     """A search with what it has tried. seen_from : from where all others were weighed. led : by what promise each was fitted.
     tried_anew : what was led from the model file, too. brought_back : what was looked for in other local minima since it was fitted.
     reached : log weight to which the fit of each led by itself. releases : local minima of each run's release that were found. turned :
-    what was looked for on the other side of what no film shows. closely : whether the base is to be looked from before the stops, too."""
+    what was looked for on the other side of what no film shows. closely : whether the base is yet to be looked from before the stops."""
 
     seen_from: set[Names] = field(default_factory=set)
     led: dict[Names, Ahead] = field(default_factory=dict)
@@ -201,7 +201,7 @@ class Search(Tried):
         stands = [(one.weighed, one.weighed.along_lines)] if of.instead else stands_of(one.weighed)
         found = [self._promised(one, new, reached) for at, reached in stands for new in promises(at, alone, of.instead)]
         for ahead in sorted((new for new in found if new.names == led.names), key=lambda new: -new.log_weight)[:1]:
-            self.ahead[ahead.names] = ahead  # what was promised from where the one beside it is no more counts no longer
+            self.ahead[ahead.names] = ahead  # in place of what was promised from where the base was before
             self._fit(ahead)
 
     def _may_reach_the_unnamed(self, one: Ahead) -> bool:

@@ -129,18 +129,17 @@ class Stand:
         return m + np.flatnonzero(np.any(self.fit.jacobian[m:, :first] != 0.0, axis=1))
 
     def across_p(self, found: Evidence) -> float:
-        """The probability that as much or more is off of what changes its sign in a mirror, as an evidence has it; of several the least.
+        """How probable it is that what changes its sign in a mirror is as far off as an evidence has it; of two mirrors the less.
 
-        In such a mirror the films look nearly the same: what is improbable here may be probable there, and nothing else.
+        In these mirrors the films look nearly the same: of all that is improbable here only this may be probable there.
         """
         return min((found.p_of(self._across(axis, turned)) for axis, turned in self.given.mirrors()), default=1.0)
 
     def _across(self, axis: int, turned: Sequence[int]) -> Array:
         """What changes its sign in a mirror across an axis, as a projection of what is known beforehand and the errors that are free."""
         rows, free = np.isin(np.argmax(self.fit.jacobian[self.known] != 0.0, axis=1), turned), self.free()
-        return np.asarray(
-            linalg.block_diag(np.diag(rows), self.errors.odd_part(axis, geometry_of(self.given.model))[np.ix_(free, free)]), dtype=float
-        )
+        odd = self.errors.odd_part(axis, geometry_of(self.given.model))[np.ix_(free, free)]
+        return np.asarray(linalg.block_diag(np.diag(rows), odd), dtype=float)
 
     @cached_property
     def columns(self) -> Columns:

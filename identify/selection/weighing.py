@@ -223,7 +223,7 @@ def _on_other_sides(stand: Stand, led: Stand, courses: list[Course]) -> Stand:
     for q, sizes in _off_to_sides(led):
         led = _likelier(led, led_beside(stand, q, sizes, courses))
         found = led.weighed()
-        if found.log_z > begun.log_z + NEAR if missed else led.across_p(found) >= UNUSUAL_P:
+        if (missed and found.log_z > begun.log_z + NEAR) or (not missed and led.across_p(found) >= UNUSUAL_P):
             break
     return led
 
@@ -307,11 +307,11 @@ def _uphill(stand: Stand, found: Evidence, gain: float, most: int, *, surely: bo
 
 
 def _a_step_on(stand: Stand, found: Evidence, gain: float, surely: bool) -> Stand | None:
-    """The stand a step farther, or right here with fresh linear pieces; None where those that it has raise the log probability no further.
+    """The stand a step farther, or at the same place with linear pieces worked out anew; None where no step raises the log probability.
 
-    Where a whole step does not from fresh ones, the best of several shorter ones is taken.
+    From fresh pieces the best of several shorter steps is taken where a whole one brings less than the gain.
 
-    surely : whether pieces from the way are worked out anew before they are believed to promise nothing.
+    surely : whether pieces that come from the way are worked out anew, too, where they promise nothing.
     """
     way, known = _way_within(stand, found), found.information
     promises = 0.5 * known.over(way) >= gain

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import asdict, fields, is_dataclass
+from functools import reduce
 from itertools import takewhile
 from pathlib import Path
 from types import UnionType
@@ -22,7 +23,6 @@ from simulate.model.control import Controller
 from simulate.model.effect import Catalogue, Effect, effect_from
 from simulate.model.model import LEGS, STORED_FORCE, Model, with_value
 from simulate.model.possible import impossible, impossible_as_changed
-from simulate.model.rig import altered
 
 SCHEMA = 1
 _STORED = STORED_FORCE.partition(".")[2]
@@ -306,6 +306,4 @@ def with_joint_radius(model: Model, key: str, value: Any, where: str, catalogue:
 
 def add_effects(model: Model, effects: tuple[Effect, ...]) -> Model:
     """The model with these effects added, each in place of one of the same name."""
-    added = {effect.name: effect for effect in effects}
-    known = [added.pop(effect.name, effect) for effect in model.effects]
-    return altered(model, effects=(*known, *added.values()))
+    return reduce(Model.with_effect, effects, model)
