@@ -10,10 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from measure.common.arrays import Array
-from simulate.deployment.deploy import channels_of, deploy_many, deploy_with_division
+from simulate.deployment.deploy import channels_of, deploy_with_division, poses_beside
 from simulate.dispatch.formulas import SIGNATURES
 from simulate.dispatch.threads import others_busy
-from simulate.kernel.layout import SAMPLE_POSE
+from simulate.kernel.layout import POSE_SIZE
 from simulate.kernel.model_rows import without_idle
 from simulate.kernel.speed_polynomials import with_rate_worked_in
 from simulate.kernel.step_division import StepDivision
@@ -22,7 +22,6 @@ from simulate.model.effect import Effect
 from simulate.model.model import Model, Nuisance, per_leg
 from simulate.model.rig import altered
 
-POSE_SIZE = 7
 _MARGIN_S = 0.05
 _NEAREST = 6
 _MOST_SAMPLES_A_SECOND = 2e4  # between which poses are interpolated; more cost memory and show nothing
@@ -75,23 +74,26 @@ def duration_for(times_s: Array, release: RunRelease) -> float:
 
 
 def poses_at(samples: Array, places: Array) -> Array:
-    """Poses (m, 7) at places (m,) between the samples (n, k) of a deployment; behind a sample that is not finite nothing is seen."""
-    rows = samples[:, SAMPLE_POSE : SAMPLE_POSE + POSE_SIZE]
-    finite = np.isfinite(rows)
-    good = len(rows) if finite.all() else int(np.argmin(finite.all(axis=1)))
-    if good == len(rows) and places.max(initial=0.0) <= good - 1:
-        return between(rows, places)
-    poses = np.full((len(places), POSE_SIZE), np.nan)
-    covered = places <= good - 1
+    """Poses (..., m, 7) at places (m,) between samples (..., n, 7); behind a sample of a run that is not finite nothing of it is seen."""
+    finite = np.isfinite(samples).all(axis=(-2, -1))
+    if finite.all() and places.max(initial=0.0) <= samples.shape[-2] - 1:
+        return between(samples, places)
+    if samples.ndim > 2:
+        return np.stack([poses_at(own, places) for own in samples])
+    good = int(np.argmin(np.append(np.isfinite(samples).all(axis=1), False)))
+    poses, covered = np.full((len(places), POSE_SIZE), np.nan), places <= good - 1
     if good > 1:
-        poses[covered] = between(rows[:good], places[covered])
+        poses[covered] = between(samples[:good], places[covered])
     return poses
 
 
 def between(rows: Array, at: Array) -> Array:
-    """Rows (n, k) that are evenly spaced, seen at places (m,) between them: the polynomial through the six nearest, or all of fewer."""
-    near, weights = _nearest(np.ascontiguousarray(at, dtype=float).tobytes(), len(rows))
-    return np.einsum("mj,mjk->mk", weights, rows[near])
+    """Rows (..., n, k) that are evenly spaced, seen at places (m,) between them, (..., m, k).
+
+    By the polynomial through the six nearest, or all of fewer.
+    """
+    near, weights = _nearest(np.ascontiguousarray(at, dtype=float).tobytes(), rows.shape[-2])
+    return np.einsum("mj,...mjk->...mk", weights, rows[..., near, :])
 
 
 @lru_cache(maxsize=256)
@@ -198,27 +200,33 @@ def _only_adjusts(kind: type[Effect]) -> bool:
 
 def observe(view: View) -> dict[str, Array]:
     """What a film shows, every channel (n,)."""
-    return view.of(poses_at(_ahead(without_idle([view.rig])[0]).samples, view.places))
+    return view.of(poses_at(_ahead(without_idle([view.rig])[0]).poses, view.places))
 
 
 def observe_beside(first: View, views: Sequence[View], *, longer: bool = False) -> dict[str, Array]:
     """What films (v, n) show of models that hardly differ from a first one, its steps taken by all, so that differences are smooth.
 
-    Models that differ only in what happens between rig and film are simulated once. All films have the same frames.
+    Models that differ only in what happens between rig and film are simulated once. All films have the same frames. What is compared to the
+    last digit is asked for together: one seen alone is rounded otherwise.
 
     longer : whether all take steps twice as long, where nothing is too stiff for that. Differences are then exact to a millionth in
     flight and to some hundredths behind the stops, for a leg meets its stop within a step.
     """
     ahead = _ahead(without_idle([first.rig])[0])
     pace = ahead.longer if longer else ahead.pace
-    samples: dict[Model, Array] = {}
-    groups: dict[tuple, list[Model]] = {}
-    for rig in dict.fromkeys(view.rig for view in views):
-        groups.setdefault((rig.simulation, type(rig.controller), *(type(effect) for effect in rig.effects)), []).append(rig)
-    for group in groups.values():
-        runs = deploy_many([pace.of(rig) for rig in group], pace.division, one_core=others_busy())
-        samples |= {rig: run.samples for rig, run in zip(group, runs, strict=True)}
-    poses = np.stack([poses_at(samples[view.rig], view.places / pace.fewer) for view in views])
+    groups: dict[tuple, dict[Model, list[int]]] = {}
+    for i, view in enumerate(views):
+        alike = groups.setdefault((view.rig.simulation, type(view.rig.controller), *(type(effect) for effect in view.rig.effects)), {})
+        alike.setdefault(view.rig, []).append(i)
+    poses = np.empty((len(views), len(first.looked_s), POSE_SIZE))
+    for alike in groups.values():
+        samples = poses_beside([pace.of(rig) for rig in alike], pace.division, one_core=others_busy())
+        looked: dict[bytes, list[tuple[int, int]]] = {}
+        for k, i in ((k, i) for k, of_rig in enumerate(alike.values()) for i in of_rig):
+            looked.setdefault(views[i].places.tobytes(), []).append((k, i))
+        for together in looked.values():
+            k, i = np.array(together).T
+            poses[i] = poses_at(samples[k], views[i[0]].places / pace.fewer)
     if all(view.is_plain for view in views):
         return views[0].of(poses)
     seen = [view.of(own) for view, own in zip(views, poses, strict=True)]
@@ -251,9 +259,9 @@ class _Pace:
 
 @dataclass(frozen=True)
 class _Ahead:
-    """A run that chose its own steps: its samples, its pace, and one with longer steps where these may be longer."""
+    """A run that chose its own steps: its poses (n, 7), its pace, and one with longer steps where these may be longer."""
 
-    samples: Array
+    poses: Array
     pace: _Pace
     longer: _Pace
 
@@ -270,4 +278,4 @@ def _ahead(rig: Model) -> _Ahead:
         run, division = deploy_with_division(at_speed, max(step_of(rig), _SHORTEST_STEP_S))
     pace, stride = _Pace(run.step_s, division), round(1.0 / (run.step_s * rig.simulation.sample_rate_Hz))
     may_be_longer = not given and rig.controller is None and step_of(rig) >= _SHORTEST_STEP_S
-    return _Ahead(run.samples, pace, pace.longer(stride) if may_be_longer else pace)
+    return _Ahead(run.samples[:, :POSE_SIZE], pace, pace.longer(stride) if may_be_longer else pace)

@@ -147,7 +147,7 @@ class Problem(Unknowns):
 
         def of_film(i: int) -> dict[int, Array]:
             wanted = [k for k in range(1, len(points)) if touched[k] in (None, i)]
-            made = {0: first[i]} if i in first and not (longer and wanted) else {}
+            made = {0: first[i]} if i in first and not wanted else {}
             wanted = wanted if made else [0, *wanted]
             views = [self._view(points[k], i) for k in wanted]
             if not wanted:
@@ -225,7 +225,7 @@ class Problem(Unknowns):
         known : the gaps, where they have been worked out before. longer : whether differences of films are taken in longer steps.
         """
         chosen = np.arange(len(q)) if columns is None else np.asarray(columns, dtype=int)
-        here = self.gaps_beside([q], known=known)[0]
+        here = self.gaps(q) if known is None else self.gaps_beside([q], known=known)[0]
         table = np.zeros((len(here), len(chosen)))
         for place in np.flatnonzero(~self.held[chosen]):
             table[self.measured :, place] = self._prior_slope(q, chosen[place])

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from measure.common.arrays import Array
 from simulate.kernel.layout import LAW_SEED
-from simulate.kernel.model_rows import formula_table_of, row_of, without_idle
+from simulate.kernel.model_rows import formula_table_of, rows_of, without_idle
 from simulate.kernel.step_size import grid, pace_of
 from simulate.model import responses
 from simulate.model.control import Controller
@@ -33,7 +33,7 @@ class Trials:
         bare = [replace(rig, controller=None) for rig in rigs]
         acting = without_idle([replace(model, controller=None), *bare])
         stiffest = max(bare, key=lambda rig: rig.end_stop.stiffness_N_per_m)
-        return cls(acting[0], stiffest, np.array([row_of(rig) for rig in acting[1:]]))
+        return cls(acting[0], stiffest, rows_of(acting[1:]))
 
     def first(self, runs: int) -> Trials:
         """The first of them."""

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from measure.common.arrays import Array
 from measure.common.errors import InputError
@@ -14,8 +16,8 @@ from simulate.deployment.rate_range import assumption_of
 from simulate.deployment.result import Deployment, StepError, channels_of
 from simulate.dispatch.formulas import FormulaTable, count_with_power
 from simulate.kernel import integrator
-from simulate.kernel.layout import ALONE, FEW, LEGS, MANY, SAMPLE_SIZE
-from simulate.kernel.model_rows import effects_with_power, formula_table_of, row_of, without_idle
+from simulate.kernel.layout import ALONE, FEW, LEGS, MANY, POSE_SIZE, SAMPLE_SIZE
+from simulate.kernel.model_rows import effects_with_power, formula_table_of, row_of, rows_of, without_idle
 from simulate.kernel.runge_kutta import compiled_stage
 from simulate.kernel.speed_polynomials import with_rate_worked_in
 from simulate.kernel.step_division import UNDIVIDED, StepDivision
@@ -23,7 +25,17 @@ from simulate.kernel.step_size import grid, step_of
 from simulate.model.model import Model
 from simulate.model.rig import stroke_of
 
-__all__ = ["Deployment", "channels_of", "deploy", "deploy_checked", "deploy_many", "deploy_with_division", "grid", "step_of"]
+__all__ = [
+    "Deployment",
+    "channels_of",
+    "deploy",
+    "deploy_checked",
+    "deploy_many",
+    "deploy_with_division",
+    "grid",
+    "poses_beside",
+    "step_of",
+]
 
 _MOST_HALVINGS = 4
 
@@ -98,21 +110,52 @@ def deploy_many(models: Sequence[Model], division: StepDivision | None = None, *
     ValueError
         The models differ in the kinds of their effects, in their controller, or in duration, rate or step.
     """
-    kernel = integrator.deploy_on_one_core if one_core else integrator.deploy_on_all_cores
     first = models[0]
     if any(_kinds(model) != _kinds(first) or model.simulation != first.simulation for model in models):
         raise ValueError("deploy_many: models must share the kinds of their effects and controller, and duration, rate and step.")
     step, stride, count = min((grid(model) for model in models), key=lambda g: g[0])
     acting = without_idle(models)
-    rows = np.array([row_of(model) for model in acting])
     table = formula_table_of(acting[0])
     samples = np.empty((len(models), count, _columns(table)))
-    finite = np.empty(len(models), dtype=np.int64)
-    parts = UNDIVIDED if division is None else division
-    for width, block in _widths(len(models)):
-        stage = compiled_stage(width, True, len(table.control) > 0).address
-        kernel(rows[block], table, stage, width, step, stride, parts, samples[block], finite[block])
+    steps = _Steps(step, stride, UNDIVIDED if division is None else division)
+    finite = steps.follow(rows_of(acting), table, _widths(len(models)), samples, one_core)
     return [_deployment(model, acting[0], samples[i], step, int(finite[i])) for i, model in enumerate(models)]
+
+
+def poses_beside(models: Sequence[Model], division: StepDivision, *, one_core: bool = False) -> Array:
+    """Poses (runs, n, 7) of deployments that share effects, duration, sampling and step: as `deploy_many`, with no account of work.
+
+    Each is the same to the last digit whatever the others are, but not as from `deploy`, which rounds otherwise.
+
+    Parameters
+    ----------
+    models : at least one; the step of the first is that of all. division, one_core : as for `deploy_many`.
+    """
+    step, stride, count = grid(models[0])
+    acting = without_idle(models)
+    samples = np.empty((len(models), count, POSE_SIZE))
+    whole = [(MANY, slice(0, len(models)))]
+    _Steps(step, stride, division).follow(rows_of(acting), formula_table_of(acting[0]), whole, samples, one_core)
+    return samples
+
+
+class _Steps(NamedTuple):
+    """The steps of runs: their length, s, how many are between two samples, and how they are divided."""
+
+    length_s: float
+    stride: int
+    division: StepDivision
+
+    def follow(
+        self, rows: Array, table: FormulaTable, widths: Iterable[tuple[int, slice]], samples: Array, one_core: bool
+    ) -> NDArray[np.int64]:
+        """Integrate runs, so many side by side, into their samples (runs, n, k), NaN where they have diverged: how many are finite."""
+        kernel = integrator.deploy_on_one_core if one_core else integrator.deploy_on_all_cores
+        finite, with_work = np.empty(len(rows), dtype=np.int64), samples.shape[2] > POSE_SIZE
+        for width, block in widths:
+            stage = compiled_stage(width, with_work, len(table.control) > 0).address
+            kernel(rows[block], table, stage, width, *self, samples[block], finite[block])
+        return finite
 
 
 def _columns(table: FormulaTable) -> int:

@@ -24,6 +24,7 @@ from simulate.kernel.layout import (
     OUT,
     OUT_FORCE,
     OUT_R,
+    POSE_SIZE,
     POWERS,
     ROTATION,
     ROWS,
@@ -57,10 +58,10 @@ def deploy_on_all_cores(
 ) -> None:
     """Integrate every row of `values`, block by block on all cores.
 
-    stage, n : address of a compiled stage that keeps account of work, and its width.
+    stage, n : address of a compiled stage, and its width; it keeps account of work unless samples are poses alone.
     division : into how many parts each step is divided.
-    samples : (runs, count, SAMPLE_SIZE + count_with_power(table)), six columns more with a controller; one every `stride` steps, NaN from
-        the one on that is not finite.
+    samples : (runs, count, SAMPLE_SIZE + count_with_power(table)), six columns more with a controller, or (runs, count, POSE_SIZE); one
+        every `stride` steps, NaN from the one on that is not finite.
     finite : (runs,) number of samples before the run diverged.
     """
     for block in prange((values.shape[0] + n - 1) // n):
@@ -103,7 +104,7 @@ def deploy_block(
     at_stops : zero, or the first run of the block chooses the division and writes it down, with parts at a stop of at most so long.
     """
     runs = min(n, values.shape[0] - first)
-    with_power, pointers = count_with_power(table), pointers_of(table)
+    with_power, pointers = count_with_power(table) if samples.shape[2] > POSE_SIZE else 0, pointers_of(table)
     w, by_lane, by_run = block_memory(values.shape[1], n, with_power, len(table.control))
     block = Block(uncounted(w), uncounted(by_lane), uncounted(by_run), uncounted(pointers), stage, n, with_power)
     for i in range(n):
@@ -151,21 +152,19 @@ def write_sample(block: Block, i: int, sample: Array) -> bool:
     w, by_lane, n = block.w, block.by_lane, block.n
     if not bounded(w, i, n):
         return False
-    for k in range(3):
-        # from the centre of mass back to the origin of the platform frame
-        arm = 0.0
-        for j in range(3):
-            arm += w[(ROTATION + 3 * k + j) * n + i] * by_lane[(CENTRE + j) * n + i]
-        sample[SAMPLE_TWIST + k] = arm
-        sample[SAMPLE_POSE + k] = w[(STATE + k) * n + i] - arm
-    x, y, z = sample[SAMPLE_TWIST], sample[SAMPLE_TWIST + 1], sample[SAMPLE_TWIST + 2]
+    x, y, z = arm_of_centre(w, by_lane, 0, i, n), arm_of_centre(w, by_lane, 1, i, n), arm_of_centre(w, by_lane, 2, i, n)
+    sample[SAMPLE_POSE] = w[STATE * n + i] - x
+    sample[SAMPLE_POSE + 1] = w[(STATE + 1) * n + i] - y
+    sample[SAMPLE_POSE + 2] = w[(STATE + 2) * n + i] - z
+    for k in range(4):
+        sample[SAMPLE_POSE + 3 + k] = w[(STATE + 3 + k) * n + i]
+    if len(sample) == POSE_SIZE:
+        return True
     a, b, c = w[(STATE + 10) * n + i], w[(STATE + 11) * n + i], w[(STATE + 12) * n + i]
     sample[SAMPLE_TWIST] = w[(STATE + 7) * n + i] - (b * z - c * y)
     sample[SAMPLE_TWIST + 1] = w[(STATE + 8) * n + i] - (c * x - a * z)
     sample[SAMPLE_TWIST + 2] = w[(STATE + 9) * n + i] - (a * y - b * x)
     sample[SAMPLE_TWIST + 3], sample[SAMPLE_TWIST + 4], sample[SAMPLE_TWIST + 5] = a, b, c
-    for k in range(4):
-        sample[SAMPLE_POSE + 3 + k] = w[(STATE + 3 + k) * n + i]
     for k in range(POWERS):
         sample[SAMPLE_ENERGY + BY_LEGS + k] = w[(SPENT + k) * n + i]
     for k in range(block.with_power):
@@ -179,3 +178,12 @@ def write_sample(block: Block, i: int, sample: Array) -> bool:
         sample[SAMPLE_FORCE + leg] = w[(OUT_FORCE + leg) * n + i]
     sample[SAMPLE_ENERGY] = w[KINETIC * n + i]
     return True
+
+
+@njit(cache=True, error_model="numpy", forceinline=True)
+def arm_of_centre(w: Array, by_lane: Array, k: int, i: int, n: int) -> float:
+    """A coordinate of the centre of mass of run i as seen from the origin of the platform frame, world axes."""
+    arm = 0.0
+    for j in range(3):
+        arm += w[(ROTATION + 3 * k + j) * n + i] * by_lane[(CENTRE + j) * n + i]
+    return arm

@@ -100,5 +100,6 @@ ALONE, FEW, MANY = 1, 4, 16
 # Columns of a sample: pose (7), twist (6), elongation, hysteretic force and whole force of the legs (6 each), energies (4); behind them
 # the work of each formula that does any, and last the six forces of a controller, where there is one.
 SAMPLE_POSE, SAMPLE_TWIST, SAMPLE_ELONGATION, SAMPLE_STORED, SAMPLE_FORCE, SAMPLE_ENERGY = 0, 7, 13, 19, 25, 31
+POSE_SIZE = SAMPLE_TWIST - SAMPLE_POSE
 BY_LEGS, BY_STOPS, BY_WEIGHT = 1, 2, 3
 SAMPLE_SIZE = SAMPLE_ENERGY + 4

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import replace
-from functools import cache, lru_cache
+from functools import cache
 
 import numpy as np
 
@@ -17,16 +17,20 @@ from simulate.dispatch.formulas import FormulaTable
 from simulate.kernel.layout import (
     ANGULAR,
     CENTRE,
+    FULL,
     INERTIA,
     LAW_SEED,
     LEG,
     LEG_SIZE,
     LEGS,
+    LINE,
+    LOWEST,
     MASS,
     PARAMETERS,
     POSITION,
     QUATERNION,
     STOP,
+    STOWED,
     VELOCITY,
     WEIGHT,
 )
@@ -34,7 +38,9 @@ from simulate.kernel.speed_polynomials import with_rate_worked_in
 from simulate.model.control import SampledController
 from simulate.model.effect import Effect
 from simulate.model.model import Model
-from simulate.model.rig import Geometry, altered, geometry_of, leg_lengths
+from simulate.model.rig import Geometry, Release, altered, geometry_of, leg_lengths
+
+_OF_LAW = ("a_l_N_per_m", "b_l_N", "a_u_N_per_m", "b_u_N", "beta_per_m", "initial_force_N")
 
 CONTROLLER = "controller"
 """Name of a controller among the effects whose work is accounted for."""
@@ -48,29 +54,47 @@ def row_of(model: Model) -> Array:
     Raises
     ------
     InputError
-        The model has no geometry, or asymptotes that follow a cycling frequency of loops whose stroke is not known.
+        As `rows_of`.
+    """
+    return rows_of([model])[0]
+
+
+def rows_of(models: Sequence[Model]) -> Array:
+    """The rows of models that share effects and controller, one below the other.
+
+    Raises
+    ------
+    InputError
+        A model has no geometry, or asymptotes that follow a cycling frequency of loops whose stroke is not known.
     """
     with np.errstate(all="ignore"):
-        row = _row(with_rate_worked_in(model))
-    if not np.all(np.isfinite(row)):
-        raise InputError(f'model "{model.name}": some of its numbers are too large, or too small, to be computed with. Check them.')
-    return row
+        rows = _rows([with_rate_worked_in(model) for model in models])
+    finite = np.isfinite(rows).all(axis=1)
+    if not finite.all():
+        name = models[int(np.argmin(finite))].name
+        raise InputError(f'model "{name}": some of its numbers are too large, or too small, to be computed with. Check them.')
+    return rows
 
 
-def _row(model: Model) -> Array:
-    at = model.adjusted()
-    geometry = geometry_of(at)
-    row = np.zeros(PARAMETERS)
-    centre = np.asarray(at.platform.centre_of_mass_m)
-    row[MASS : MASS + 3] = at.platform.mass_kg * at.gravity.mass_factor
-    row[INERTIA : INERTIA + 3] = np.asarray(at.platform.inertia_kg_m2) * at.gravity.mass_factor
-    row[WEIGHT + 2] = -at.platform.mass_kg * at.gravity.acceleration_m_per_s2
-    row[CENTRE : CENTRE + 3] = centre
-    _put_release(row, at, geometry, centre)
-    row[STOP : STOP + 3] = at.end_stop.stiffness_N_per_m, at.end_stop.damping_N_s_per_m, at.end_stop.smoothing_m
-    row[LEG:PARAMETERS] = _legs(at, geometry, centre, row).ravel()
+def _rows(models: Sequence[Model]) -> Array:
+    at = [model.adjusted() for model in models]
+    geometries, masses = [geometry_of(one) for one in at], np.array([[one.platform.mass_kg, one.gravity.mass_factor] for one in at])
+    rows, centre = np.zeros((len(at), PARAMETERS)), np.array([one.platform.centre_of_mass_m for one in at])
+    rows[:, MASS : MASS + 3] = np.prod(masses, axis=1, keepdims=True)
+    rows[:, INERTIA : INERTIA + 3] = np.array([one.platform.inertia_kg_m2 for one in at]) * masses[:, 1:]
+    rows[:, WEIGHT + 2] = -masses[:, 0] * np.array([one.gravity.acceleration_m_per_s2 for one in at])
+    rows[:, CENTRE : CENTRE + 3] = centre
+    _put_releases(rows, [one.release for one in at], np.array([one.stowed_height_m for one in geometries]), centre)
+    stops = [one.end_stop for one in at]
+    rows[:, STOP : STOP + 3] = [[stop.stiffness_N_per_m, stop.damping_N_s_per_m, stop.smoothing_m] for stop in stops]
+    rows[:, LEG:PARAMETERS] = _legs(at, geometries, centre, rows).reshape(len(at), -1)
+    return np.hstack([rows, np.array([_behind(model, one) for model, one in zip(models, at, strict=True)])])
+
+
+def _behind(model: Model, at: Model) -> Array:
+    """Parameters of the effects of a model, and of its controller, with the base model as the effects change it."""
     control = () if model.controller is None else (*model.controller.flat(), *model.controller.constants_of(at))
-    return np.concatenate([row, flat_parameters(model.effects, at), control])
+    return np.concatenate([flat_parameters(model.effects, at), control])
 
 
 def without_idle(models: Sequence[Model]) -> list[Model]:
@@ -111,63 +135,55 @@ def seed_column(model: Model) -> int | None:
     return len(row_of(replace(model, controller=None))) + LAW_SEED if drawn else None
 
 
-def _put_release(row: Array, model: Model, geometry: Geometry, centre: Array) -> None:
-    release = model.release
-    quaternion = quaternion_of(np.asarray(release.theta_rad))
-    arm = rotation_of(quaternion) @ centre
-    angular = np.asarray(release.angular_velocity_rad_per_s)
-    row[POSITION : POSITION + 3] = np.array([0.0, 0.0, geometry.stowed_height_m]) + release.position_m + arm
-    row[QUATERNION : QUATERNION + 4] = quaternion
-    row[VELOCITY : VELOCITY + 3] = release.velocity_m_per_s
+def _put_releases(rows: Array, releases: Sequence[Release], stowed_height: Array, centre: Array) -> None:
+    # one by one: sines of arrays may differ in the last digit by where they stand
+    quaternion = np.array([quaternion_of(np.asarray(release.theta_rad)) for release in releases])
+    arm = np.einsum("nij,nj->ni", rotation_of(quaternion), centre)
+    angular = np.array([release.angular_velocity_rad_per_s for release in releases])
+    rows[:, POSITION : POSITION + 3] = np.array([release.position_m for release in releases]) + arm
+    rows[:, POSITION + 2] += stowed_height
+    rows[:, QUATERNION : QUATERNION + 4] = quaternion
+    rows[:, VELOCITY : VELOCITY + 3] = np.array([release.velocity_m_per_s for release in releases])
     if angular.any():
-        row[VELOCITY : VELOCITY + 3] += np.cross(angular, arm)
-    row[ANGULAR : ANGULAR + 3] = angular
+        rows[:, VELOCITY : VELOCITY + 3] += np.cross(angular, arm)
+    rows[:, ANGULAR : ANGULAR + 3] = angular
 
 
-def _legs(model: Model, geometry: Geometry, centre: Array, row: Array) -> Array:
-    base, joints, stowed, full = _drawn(geometry)
+def _legs(models: Sequence[Model], geometries: Sequence[Geometry], centre: Array, rows: Array) -> Array:
+    """The legs of models, (n, 6, LEG_SIZE)."""
+    base, joints = (np.array([getattr(one, name) for one in geometries]) for name in ("base_joints_m", "platform_joints_m"))
+    heights = (np.array([getattr(one, name) for one in geometries]) for name in ("stowed_height_m", "deployed_height_m"))
+    stowed, deployed = (leg_lengths(base, joints, height) for height in heights)
+    full, arms = deployed - stowed, joints - centre[:, None]
     if np.any(stowed <= 0) or np.any(full <= 0):
-        leg = int(np.argmin(np.minimum(stowed, full))) + 1
+        first, leg = np.argwhere(np.minimum(stowed, full) <= 0)[0]
         raise InputError(
-            f'model "{model.name}": leg {leg} does not grow between stowed and deployed height. Check the joints and the heights.'
+            f'model "{models[first].name}": leg {leg + 1} does not grow between stowed and deployed height. '
+            "Check the joints and the heights."
         )
-    law, lowest = model.actuator, np.minimum(_lengths_at_release(row, base, joints - centre) - stowed, 0.0)
-    made = np.empty((LEGS, LEG_SIZE))
-    made[:, :3], made[:, 3:6] = base, joints - centre
-    of_leg = (stowed, full, lowest, law.a_l_N_per_m, law.b_l_N, law.a_u_N_per_m, law.b_u_N, law.beta_per_m, law.initial_force_N)
-    for place, values in enumerate(of_leg, start=6):
-        made[:, place] = values
+    made = np.empty((len(models), LEGS, LEG_SIZE))
+    made[..., :3], made[..., 3:6], made[..., STOWED], made[..., FULL] = base, arms, stowed, full
+    # The lower stop of a leg that is shorter than stowed at the release stands where it is held.
+    turned = np.einsum("nij,nlj->nli", rotation_of(rows[:, QUATERNION : QUATERNION + 4]), arms)
+    at_release = np.linalg.norm(rows[:, None, POSITION : POSITION + 3] + turned - base, axis=-1)
+    made[..., LOWEST] = np.minimum(at_release - stowed, 0.0)
+    for place, name in enumerate(_OF_LAW, start=LINE):
+        values = [getattr(model.actuator, name) for model in models]
+        made[..., place] = np.array([value if isinstance(value, tuple) else (value,) * LEGS for value in values])
     return made
-
-
-@lru_cache(maxsize=64)
-def _drawn(geometry: Geometry) -> tuple[Array, Array, Array, Array]:
-    """Joints (6, 3) at base and platform, and the legs' lengths (6,) stowed and their strokes; most runs of a fit share them."""
-    base, joints = np.asarray(geometry.base_joints_m), np.asarray(geometry.platform_joints_m)
-    stowed = leg_lengths(base, joints, geometry.stowed_height_m)
-    return base, joints, stowed, leg_lengths(base, joints, geometry.deployed_height_m) - stowed
-
-
-def _lengths_at_release(row: Array, base: Array, arms: Array) -> Array:
-    """Lengths (6,) of the legs at the release; the lower stop of a leg that is shorter than stowed stands where it is held."""
-    turned = arms @ rotation_of(row[QUATERNION : QUATERNION + 4]).T
-    return np.linalg.norm(row[POSITION : POSITION + 3] + turned - base, axis=1)
 
 
 def quaternion_of(rotation_vector: Array) -> Array:
     """Unit quaternion (4,), scalar first, of a rotation vector (3,) in rad."""
-    angle = float(np.linalg.norm(rotation_vector))
+    angle = math.hypot(*rotation_vector)
     half_sinc = 0.5 if angle < 1e-12 else math.sin(angle / 2) / angle
     return np.array([math.cos(angle / 2), *(half_sinc * np.asarray(rotation_vector))])
 
 
 def rotation_of(quaternion: Array) -> Array:
-    """Rotation matrix (3, 3), platform axes to world axes, of a unit quaternion (4,), scalar first."""
-    w, x, y, z = quaternion
-    return np.array(
-        [
-            [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
-            [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
-            [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
-        ]
-    )
+    """Rotation matrices (n, 3, 3), platform axes to world axes, of unit quaternions (n, 4), scalar first."""
+    w, x, y, z = quaternion.T
+    first = (1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y))
+    second = (2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x))
+    third = (2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y))
+    return np.array([first, second, third]).transpose(2, 0, 1)

@@ -292,19 +292,21 @@ def geometry_of(rig: Rig) -> Geometry:
     return rig.geometry
 
 
-def leg_lengths(base: Array, joints: Array, height_m: float) -> Array:
+def leg_lengths(base: Array, joints: Array, height_m: Array | float) -> Array:
     """Lengths of the legs with the platform centred and upright.
 
     Parameters
     ----------
-    base, joints : (6, 3) base joints in the world frame, platform joints in the platform frame, m.
-    height_m : of the origin of the platform frame.
+    base, joints : (..., 6, 3) base joints in the world frame, platform joints in the platform frame, m.
+    height_m : (...) of the origin of the platform frame.
 
     Returns
     -------
-    (6,) m.
+    (..., 6) m.
     """
-    return np.linalg.norm(joints + np.array([0.0, 0.0, height_m]) - base, axis=1)
+    away = joints - base
+    away[..., 2] += np.asarray(height_m)[..., None]
+    return np.linalg.norm(away, axis=-1)
 
 
 def stroke_of(rig: Rig) -> Array:

@@ -17,7 +17,7 @@ from measure.common.arrays import Array
 from measure.common.errors import InputError
 from simulate.dispatch.formulas import FormulaTable
 from simulate.kernel.layout import MANY
-from simulate.kernel.model_rows import formula_table_of, row_of, seed_column, without_idle
+from simulate.kernel.model_rows import formula_table_of, row_of, rows_of, seed_column, without_idle
 from simulate.kernel.response_kernel import Pace, respond_block, respond_on_all_cores
 from simulate.kernel.runge_kutta import compiled_stage
 from simulate.kernel.step_size import finest, longest_flight, pace_of
@@ -102,7 +102,7 @@ class Sweep:
         """Rows of runs at these coded levels for the compiled kernel."""
         if self._linear_rows is not None:
             return self._linear_rows.base + coded @ self._linear_rows.slopes
-        return np.array([row_of(self.model_at(levels)) for levels in coded])
+        return rows_of([self.model_at(levels) for levels in coded])
 
     def model_at(self, levels: Array) -> Model:
         """The model of one run, from its coded levels."""
@@ -164,7 +164,7 @@ def responses_of(models: Sequence[Model], longest_s: float = longest_flight()) -
     """
     acting = without_idle(models)
     pace = finest(pace_of(model, longest_s) for model in models)
-    rows = np.array([row_of(model) for model in acting])
+    rows = rows_of(acting)
     return respond(rows, formula_table_of(acting[0]), pace, geometry_of(models[0]).deployed_height_m)
 
 

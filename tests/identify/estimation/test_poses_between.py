@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from identify.estimation.observation import POSE_SIZE, RunRelease, between, duration_for, poses_at, rig_time
+from identify.estimation.observation import RunRelease, between, duration_for, poses_at, rig_time
 from simulate.effects import TimeOffset
-from simulate.kernel.layout import SAMPLE_POSE
+from simulate.kernel.layout import POSE_SIZE
 
 PLACES = np.array([0.0, 0.3, 2.5, 7.99, 11.0])
 
@@ -24,9 +24,8 @@ def test_a_polynomial_through_the_nearest_samples_is_exact_also_at_the_ends(rows
 
 
 def samples(good, rows=12):
-    made = np.zeros((rows, SAMPLE_POSE + POSE_SIZE + 3))
-    made[:, SAMPLE_POSE : SAMPLE_POSE + POSE_SIZE] = np.arange(rows)[:, None] * np.arange(1.0, POSE_SIZE + 1.0)
-    made[good:, SAMPLE_POSE + 1] = np.nan
+    made = np.arange(rows)[:, None] * np.arange(1.0, POSE_SIZE + 1.0)
+    made[good:, 1] = np.nan
     return made
 
 
@@ -42,6 +41,9 @@ def test_behind_a_sample_that_is_not_finite_and_behind_the_last_one_nothing_is_s
     assert np.isfinite(beyond[0]).all()
     assert np.isnan(beyond[1]).all()
     assert np.isnan(poses_at(samples(1), np.array([0.0, 2.0]))).all()
+    together = poses_at(np.stack([samples(12), samples(4)]), np.array([0.5, 3.0, 3.1, 8.0]))
+    assert np.isfinite(together[0]).all()
+    assert together[1] == pytest.approx(cut, nan_ok=True)
 
 
 def test_a_simulation_covers_the_last_frame_and_a_margin_in_steps_that_runs_share():
