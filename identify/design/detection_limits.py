@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from scipy import special
 
 from identify.criteria import CREDIBLE
-from identify.selection.explanation import DetectionLimit
+from identify.gap.size import DetectionLimit
 from identify.selection.first_look import Gain, Promise
 from identify.selection.hypotheses import Prior
 from measure.common.arrays import Array

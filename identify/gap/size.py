@@ -1,8 +1,8 @@
-"""How large a gap is: root mean square over the noise, as stated or as estimated, of what is no spike."""
+"""How large a gap is: root mean square over the noise, as stated or as estimated, of what is no spike; and what effect could be seen."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -13,6 +13,7 @@ from identify.estimation.fit import Block, Fitted, Posed
 from identify.loops.interference import jumps
 from identify.noise.noise_model import ChannelNoise
 from measure.common.arrays import Array
+from simulate.model.effect import Effect
 
 _OUTLIER = 4.0  # scales of Student's t
 
@@ -100,3 +101,17 @@ def share_closed(before: Fitted[Posed], after: Fitted[Posed], noise: Sequence[No
 def halves(before: Fitted[Posed], after: Fitted[Posed]) -> bool:
     """Whether a fit leaves at most half of what another leaves beyond the noise, in squares."""
     return max(after.rms**2 - 1.0, 0.0) <= HALF * max(before.rms**2 - 1.0, 0.0)
+
+
+@dataclass(frozen=True)
+class DetectionLimit:
+    """What could have been seen of one effect.
+
+    sizes : for each parameter, alone, the smallest size that would be found nine times out of ten, in its unit, whatever the
+    effect's shape (a frequency, a time constant) of those from which a search starts. easiest : the same for the shape that shows
+    most. NaN where the measurements do not show it within its bounds, or base and releases can do the same.
+    """
+
+    effect: Effect
+    sizes: Mapping[str, float]
+    easiest: Mapping[str, float]

@@ -12,25 +12,11 @@ from identify.estimation.problem import Fit
 from identify.gap.comparison import Held
 from identify.gap.leg_force import LegForce
 from identify.gap.platform_force import MissingForce
-from identify.gap.size import NoiseOfChannel, rms_over_noise, share_closed
+from identify.gap.size import DetectionLimit, NoiseOfChannel, rms_over_noise, share_closed
 from identify.selection.verdict import Finding, Names, may_be_nothing
 from measure.notebook.shown import Shown
 from simulate.model.effect import Effect
 from simulate.model.model import Model
-
-
-@dataclass(frozen=True)
-class DetectionLimit:
-    """What could have been seen of one effect.
-
-    sizes : for each parameter, alone, the smallest size that would be found nine times out of ten, in its unit, whatever the
-    effect's shape (a frequency, a time constant) of those from which a search starts. easiest : the same for the shape that shows
-    most. NaN where the measurements do not show it within its bounds, or base and releases can do the same.
-    """
-
-    effect: Effect
-    sizes: Mapping[str, float]
-    easiest: Mapping[str, float]
 
 
 @dataclass(frozen=True, repr=False)

@@ -12,10 +12,10 @@ from dataclasses import replace
 import numpy as np
 
 from identify.criteria import CREDIBLE, ENOUGH, HARDLY, LOSES, TO_COMPARE
+from identify.selection.courses import Course, led_beside, stepped
 from identify.selection.evidence import Both
 from identify.selection.model_errors import mirrored
 from identify.selection.stand import Stand, Weighed
-from identify.selection.weighing import Course, led_beside, stepped
 from measure.common.arrays import Array
 from simulate.effects import CentreOfMassOffset, GeometryError
 from simulate.model.mirror import mirrored_effect

@@ -20,15 +20,14 @@ from identify.estimation.multistart import Minima, released_again
 from identify.estimation.problem import Fit
 from identify.gap.size import halves
 from identify.selection.first_look import Promise
-from identify.selection.hypotheses import Ahead, Hypothesis
+from identify.selection.hypotheses import Ahead, Hypothesis, Tried
 from identify.selection.model_errors import FORCES
 from identify.selection.other_side import on_the_likelier_side
-from identify.selection.promises import begun, posed, promises
+from identify.selection.promises import promises
 from identify.selection.stand import Weighed
-from identify.selection.tried import Tried
 from identify.selection.unknown_force import unnamed_forces
 from identify.selection.verdict import Names, credible_set, foremost_of, is_unnamed, of_the_unnamed
-from identify.selection.weighing import errors_without, led_anew, stands_of, weighed, weighed_towards, weighed_within, without
+from identify.selection.weighing import errors_without, fitted, led_anew, stands_of, weighed, weighed_within, without
 
 _DEEPER = 10.0  # sum of squares, or log evidence, by which another local minimum is worth looking from anew
 _SETTLING = 8  # fits of what turns out to hold a share in the end
@@ -58,8 +57,9 @@ class Search(Tried):
         """Search on from a fit without any effect, until nothing that was only weighed might hold a share or the budget is spent."""
         self._keep((), weighed(base))
         while True:
-            worth = [one for one in self.ahead.values() if self._is_worth_a_fit(one)]
-            behind = self._left_behind() if self.spent < self.budget.fits else None
+            worth = (one for one in self.ahead.values() if self._is_worth_a_fit(one))
+            best = max(worth, key=lambda one: one.log_weight, default=None)
+            behind = self._left_behind(best.log_weight if best else -np.inf) if self.spent < self.budget.fits else None
             if () not in self.turned and self._doubts_the_base:
                 self._turn(())
             elif self.closely and () in self.seen_from:
@@ -68,8 +68,8 @@ class Search(Tried):
                 self._look_from(self.fitted[()])
             elif behind is not None:
                 self._fit_again(behind)
-            elif worth and self.spent < self.budget.fits:
-                self._fit_or_turn(max(worth, key=lambda one: one.log_weight))
+            elif best is not None and self.spent < self.budget.fits:
+                self._fit_or_turn(best)
             elif self.foremost.names not in self.seen_from and self._leads_on(self.foremost):
                 self._look_from(self._brought_back(self.foremost))
             elif self._is_on_one_side(self.foremost):
@@ -183,14 +183,18 @@ class Search(Tried):
         known = self.fitted.get(one.names)
         return known is not None and (self.led.get(one.names) is one or one.log_weight < known.log_weight + _DEEPER)
 
-    def _may_compete(self, log_weight: float) -> bool:
-        return log_weight > self.foremost.log_weight - self.budget.least
+    def _left_behind(self, least: float) -> Ahead | None:
+        """What was fitted from beside a hypothesis that was found likelier elsewhere since: from there it may be, too, and compete.
 
-    def _left_behind(self) -> Ahead | None:
-        """What was fitted from beside a hypothesis that was found likelier elsewhere since: from there it may be, too, and compete."""
-        gains = {names: self.fitted[led.beside.names].log_weight - led.beside.log_weight for names, led in self.led.items()}
-        behind = (names for names, gain in gains.items() if gain > HARDLY and self._may_compete(self.fitted[names].log_weight + gain))
-        return next((self.led[names] for names in behind), None)
+        least : log weight that it has to reach there, for what else is to be fitted comes first.
+        """
+        for names, led in self.led.items():
+            one = self.fitted[led.beside.names]
+            gain = one.log_weight - led.beside.log_weight
+            reached = self.fitted[names].log_weight + gain
+            if reached >= least and self._is_much(gain, one, HARDLY) and self._may_compete(reached):
+                return led
+        return None
 
     def _fit_again(self, led: Ahead) -> None:
         """Fit a hypothesis from where the one beside which it was promised is now."""
@@ -227,7 +231,7 @@ class Search(Tried):
         one = Hypothesis(names, found if known is None else known.weighed.better_of(found), self.prior(names))
         if known is None or one.log_weight > known.log_weight:
             self.fitted[names] = one
-        if known is None or one.log_weight > known.log_weight + _DEEPER:
+        if known is None or self._is_much(one.log_weight - known.log_weight, one, _DEEPER):
             self.seen_from.discard(names)
             self.brought_back.discard(names)
             if names:  # of nothing the other side is searched thoroughly, which takes long
@@ -290,7 +294,7 @@ class Search(Tried):
         assert promise is not None
         self.led[ahead.names] = ahead
         for each in (promise, *promise.others):
-            self._keep(ahead.names, _fitted(ahead.beside.weighed, each))
+            self._keep(ahead.names, fitted(ahead.beside.weighed, each))
         found = self.fitted[ahead.names]
         if found.log_weight < ahead.log_weight - _DEEPER:  # the base has bent too far to be led back
             self._keep(ahead.names, weighed(solve_from_afar(found.weighed.exact.given, found.weighed.exact.origin)))
@@ -340,11 +344,3 @@ class Search(Tried):
             is_foremost = led.names == set(self.foremost.names)  # before it is said it is compared with nothing from the same place
             if is_elsewhere or is_foremost or not is_settled or halves(nothing.fit, led.fit):
                 self._keep((), weighed_within(of, q, errors_without(led, led.names)))
-
-
-def _fitted(beside: Weighed, promise: Promise) -> Weighed:
-    """A hypothesis with one name more, fitted whole from where it was promised."""
-    problem, end = posed(beside, promise)
-    if promise.errors is None or beside.both.is_exact:
-        return weighed(to_the_end(solve(problem, end, loosely=True)))
-    return weighed_towards(begun(beside, problem, promise, end), end, promise.errors, beside.evidence.noise)

@@ -3,64 +3,27 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass, replace
-from typing import TypeAlias
 
 import numpy as np
 
-from identify.criteria import CREDIBLE, HARDLY, NEAR, ROUGHLY, TO_COMPARE, TWO_SIDED_95, UNUSUAL_P
-from identify.estimation.covariance import within_bounds
-from identify.estimation.horizons import before_the_stops, horizons, stretches
+from identify.criteria import CREDIBLE, HARDLY, NEAR, ROUGHLY, UNUSUAL_P
+from identify.estimation.horizons import before_the_stops, horizons
 from identify.estimation.least_squares import solve, to_the_end
 from identify.estimation.problem import Fit, Problem
 from identify.gap.bent_law import is_bent, loops_miss, with_law_as_given
-from identify.gap.gap_test import gap_test, leaves_noise
+from identify.gap.gap_test import gap_test
 from identify.noise.noise_model import ChannelNoise
+from identify.selection.courses import SHARES, Course, Leg, cut, led_beside, stepped, tried
 from identify.selection.evidence import Both, Evidence
+from identify.selection.first_look import Promise
 from identify.selection.model_errors import sizes_in_tolerances
+from identify.selection.promises import begun, posed
 from identify.selection.stand import Stand, Weighed
 from measure.common.arrays import Array
 from simulate.model.rig import geometry_of
 
 _FEW_STEPS = 8
-_MOST_STEPS = 25  # until a place is settled
-_OF_A_LEG = 3.0  # of a log probability, that a step brings where longer films follow
-_OF_GAIN = 0.3  # how exact an evidence is on the way, in parts of what a step must bring
 _DIRECTIONS, _OFF = 2, 3.0  # in which errors act across a mirror, and how many tolerances off they begin
-_SHARES = (0.5, 0.2, 0.1)  # of a step that are tried
-_DAMPINGS = (1e-4, 1e-3, 1e-2, 1.0)  # of a step, in parts of what is known of each parameter by itself
-
-
-@dataclass(frozen=True)
-class Leg:
-    """Where a stand came to with films up to some time: its log evidence, its place (k,), and the standard deviations (k,) of that.
-
-    A course has one for each time, the earliest first. misses : whether more than noise is left of these films.
-    """
-
-    log_z: float
-    place: Array
-    deviation: Array
-    misses: bool
-
-    @classmethod
-    def of(cls, stand: Stand, found: Evidence) -> Leg:
-        """Of a stand and its evidence."""
-        first = len(found.step)
-        place = np.concatenate([stand.fit.q[:first], stand.sizes[stand.free()], stand.fit.q[first:]])
-        return cls(found.log_z, place, np.sqrt(np.diag(found.covariance)), not leaves_noise(stand.fit, found.noise))
-
-    def only_follows(self, other: Leg, deviation: Array) -> bool:
-        """Whether it fell far behind another, or came to where that has been, as deviations (k,) of longer films tell.
-
-        Where it misses the films already it has to be as likely as the other: longer films cannot show it to be right.
-        """
-        if self.log_z < other.log_z - (0.0 if self.misses else NEAR):
-            return True
-        return bool(np.all(np.abs(self.place - other.place) <= TWO_SIDED_95 * deviation))
-
-
-Course: TypeAlias = list[Leg]
 
 
 def weighed(fit: Fit) -> Weighed:
@@ -98,8 +61,8 @@ def weighed_towards(stand: Stand, q: Array, errors: Mapping[tuple[str, int], flo
     step, shown = q - stand.fit.q, np.any(stand.columns.values != 0.0, axis=0)
     way = np.insert(step, first, (sizes - stand.sizes)[stand.free()])
     if np.any(step[first:][~shown] != 0.0):
-        return _weighed_from(stand.moved_to(*_tried(stand, way, noise)[1:]))
-    best = max((_tried(stand, share * way, noise) for share in (1.0, *_SHARES)), key=lambda one: one[0])
+        return _weighed_from(stand.moved_to(*tried(stand, way, noise)[1:]))
+    best = max((tried(stand, share * way, noise) for share in (1.0, *SHARES)), key=lambda one: one[0])
     return _weighed_from(stand.moved_to(*best[1:]) if best[0] > stand.log_probability(noise) else stand)
 
 
@@ -109,6 +72,14 @@ def _weighed_from(stand: Stand) -> Weighed:
     exact = Stand.exact(short)
     exact, of_exact = (exact, exact.weighed(found.noise)) if exact.misses else settled(exact, found.noise)
     return Weighed(exact, within, Both(of_exact, found if within.lines().errors.shape[1] else None))
+
+
+def fitted(beside: Weighed, promise: Promise) -> Weighed:
+    """A hypothesis with one name more, fitted whole from where it was promised."""
+    problem, end = posed(beside, promise)
+    if promise.errors is None or beside.both.is_exact:
+        return weighed(to_the_end(solve(problem, end, loosely=True)))
+    return weighed_towards(begun(beside, problem, promise, end), end, promise.errors, beside.evidence.noise)
 
 
 def led_anew(one: Weighed) -> Weighed | None:
@@ -121,7 +92,7 @@ def led_anew(one: Weighed) -> Weighed | None:
     stand = one.within
     if not one.is_unusual or gap_test(one.fit).p_value > UNUSUAL_P or not horizons(stand.given):
         return _unbent(one)
-    cuts = (_cut(stand, stand.fit.q, stand.sizes, horizon) for horizon in horizons(stand.given))
+    cuts = (cut(stand, stand.fit.q, stand.sizes, horizon) for horizon in horizons(stand.given))
     courses = [[Leg.of(cut, cut.weighed()) for cut in cuts]]
     led = led_beside(stand, stand.origin, np.zeros(len(stand.sizes)), courses)
     there = led and _on_other_sides(stand, led, courses)
@@ -204,7 +175,7 @@ def _from_afar(stand: Stand) -> Stand:
     courses: list[Course] = []
     again: list[Course] = []  # a course that misses is none to follow
     start = np.where(stand.given.unseen, stand.fit.q, stand.origin)  # at nought nothing pulls at what no film shows
-    led = led_beside(stand, start, np.zeros(len(stand.sizes)), courses)
+    led = led_beside(stand, start, np.zeros(len(stand.sizes)), courses, in_any_case=True)
     assert led is not None  # there is nothing to follow
     if led.misses:
         led = _likelier(led, led_beside(stand, stand.fit.q, stand.sizes, again))
@@ -245,106 +216,3 @@ def _off_to_sides(stand: Stand) -> Iterator[tuple[Array, Array]]:
         for direction in shown[:_DIRECTIONS]:
             yield q, _OFF * direction
             yield q, -_OFF * direction
-
-
-def led_beside(stand: Stand, q: Array, sizes: Array, courses: list[Course]) -> Stand | None:
-    """A stand led from a place by ever longer films, beside other courses, to which its own is added; None where it only follows one."""
-    course: Course = []
-    others = list(courses)
-    courses.append(course)
-    *shorter, whole = stretches(stand.given)
-    for place, stretch in enumerate(shorter):
-        early, found = _led_on(stand, q, sizes, _is_ahead(course, others), *stretch)
-        q, sizes = early.fit.q, early.sizes
-        course.append(Leg.of(early, found))
-        if any(course[place].only_follows(other[place], other[-1].deviation) for other in others if len(other) > place):
-            return None
-    return stepped(*_led_on(stand, q, sizes, _is_ahead(course, others), *whole), most=TO_COMPARE)[0]
-
-
-def _is_ahead(course: Course, others: list[Course]) -> bool:
-    """Whether a course has met its films so far and no other one is ahead of it."""
-    last = len(course) - 1
-    return last >= 0 and not course[last].misses and all(course[last].log_z >= other[last].log_z for other in others if len(other) > last)
-
-
-def _led_on(stand: Stand, q: Array, sizes: Array, is_ahead: bool, end: float, middle: float) -> tuple[Stand, Evidence]:
-    """A stand led on with films up to a time, s; where these are missed and shorter ones were met, by way of the middle, too."""
-    there = _leg(stand, q, sizes, end)
-    if not is_ahead or leaves_noise(there[0].fit, there[1].noise):
-        return there
-    early, _ = _leg(stand, q, sizes, middle)
-    return max(there, _leg(stand, early.fit.q, early.sizes, end), key=lambda one: one[1].log_z)
-
-
-def _leg(stand: Stand, q: Array, sizes: Array, horizon: float) -> tuple[Stand, Evidence]:
-    """A stand settled from a place with films up to a time, s."""
-    early = _cut(stand, q, sizes, horizon)
-    return _uphill(early, early.weighed(same=_OF_GAIN * _OF_A_LEG), _OF_A_LEG, TO_COMPARE, surely=False)
-
-
-def _cut(stand: Stand, q: Array, sizes: Array, horizon: float) -> Stand:
-    """A stand at a place with films up to a time, s."""
-    cut = replace(stand, given=stand.given.until(horizon))
-    return cut.at(cut.with_errors(sizes), q, sizes)
-
-
-def stepped(stand: Stand, found: Evidence, gain: float = HARDLY, most: int = _MOST_STEPS) -> tuple[Stand, Evidence]:
-    """A stand taken uphill while a step brings the log probability that gain, and its evidence there as far as the simulation keeps it."""
-    stand, found = _uphill(stand, found, gain, most)
-    stand = stand if stand.is_fresh else stand.anew
-    return stand, stand.borne_out(stand.weighed(found.noise))
-
-
-def _uphill(stand: Stand, found: Evidence, gain: float, most: int, *, surely: bool = True) -> tuple[Stand, Evidence]:
-    """A stand taken uphill; its linear pieces may come from the way, and its evidence is as exact as the gain."""
-    for _ in range(most):
-        after = _a_step_on(stand, found, gain, surely)
-        if after is None:
-            break
-        stand, found = after, after.weighed(found.noise, _OF_GAIN * gain)
-    return stand, found
-
-
-def _a_step_on(stand: Stand, found: Evidence, gain: float, surely: bool) -> Stand | None:
-    """The stand a step farther, or at the same place with linear pieces worked out anew; None where no step raises the log probability.
-
-    From fresh pieces the best of several shorter steps is taken where a whole one brings less than the gain.
-
-    surely : whether pieces that come from the way are worked out anew, too, where they promise nothing.
-    """
-    way, known = _way_within(stand, found), found.information
-    promises = 0.5 * known.over(way) >= gain
-    if promises:
-        least, best = stand.log_probability(found.noise) + gain, _tried(stand, way, found.noise)
-        if best[0] <= least and stand.is_fresh:
-            shorter = [*(share * way for share in _SHARES), *(known.damped(way, damping) for damping in _DAMPINGS)]
-            best = max((_tried(stand, part, found.noise) for part in shorter), key=lambda one: one[0])
-        if best[0] > least:
-            return stand.moved_to(*best[1:])
-    return stand.anew if not stand.is_fresh and (promises or surely) else None
-
-
-def _tried(stand: Stand, way: Array, noise: tuple[ChannelNoise, ...]) -> tuple[float, Problem, Array, Array, Array]:
-    """What a step brings a stand to: a log probability, and the problem, its parameters (k,), errors (q,) and gaps (m,) there."""
-    (step, change), (low, high) = _parted(stand, way), stand.bounds
-    q, sizes = np.clip(stand.fit.q + step, low, high), stand.sizes + change
-    problem = stand.with_errors(sizes)
-    gaps = problem.gaps(q)
-    return stand.log_probability_at(gaps, q, sizes, noise), problem, q, sizes, gaps
-
-
-def _way_within(stand: Stand, found: Evidence) -> Array:
-    """How far base and releases, errors and amounts (p + q + k,) are from where an evidence has them within their bounds."""
-    step, errors = stand.step(found), found.errors - stand.sizes[stand.free()]
-    first, wide = len(found.step), np.full(len(errors), np.inf)
-    low, high = (np.insert(end - stand.fit.q, first, side * wide) for end, side in zip(stand.bounds, (-1.0, 1.0), strict=True))
-    return within_bounds(np.insert(step, first, errors), found.covariance, low, high)
-
-
-def _parted(stand: Stand, way: Array) -> tuple[Array, Array]:
-    """The same as steps of the parameters (k,) and of the errors (q,)."""
-    kept, first, change = stand.free(), stand.fit.problem.first_effect, np.zeros(len(stand.sizes))
-    own = slice(first, first + int(kept.sum()))
-    change[kept] = way[own]
-    return np.delete(way, own), change

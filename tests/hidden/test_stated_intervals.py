@@ -15,11 +15,11 @@ from benchtop.cases import EFFECTS, ONLY_LOOPS, Spec
 from board.shapes import NOT_A_SIZE
 from calibration import consistent, share
 
+from identify.selection.courses import stepped
 from identify.selection.evidence import Both
 from identify.selection.findings import _estimated, _on_all_sides
 from identify.selection.other_side import all_sides
 from identify.selection.stand import Weighed
-from identify.selection.weighing import stepped
 
 KINDS = {"loops": EFFECTS, "films": tuple(name for name in EFFECTS if name not in ONLY_LOOPS)}
 LEAST, MOST = 0.90, 0.99

@@ -117,7 +117,7 @@ def test_the_base_is_weighed_anew_from_one_name_and_from_several_only_where_they
 def test_a_wave_is_fitted_from_each_place_that_may_be_its_own_and_the_likeliest_is_kept(monkeypatch):
     one = fitting(monkeypatch, ("ripple",), weighed_as={100.0: -260.0, 90.0: -240.0, 95.0: -250.0})
     costs = iter([100.0, 90.0, 95.0])
-    monkeypatch.setattr(search, "solve", lambda problem, start, loosely: SimpleNamespace(cost=next(costs)))
+    monkeypatch.setattr(weighing, "solve", lambda problem, start, loosely: SimpleNamespace(cost=next(costs)))
     monkeypatch.setattr(one, "_base_again", lambda led, is_elsewhere: None)
     ahead, other = ahead_of(("ripple",), -260.0), SimpleNamespace(errors=None, instead="")
     ahead.promise.others = (other, other)
@@ -152,10 +152,11 @@ def ahead_of(names, log_weight) -> Any:
 def fitting(monkeypatch, names, weighed_as, cost=0.0) -> Any:
     """A search whose fits end at these sums of squares; weighed_as : log evidence by sum of squares."""
     one = searching(monkeypatch, [hypothesis((), -300.0), hypothesis(names, -1000.0)])
-    monkeypatch.setattr(search, "posed", lambda beside, promise: (None, None))
-    monkeypatch.setattr(search, "solve", lambda problem, start, loosely: SimpleNamespace(cost=cost))
-    monkeypatch.setattr(search, "to_the_end", lambda fit: fit)
-    monkeypatch.setattr(search, "weighed", lambda fit: SimpleNamespace(log_z=weighed_as[fit.cost], exact=SimpleNamespace(fit=fit)))
+    monkeypatch.setattr(weighing, "posed", lambda beside, promise: (None, None))
+    monkeypatch.setattr(weighing, "solve", lambda problem, start, loosely: SimpleNamespace(cost=cost))
+    monkeypatch.setattr(weighing, "to_the_end", lambda fit: fit)
+    for module in (weighing, search):
+        monkeypatch.setattr(module, "weighed", lambda fit: SimpleNamespace(log_z=weighed_as[fit.cost], exact=SimpleNamespace(fit=fit)))
     monkeypatch.setattr(one, "_brought_back", lambda found: found)
     monkeypatch.setattr(one, "_with_less", lambda found: None)
     return one

@@ -107,9 +107,11 @@ def test_before_a_name_is_added_the_others_are_looked_for_on_the_other_side(monk
 @pytest.mark.parametrize(("gain", "is_anew"), [(-1.0, False), (5.0, False), (20.0, True)])
 def test_only_from_a_much_likelier_place_all_else_is_weighed_anew(gain, is_anew):
     search = Search({}, lambda names: 0.0, BUDGETS["normal"], lambda text: None)
-    found = SimpleNamespace(log_z=-50.0 + gain)
-    known = SimpleNamespace(log_z=-50.0, better_of=lambda other: max(known, other, key=lambda one: one.log_z))
-    search.fitted[("a",)] = Hypothesis(("a",), known, 0.0)  # type: ignore[arg-type]
+    fit: Any = SimpleNamespace(rms=1.0, q=np.zeros(0), problem=SimpleNamespace(first_effect=0, parameters=()))
+    exact = SimpleNamespace(fit=fit)
+    found = SimpleNamespace(log_z=-50.0 + gain, fit=fit, exact=exact)
+    known = SimpleNamespace(log_z=-50.0, fit=fit, exact=exact, better_of=lambda other: max(known, other, key=lambda one: one.log_z))
+    search.fitted = {(): hypothesis((), -60.0), ("a",): Hypothesis(("a",), known, 0.0)}  # type: ignore[arg-type, dict-item]
     search.seen_from, search.brought_back = {("a",)}, {("a",)}
     search._keep(("a",), found)  # type: ignore[arg-type]
     assert search.fitted[("a",)].weighed is (found if gain > 0.0 else known)

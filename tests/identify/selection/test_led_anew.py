@@ -11,8 +11,8 @@ import pytest
 
 from identify.criteria import SAME, TO_COMPARE
 from identify.estimation.horizons import horizons
+from identify.selection import courses, weighing
 from identify.selection import stand as stand_module
-from identify.selection import weighing
 from identify.selection.evidence import Both, Evidence
 from identify.selection.stand import Weighed
 from identify.selection.weighing import led_anew, weighed
@@ -45,7 +45,7 @@ def test_a_bent_fit_is_led_to_the_likelier_place(right):
 
 @pytest.mark.parametrize(("slow_p", "prior_p"), [(0.5, 0.5), (1e-6, 0.5), (0.5, 1e-6)])
 def test_a_fit_is_led_nowhere_where_nothing_slow_is_left_or_nothing_is_unusual(right, monkeypatch, slow_p, prior_p):
-    monkeypatch.setattr(weighing, "_leg", None)
+    monkeypatch.setattr(courses, "_leg", None)
     monkeypatch.setattr(weighing, "gap_test", lambda fit: SimpleNamespace(p_value=slow_p))
     monkeypatch.setattr(Evidence, "prior_p", prior_p)
     assert led_anew(right) is None
@@ -74,7 +74,7 @@ def test_films_that_are_missed_before_their_first_stop_are_led_no_farther(right,
         fit = replace(there.fit, gaps=there.fit.gaps + 20.0 * np.sin(np.arange(len(there.fit.gaps)) / 20.0))
         return replace(there, fit=fit), there.weighed()
 
-    monkeypatch.setattr(weighing, "_leg", missed)
+    monkeypatch.setattr(courses, "_leg", missed)
     lost = astray(right)
     assert led_anew(lost) is None
     assert legs == horizons(lost.within.given)[:1]
@@ -83,7 +83,7 @@ def test_films_that_are_missed_before_their_first_stop_are_led_no_farther(right,
 @pytest.mark.slow
 def test_films_that_are_missed_early_but_by_less_than_now_are_led_on(right, monkeypatch):
     """Loud noise or outliers may make what is left before the first stop look like a gap; the place is better all the same."""
-    monkeypatch.setattr(weighing, "leaves_noise", lambda fit, noise: False)
+    monkeypatch.setattr(courses, "leaves_noise", lambda fit, noise: False)
     lost = astray(right)
     found = led_anew(lost)
     assert found is not None
@@ -93,9 +93,9 @@ def test_films_that_are_missed_early_but_by_less_than_now_are_led_on(right, monk
 @pytest.mark.slow
 def test_what_falls_far_behind_another_or_comes_to_where_it_has_been_is_led_no_farther(right):
     stand = right.within
-    courses: list[weighing.Course] = []
-    assert weighing.led_beside(stand, stand.fit.q, stand.sizes, courses) is not None
-    (course,) = courses
+    taken: list[courses.Course] = []
+    assert courses.led_beside(stand, stand.fit.q, stand.sizes, taken) is not None
+    (course,) = taken
     assert len(course) == len(horizons(stand.given)) == 3
     better = replace(course[0], log_z=1e9)
     elsewhere = [replace(leg, place=leg.place + 4.0 * course[-1].deviation) for leg in course]
@@ -108,7 +108,7 @@ def test_what_falls_far_behind_another_or_comes_to_where_it_has_been_is_led_no_f
         ([elsewhere, joined], 3, True),
         ([], 3, False),
     ):
-        found = weighing.led_beside(stand, stand.fit.q, stand.sizes, others)
+        found = courses.led_beside(stand, stand.fit.q, stand.sizes, others)
         assert len(others[-1]) == legs
         assert (found is None) == follows
 
@@ -120,8 +120,8 @@ def test_what_falls_far_behind_another_or_comes_to_where_it_has_been_is_led_no_f
 def test_where_films_are_missed_already_only_a_likelier_place_is_led_on(log_z, misses, follows):
     """Elsewhere one that is somewhat behind may turn out to be ahead in longer films."""
     deviation = np.ones(2)
-    other = weighing.Leg(-100.0, np.zeros(2), deviation, misses)
-    assert weighing.Leg(log_z, np.array([5.0, 0.0]), deviation, misses).only_follows(other, deviation) == follows
+    other = courses.Leg(-100.0, np.zeros(2), deviation, misses)
+    assert courses.Leg(log_z, np.array([5.0, 0.0]), deviation, misses).only_follows(other, deviation) == follows
 
 
 @pytest.mark.parametrize(("gains", "most", "taken"), [(18, None, 18), (18, 10, 10), (40, None, 25), (0, None, 0)])
@@ -132,9 +132,9 @@ def test_a_place_is_settled_while_steps_gain_and_compared_after_ten(monkeypatch,
 
         return SimpleNamespace(step=step, is_fresh=True, weighed=weighed_there, borne_out=lambda found: found)
 
-    monkeypatch.setattr(weighing, "_a_step_on", lambda stand, found, gain, surely: place(stand.step + 1) if stand.step < gains else None)
+    monkeypatch.setattr(courses, "_a_step_on", lambda stand, found, gain, surely: place(stand.step + 1) if stand.step < gains else None)
     begun = SimpleNamespace(noise=(), step=0)
-    end: Any = weighing.stepped(place(0), begun, **({} if most is None else {"most": most}))  # type: ignore[arg-type]
+    end: Any = courses.stepped(place(0), begun, **({} if most is None else {"most": most}))  # type: ignore[arg-type]
     stand, found = end
     assert (stand.step, found.step) == (taken, taken)
     assert found.same == SAME  # however rough an evidence may be on the way
@@ -156,10 +156,10 @@ def test_lines_from_the_way_that_promise_nothing_are_worked_out_anew_only_to_be_
 ):
     known = SimpleNamespace(over=lambda way: 2.0 * promised, damped=lambda way, damping: way)
     stand: Any = SimpleNamespace(is_fresh=is_fresh, anew="anew", log_probability=lambda noise: -100.0, moved_to=lambda *there: "moved")
-    monkeypatch.setattr(weighing, "_way_within", lambda stand, found: np.ones(2))
-    monkeypatch.setattr(weighing, "_tried", lambda stand, way, noise: (-100.0 + brings, "problem", "q", "sizes", "gaps"))
+    monkeypatch.setattr(courses, "_way_within", lambda stand, found: np.ones(2))
+    monkeypatch.setattr(courses, "tried", lambda stand, way, noise: (-100.0 + brings, "problem", "q", "sizes", "gaps"))
     found: Any = SimpleNamespace(information=known, noise=())
-    assert weighing._a_step_on(stand, found, 3.0, surely) == after
+    assert courses._a_step_on(stand, found, 3.0, surely) == after
 
 
 @pytest.mark.parametrize(("louder", "wave", "misses"), [(1.0, 0.0, False), (3.0, 0.0, False), (1.0, 20.0, True), (3.0, 20.0, True)])
@@ -168,7 +168,7 @@ def test_films_are_missed_by_more_than_their_noise_however_large_that_is_said_to
     gaps = louder * fit.gaps + wave * np.sin(np.arange(len(fit.gaps)) / 20.0)
     there = replace(right.within, fit=replace(fit, gaps=gaps))
     assert there.misses == misses
-    assert weighing.Leg.of(there, there.weighed()).misses == misses
+    assert courses.Leg.of(there, there.weighed()).misses == misses
 
 
 @pytest.mark.parametrize("is_exact", [False, True])

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from identify.selection import weighing
+from identify.selection import courses, weighing
 from identify.selection.model_errors import FORCES
 from identify.selection.promises import begun, posed, promises
 from identify.selection.weighing import weighed_within
@@ -18,37 +18,65 @@ from simulate.effects import CATALOGUE
 NAMES = ("hub-inertia", "platform-mass", "geometry-error", FORCES)
 
 
-def legs_that_miss(monkeypatch, missing):
-    """Let legs end at the place and time that they are asked for, those from a place in `missing` without meeting their films."""
+def legs_that_miss(monkeypatch, missing, far_off=()):
+    """Let legs end at the place and time that they are asked for, those from a place in `missing` without meeting their films.
+
+    far_off : place and time of legs that end far off their films.
+    """
     asked = []
 
     def leg(stand, q, sizes, end):
         asked.append((q, end))
-        return SimpleNamespace(fit=SimpleNamespace(q=end, met=q not in missing), sizes=sizes), SimpleNamespace(
-            noise=(), log_z=-len(missing) * (q in missing)
-        )
+        fit, is_far_off = SimpleNamespace(q=end, met=q not in missing), lambda found: (q, end) in far_off
+        found = SimpleNamespace(noise=(), log_z=-len(missing) * (q in missing))
+        return SimpleNamespace(fit=fit, sizes=sizes, is_far_off=is_far_off), found
 
-    monkeypatch.setattr(weighing, "_leg", leg)
-    monkeypatch.setattr(weighing, "leaves_noise", lambda fit, noise: fit.met)
+    monkeypatch.setattr(courses, "_leg", leg)
+    monkeypatch.setattr(courses, "leaves_noise", lambda fit, noise: fit.met)
     return asked
 
 
 @pytest.mark.parametrize(
-    ("is_ahead", "missing", "ways", "meets"),
+    ("is_ahead", "missing", "far_off", "ways", "meets"),
     [
-        (True, (), [(0.3, 0.6)], True),
-        (False, (0.3,), [(0.3, 0.6)], False),
-        (True, (0.3,), [(0.3, 0.6), (0.3, 0.45), (0.45, 0.6)], True),
-        (True, (0.3, 0.45), [(0.3, 0.6), (0.3, 0.45), (0.45, 0.6)], False),
+        (True, (), [], [(0.3, 0.6)], True),
+        (False, (0.3,), [], [(0.3, 0.6)], False),
+        (True, (0.3,), [(0.3, 0.6)], [(0.3, 0.6), (0.3, 0.45), (0.45, 0.6)], True),
+        (True, (0.3,), [(0.3, 0.6), (0.3, 0.45)], [(0.3, 0.6), (0.3, 0.45)], False),
+        (True, (0.3, 0.45), [], [(0.3, 0.6), (0.3, 0.45), (0.45, 0.6)], False),
     ],
 )
-def test_longer_films_that_are_missed_are_met_by_way_of_the_middle(monkeypatch, is_ahead, missing, ways, meets):
-    """Only where the shorter ones were met, by no other course better: else it is not the length that is too much."""
-    asked = legs_that_miss(monkeypatch, missing)
+def test_longer_films_that_are_missed_are_met_by_way_of_the_middle(monkeypatch, is_ahead, missing, far_off, ways, meets):
+    """Only where the shorter ones were met, by no other course better, and the middle is not far off: else it is not the length."""
+    asked = legs_that_miss(monkeypatch, missing, far_off)
     given: Any = (None, 0.3, np.zeros(0), is_ahead, 0.6, 0.45)
-    there: Any = weighing._led_on(*given)[0]
+    there: Any = courses._led_on(*given)[0]
     assert asked == ways
     assert there.fit.met == meets
+
+
+@pytest.mark.parametrize(
+    ("far_off", "in_any_case", "ends"),
+    [([], False, [0.5, 0.7, 0.9]), ([0.7], False, [0.5, 0.7]), ([0.7], True, [0.5, 0.7, 0.9]), ([0.9], False, [0.5, 0.7, 0.9])],
+)
+def test_a_course_far_off_films_that_are_not_whole_is_led_no_further_unless_there_is_no_other(monkeypatch, far_off, in_any_case, ends):
+    """A film twice as long cannot show it to be right: bases that a scale error kept from their films were led on from six sides."""
+    asked = []
+
+    def led_on(stand, q, sizes, is_ahead, end, middle) -> Any:
+        asked.append(end)
+        return SimpleNamespace(fit=SimpleNamespace(q=end), sizes=sizes, is_far_off=lambda found: end in far_off), "evidence"
+
+    leg = SimpleNamespace(misses=True, log_z=0.0, deviation=None, only_follows=lambda other, deviation: False)
+    monkeypatch.setattr(courses, "_led_on", led_on)
+    monkeypatch.setattr(courses, "stretches", lambda given: [(0.5, 0.4), (0.7, 0.6), (0.9, 0.8)])
+    monkeypatch.setattr(courses, "Leg", SimpleNamespace(of=lambda stand, found: leg))
+    monkeypatch.setattr(courses, "stepped", lambda stand, found, most: ("whole", found))
+    start: Any = SimpleNamespace(given=None)
+    others: Any = [[leg]]
+    led: Any = courses.led_beside(start, np.zeros(1), np.zeros(0), others, in_any_case=in_any_case)
+    assert asked == ends
+    assert led == ("whole" if ends[-1] == 0.9 else None)
 
 
 @pytest.mark.parametrize(
@@ -66,7 +94,7 @@ def test_longer_films_that_are_missed_are_met_by_way_of_the_middle(monkeypatch, 
 def test_only_the_foremost_course_is_led_on_by_way_of_the_middle(course, others, is_ahead):
     """Behind another one it would not be taken, and where a gap is left each way takes as long."""
     legs: Any = [[SimpleNamespace(log_z=log_z, misses=misses) for log_z, misses in one] for one in (course, *others)]
-    assert weighing._is_ahead(legs[0], legs[1:]) == is_ahead
+    assert courses._is_ahead(legs[0], legs[1:]) == is_ahead
 
 
 @pytest.fixture
@@ -101,7 +129,7 @@ def test_a_hypothesis_is_taken_towards_its_promise_as_far_as_that_is_likelier(ri
         return SimpleNamespace(q=q, sizes=sizes)
 
     def tried(stand, part, noise):
-        step, change = weighing._parted(stand, part)
+        step, change = courses._parted(stand, part)
         share = float(step @ way / (way @ way))
         return (
             stand.log_probability(noise) + (1.0 if share == pytest.approx(best) else -share),
@@ -112,7 +140,7 @@ def test_a_hypothesis_is_taken_towards_its_promise_as_far_as_that_is_likelier(ri
         )
 
     monkeypatch.setattr(type(stand), "moved_to", moved_to)
-    monkeypatch.setattr(weighing, "_tried", tried)
+    monkeypatch.setattr(weighing, "tried", tried)
     monkeypatch.setattr(weighing, "_weighed_from", lambda there: there)
     found: Any = weighing.weighed_towards(stand, end, errors, right.evidence.noise)
     if not taken:

@@ -15,13 +15,14 @@ from identify.criteria import UNUSUAL_P
 from identify.estimation.horizons import solve_from_afar
 from identify.estimation.least_squares import solve, to_the_end
 from identify.estimation.problem import Fit
-from identify.selection import other_side, weighing
+from identify.selection import courses, other_side, weighing
+from identify.selection.courses import stepped
 from identify.selection.evidence import Both
 from identify.selection.findings import moved_of
 from identify.selection.model_errors import mirrored
 from identify.selection.other_side import _image, _off_to, all_sides, on_the_likelier_side
 from identify.selection.stand import Stand, Weighed
-from identify.selection.weighing import stepped, weighed, weighed_within
+from identify.selection.weighing import weighed, weighed_within
 from simulate.effects import (
     CentreOfMassOffset,
     EndStopDissipation,
@@ -97,7 +98,7 @@ def test_a_right_model_is_led_to_the_side_on_which_what_no_film_shows_is_probabl
     true, runs = as_built(30), {"loops": (), "deployments": ({}, {"geometry.stowed_height_m": 0.35}), "hold_out": False}
     fit = fitted(campaign(true, 30, channels=("x_m", "z_m", "theta_y_rad"), **runs))
     one = weighed(fit)
-    monkeypatch.setattr(weighing, "_on_other_sides", lambda stand, led, courses: led)
+    monkeypatch.setattr(weighing, "_on_other_sides", lambda stand, led, taken: led)
     wrong = weighed(fit)
     assert one.log_z > wrong.log_z + 10.0
     assert wrong.evidence.prior_p > UNUSUAL_P > 3.0 * wrong.stand.across_p(wrong.evidence)
@@ -138,10 +139,10 @@ def test_the_other_side_is_looked_for_where_films_are_missed_or_what_no_film_sho
     begun, sides = led_to(-100.0, misses, across_p), []
     ways = {1: led_to(-30.0 if misses else -70.0, misses, across_p), 2: led_to(-60.0, misses), 3: led_to(-50.0, misses)}
 
-    def led_beside(stand, q, sizes, courses) -> Any:
-        assert courses == ["own", *sides]
+    def led_beside(stand, q, sizes, taken) -> Any:
+        assert taken == ["own", *sides]
         sides.append(q)
-        courses.append(q)
+        taken.append(q)
         return ways.get(q)
 
     monkeypatch.setattr(weighing, "_off_to_sides", lambda stand: ((k, np.zeros(2)) for k in range(4)))
@@ -171,13 +172,14 @@ def test_of_two_places_to_which_films_led_the_likelier_one_is_turned_to_its_othe
     here, file = (1.0, 2.0), (0.0, 2.0)  # the second number is one that no film shows
     ways = {here: from_here, file: from_file}
 
-    def led_beside(stand, q, sizes, courses) -> Any:
-        assert not courses
-        courses.append(tuple(q))
+    def led_beside(stand, q, sizes, taken, *, in_any_case=False) -> Any:
+        assert not taken
+        assert in_any_case == (tuple(q) == file)
+        taken.append(tuple(q))
         return ways[tuple(q)]
 
-    def on_other_sides(stand, led, courses) -> Any:
-        assert courses == ([file, here] if misses else [file])
+    def on_other_sides(stand, led, taken) -> Any:
+        assert taken == ([file, here] if misses else [file])
         return led
 
     monkeypatch.setattr(weighing, "led_beside", led_beside)
@@ -265,7 +267,7 @@ def test_a_number_that_is_stated_is_the_likeliest_one_and_not_only_comparable(ca
     best, found = stepped(begun, begun.weighed(), gain=0.005)
     (row,), place = problem.rows_of(HubInertia.name), -1  # the last of base, releases, errors and effects
     likeliest, error = best.fit.q[row], float(np.sqrt(found.covariance[place, place]))
-    step, change = weighing._parted(best, found.covariance[:, place] / error / 1.5)
+    step, change = courses._parted(best, found.covariance[:, place] / error / 1.5)
     sizes = best.sizes - change
     short = best.at(best.with_errors(sizes), best.fit.q - step, sizes)
     settled, of_settled = stepped(short, short.weighed())

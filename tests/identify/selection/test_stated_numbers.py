@@ -13,10 +13,10 @@ from identify.criteria import EFFECT_SPREAD, STATED_SPREAD
 from identify.estimation.parameters import sizes_unknown
 from identify.estimation.problem import Fit
 from identify.selection import findings
+from identify.selection.courses import stepped
 from identify.selection.evidence import Both
 from identify.selection.other_side import all_sides, brought_to
 from identify.selection.stand import Stand, Weighed
-from identify.selection.weighing import stepped
 from simulate.effects import LegDisparity, PlatformInertia, RateDependentAsymptotes, Ripple, TransitionZone
 from simulate.files.model_file import read_model
 

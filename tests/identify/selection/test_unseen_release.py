@@ -35,7 +35,7 @@ def led_to(monkeypatch, across_p):
     """Let every way from afar end where what no film shows is so probable, and report where they begin: parameters and errors."""
     starts = []
 
-    def beside(stand, q, sizes, _):
+    def beside(stand, q, sizes, _, **options):
         starts.append((q, sizes))
         return stand
 

@@ -9,8 +9,9 @@ import numpy as np
 import pytest
 
 from identify.estimation.least_squares import solve
+from identify.selection.courses import stepped
 from identify.selection.promises import posed, promises
-from identify.selection.weighing import stepped, weighed
+from identify.selection.weighing import weighed
 from simulate.effects import CATALOGUE, BaseExcitation, Ripple
 
 SHAKES = BaseExcitation(acceleration_m_per_s2=0.05, frequency_Hz=15.8, phase_rad=0.73, axis=(0.74, 0.31, 0.6))

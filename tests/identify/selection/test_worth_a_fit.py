@@ -5,6 +5,7 @@ from __future__ import annotations
 from types import SimpleNamespace
 from typing import Any
 
+import numpy as np
 import pytest
 
 from identify.criteria import LOSES
@@ -77,15 +78,27 @@ def test_a_second_name_that_may_be_nothing_is_not_said(logs, leaves_noise, sure)
 
 
 @pytest.mark.parametrize(
-    ("base", "fitted", "is_behind"),
-    [(-108.0, -123.0, True), (-108.0, -140.0, False), (-133.6, -132.0, False), (-133.4, -132.0, True), (-134.0, -132.0, False)],
+    ("base", "fitted", "foremost", "least", "is_behind"),
+    [
+        (-108.0, -123.0, None, -200.0, True),
+        (-108.0, -123.0, None, -90.0, False),  # something else promises more
+        (-108.0, -140.0, None, -200.0, False),
+        (-133.6, -132.0, None, -200.0, False),
+        (-133.4, -132.0, None, -200.0, True),
+        (-134.0, -132.0, None, -200.0, False),
+        (-114.0, -60.0, -50.0, -200.0, True),
+        (-128.0, -56.0, -50.0, -200.0, False),  # the base gained 6 and lacks 78
+    ],
 )
-def test_a_name_that_was_fitted_from_a_worse_base_is_behind_where_it_may_compete_once_it_is_as_much_likelier(base, fitted, is_behind):
+def test_a_name_that_was_fitted_from_a_worse_base_is_behind_where_it_may_compete_once_it_is_as_much_likelier(
+    base, fitted, foremost, least, is_behind
+):
     """An inertia came to -123 from a base of -134, whose releases leant the wrong way; from a base of -108 it came to -99."""
     search, names = Search({}, lambda names: 0.0, BUDGETS["normal"], lambda text: None), ("platform-inertia",)
     search.fitted = {(): hypothesis((), base), names: hypothesis(names, fitted)}
+    search.fitted |= {} if foremost is None else {("ripple",): hypothesis(("ripple",), foremost)}
     search.led = {names: promised(names, -124.0, beside=hypothesis((), -134.0))}
-    assert (search._left_behind() is not None) == is_behind
+    assert (search._left_behind(least) is not None) == is_behind
 
 
 def fitting_again(monkeypatch, promises, ahead=None) -> Any:
@@ -113,7 +126,7 @@ def test_a_name_left_behind_is_fitted_from_the_stand_that_promises_most_and_not_
     told = {"whole": [("stored-force-per-run", 50.0), ("ripple", 4.0)], "early": [("stored-force-per-run", 50.0), ("ripple", -2.0)]}
     search, done = fitting_again(monkeypatch, told)
     assert [(one.names, one.log_weight, one.beside.log_weight) for one in done] == [(("ripple",), -103.0, -108.0)]
-    assert search._left_behind() is None
+    assert search._left_behind(-np.inf) is None
 
 
 def test_what_was_promised_from_where_the_base_is_no_more_is_not_fitted_again(monkeypatch):
@@ -128,7 +141,7 @@ def test_what_was_promised_from_where_the_base_is_no_more_is_not_fitted_again(mo
 def test_a_name_left_behind_that_shows_no_more_is_not_asked_for_again(monkeypatch):
     search, done = fitting_again(monkeypatch, {"whole": [], "early": []})
     assert not done
-    assert search._left_behind() is None
+    assert search._left_behind(-np.inf) is None
 
 
 @pytest.mark.parametrize(("spent", "again"), [(0, [("ripple",)]), (99, [])])
@@ -243,12 +256,16 @@ def test_all_is_weighed_anew_from_a_base_that_was_found_elsewhere_since(monkeypa
 def test_what_is_found_in_a_far_likelier_place_is_looked_from_and_brought_back_again_and_names_are_turned(gain, again, names, turns):
     """The base, which has no names, is turned once only: its search is thorough, and takes long."""
     search = Search({}, lambda names: 0.0, BUDGETS["normal"], lambda text: None)
-    before, after = (SimpleNamespace(log_z=log_z, better_of=lambda other: other) for log_z in (-100.0, -100.0 + gain))
-    search._keep(names, before)  # type: ignore[arg-type]
+    fit: Any = SimpleNamespace(rms=1.0, q=np.zeros(0), problem=SimpleNamespace(first_effect=0, parameters=()))
+    places: Any = [SimpleNamespace(log_z=log_z, fit=fit, exact=SimpleNamespace(fit=fit)) for log_z in (-100.0, -100.0 + gain)]
+    before, after = places
+    before.better_of = lambda other: other
+    search.fitted = {(): hypothesis((), -120.0)} if names else {}
+    search._keep(names, before)
     done = search.seen_from, search.brought_back, search.turned
     for one in done:
         one.add(names)
-    search._keep(names, after)  # type: ignore[arg-type]
+    search._keep(names, after)
     assert [names in one for one in done] == [not again, not again, not (again and turns)]
 
 
@@ -261,7 +278,7 @@ def test_only_a_base_that_leaves_noise_or_is_far_off_is_searched_thoroughly(monk
     search, asked = Search({}, lambda names: 0.0, BUDGETS["normal"], lambda text: None), []
     one = hypothesis(names, -100.0, leaves_noise=leaves_noise)
     one.weighed.stand, one.weighed.better_of = SimpleNamespace(misses=misses), lambda other: other
-    search.fitted = {names: one}
+    search.fitted = {(): hypothesis((), -120.0), names: one}
 
     def side(one, *, thoroughly):
         asked.append(thoroughly)
