@@ -304,7 +304,7 @@ def leg_lengths(base: Array, joints: Array, height_m: Array | float) -> Array:
     -------
     (..., 6) m.
     """
-    away = joints - base
+    away = np.subtract(joints, base, dtype=float)
     away[..., 2] += np.asarray(height_m)[..., None]
     return np.linalg.norm(away, axis=-1)
 
