@@ -7,8 +7,8 @@ from typing import TypeAlias
 
 import numpy as np
 
-from identify.criteria import HARDLY, NEAR, TO_COMPARE, TWO_SIDED_95
-from identify.estimation.covariance import within_bounds
+from identify.criteria import CLOSE, HARDLY, NEAR, TO_COMPARE
+from identify.estimation.covariance import Factored, within_bounds
 from identify.estimation.horizons import stretches
 from identify.estimation.problem import Problem
 from identify.gap.gap_test import leaves_noise
@@ -26,31 +26,30 @@ _DAMPINGS = (1e-4, 1e-3, 1e-2, 1.0)  # of a step, in parts of what is known of e
 
 @dataclass(frozen=True)
 class Leg:
-    """Where a stand came to with films up to some time: its log evidence, its place (k,), and the standard deviations (k,) of that.
+    """Where a stand came to with films up to some time: its log evidence, its place (k,), and what these films know of that.
 
-    A course has one for each time, the earliest first. misses : whether more than noise is left of these films.
+    A course has one for each time, the earliest first. misses : whether more than noise is left of these films. rms : what is left of them.
     """
 
     log_z: float
     place: Array
-    deviation: Array
+    known: Factored
     misses: bool
+    rms: float
 
     @classmethod
     def of(cls, stand: Stand, found: Evidence) -> Leg:
         """Of a stand and its evidence."""
         first = len(found.step)
         place = np.concatenate([stand.fit.q[:first], stand.sizes[stand.free()], stand.fit.q[first:]])
-        return cls(found.log_z, place, np.sqrt(np.diag(found.covariance)), not leaves_noise(stand.fit, found.noise))
+        return cls(found.log_z, place, found.information, not leaves_noise(stand.fit, found.noise), stand.fit.rms)
 
-    def only_follows(self, other: Leg, deviation: Array) -> bool:
-        """Whether it fell far behind another, or came to where that has been, as deviations (k,) of longer films tell.
+    def only_follows(self, other: Leg, known: Factored) -> bool:
+        """Whether it fell far behind another, or came to where that has been: longer films, which know that, hardly tell both places apart.
 
         Where it misses the films already it has to be as likely as the other: longer films cannot show it to be right.
         """
-        if self.log_z < other.log_z - (0.0 if self.misses else NEAR):
-            return True
-        return bool(np.all(np.abs(self.place - other.place) <= TWO_SIDED_95 * deviation))
+        return self.log_z < other.log_z - (0.0 if self.misses else NEAR) or 0.5 * known.over(self.place - other.place) <= NEAR
 
 
 Course: TypeAlias = list[Leg]
@@ -59,7 +58,7 @@ Course: TypeAlias = list[Leg]
 def led_beside(stand: Stand, q: Array, sizes: Array, courses: list[Course], *, in_any_case: bool = False) -> Stand | None:
     """A stand led from a place by ever longer films, beside other courses, to which its own is added.
 
-    None where it only follows one of them, or is far off films already that are not yet whole: longer ones cannot show it to be right.
+    None where it only follows one, or leaves much more of longer films than of the first: still longer ones cannot show it to be right.
 
     in_any_case : whether it is led on then, for there is no other place.
     """
@@ -68,29 +67,34 @@ def led_beside(stand: Stand, q: Array, sizes: Array, courses: list[Course], *, i
     courses.append(course)
     *shorter, whole = stretches(stand.given)
     for place, stretch in enumerate(shorter):
-        early, found = _led_on(stand, q, sizes, _is_ahead(course, others), *stretch)
+        early, found = _led_on(stand, q, sizes, _met(course, others), *stretch)
         q, sizes = early.fit.q, early.sizes
         course.append(Leg.of(early, found))
-        if any(course[place].only_follows(other[place], other[-1].deviation) for other in others if len(other) > place):
+        if any(course[place].only_follows(other[place], other[-1].known) for other in others if len(other) > place):
             return None
-        if early.is_far_off(found) and not in_any_case:
+        if course[place].misses and course[place].rms >= CLOSE * course[0].rms and not in_any_case:
             return None
-    return stepped(*_led_on(stand, q, sizes, _is_ahead(course, others), *whole), most=TO_COMPARE)[0]
+    return stepped(*_led_on(stand, q, sizes, _met(course, others), *whole), most=TO_COMPARE)[0]
 
 
-def _is_ahead(course: Course, others: list[Course]) -> bool:
-    """Whether a course has met its films so far and no other one is ahead of it."""
+def _met(course: Course, others: list[Course]) -> float | None:
+    """What is left of the films that a course has met so far, while no other one is ahead of it; None else."""
     last = len(course) - 1
-    return last >= 0 and not course[last].misses and all(course[last].log_z >= other[last].log_z for other in others if len(other) > last)
+    if last < 0 or course[last].misses or any(course[last].log_z < other[last].log_z for other in others if len(other) > last):
+        return None
+    return course[last].rms
 
 
-def _led_on(stand: Stand, q: Array, sizes: Array, is_ahead: bool, end: float, middle: float) -> tuple[Stand, Evidence]:
-    """A stand led on with films up to a time, s; where shorter ones were met and these are not, by way of the middle, if that is."""
+def _led_on(stand: Stand, q: Array, sizes: Array, met: float | None, end: float, middle: float) -> tuple[Stand, Evidence]:
+    """A stand led on with films up to a time, s; where shorter ones were met and these are not, by way of the middle, if that is.
+
+    met : what is left of the shorter ones, None where they were not met or another course is ahead.
+    """
     there = _leg(stand, q, sizes, end)
-    if not is_ahead or leaves_noise(there[0].fit, there[1].noise):
+    if met is None or leaves_noise(there[0].fit, there[1].noise):
         return there
-    early, found = _leg(stand, q, sizes, middle)
-    return there if early.is_far_off(found) else max(there, _leg(stand, early.fit.q, early.sizes, end), key=lambda one: one[1].log_z)
+    early, _ = _leg(stand, q, sizes, middle)
+    return there if early.fit.rms >= CLOSE * met else max(there, _leg(stand, early.fit.q, early.sizes, end), key=lambda one: one[1].log_z)
 
 
 def _leg(stand: Stand, q: Array, sizes: Array, horizon: float) -> tuple[Stand, Evidence]:

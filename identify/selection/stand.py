@@ -200,11 +200,7 @@ class Stand:
     @cached_property
     def misses(self) -> bool:
         """Whether the measurements are far off: by more than their noise, which may be larger than it is said to be."""
-        return self.fit.rms >= CLOSE and self.is_far_off(self.weighed())
-
-    def is_far_off(self, found: Evidence) -> bool:
-        """The same with the noise of an evidence of it."""
-        return self.fit.rms >= CLOSE and not leaves_noise(self.fit, found.noise)
+        return self.fit.rms >= CLOSE and not leaves_noise(self.fit, self.weighed().noise)
 
     def borne_out(self, found: Evidence) -> Evidence:
         """An evidence along straight lines from here, with what these promise beyond the simulation at this very place.

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from identify.criteria import SAME, TO_COMPARE
+from identify.estimation.covariance import Factored
 from identify.estimation.horizons import horizons
 from identify.selection import courses, weighing
 from identify.selection import stand as stand_module
@@ -98,7 +99,8 @@ def test_what_falls_far_behind_another_or_comes_to_where_it_has_been_is_led_no_f
     (course,) = taken
     assert len(course) == len(horizons(stand.given)) == 3
     better = replace(course[0], log_z=1e9)
-    elsewhere = [replace(leg, place=leg.place + 4.0 * course[-1].deviation) for leg in course]
+    deviation = np.sqrt(np.diag(course[-1].known.inverse))
+    elsewhere = [replace(leg, place=leg.place + 4.0 * deviation) for leg in course]
     joined = [*elsewhere[:2], course[2]]
     for others, legs, follows in (
         ([[better, *course[1:]]], 1, True),
@@ -119,9 +121,17 @@ def test_what_falls_far_behind_another_or_comes_to_where_it_has_been_is_led_no_f
 )
 def test_where_films_are_missed_already_only_a_likelier_place_is_led_on(log_z, misses, follows):
     """Elsewhere one that is somewhat behind may turn out to be ahead in longer films."""
-    deviation = np.ones(2)
-    other = courses.Leg(-100.0, np.zeros(2), deviation, misses)
-    assert courses.Leg(log_z, np.array([5.0, 0.0]), deviation, misses).only_follows(other, deviation) == follows
+    known = Factored.of(np.eye(2))
+    other = courses.Leg(-100.0, np.zeros(2), known, misses, 1.0)
+    assert courses.Leg(log_z, np.array([11.0, 0.0]), known, misses, 1.0).only_follows(other, known) == follows
+
+
+@pytest.mark.parametrize(("apart", "follows"), [((1.5, 1.5), True), ((1.5, -1.5), False), ((9.0, 9.0), True), ((12.0, 12.0), False)])
+def test_places_within_every_standard_error_are_apart_where_longer_films_tell_them_apart(apart, follows):
+    """Two places of a film of the elevation alone: each number was within two standard errors, both together 7000 less likely."""
+    known = Factored.of(np.linalg.inv([[1.0, 0.99], [0.99, 1.0]]))
+    here, other = (courses.Leg(-100.0, np.array(place), known, False, 1.0) for place in (apart, (0.0, 0.0)))
+    assert here.only_follows(other, known) == follows
 
 
 @pytest.mark.parametrize(("gains", "most", "taken"), [(18, None, 18), (18, 10, 10), (40, None, 25), (0, None, 0)])

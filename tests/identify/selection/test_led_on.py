@@ -27,9 +27,8 @@ def legs_that_miss(monkeypatch, missing, far_off=()):
 
     def leg(stand, q, sizes, end):
         asked.append((q, end))
-        fit, is_far_off = SimpleNamespace(q=end, met=q not in missing), lambda found: (q, end) in far_off
-        found = SimpleNamespace(noise=(), log_z=-len(missing) * (q in missing))
-        return SimpleNamespace(fit=fit, sizes=sizes, is_far_off=is_far_off), found
+        fit = SimpleNamespace(q=end, met=q not in missing, rms=4.0 if (q, end) in far_off else 2.5)
+        return SimpleNamespace(fit=fit, sizes=sizes), SimpleNamespace(noise=(), log_z=-len(missing) * (q in missing))
 
     monkeypatch.setattr(courses, "_leg", leg)
     monkeypatch.setattr(courses, "leaves_noise", lambda fit, noise: fit.met)
@@ -37,43 +36,51 @@ def legs_that_miss(monkeypatch, missing, far_off=()):
 
 
 @pytest.mark.parametrize(
-    ("is_ahead", "missing", "far_off", "ways", "meets"),
+    ("met", "missing", "far_off", "ways", "meets"),
     [
-        (True, (), [], [(0.3, 0.6)], True),
-        (False, (0.3,), [], [(0.3, 0.6)], False),
-        (True, (0.3,), [(0.3, 0.6)], [(0.3, 0.6), (0.3, 0.45), (0.45, 0.6)], True),
-        (True, (0.3,), [(0.3, 0.6), (0.3, 0.45)], [(0.3, 0.6), (0.3, 0.45)], False),
-        (True, (0.3, 0.45), [], [(0.3, 0.6), (0.3, 0.45), (0.45, 0.6)], False),
+        (2.0, (), [], [(0.3, 0.6)], True),
+        (None, (0.3,), [], [(0.3, 0.6)], False),
+        (2.0, (0.3,), [(0.3, 0.6)], [(0.3, 0.6), (0.3, 0.45), (0.45, 0.6)], True),
+        (2.0, (0.3,), [(0.3, 0.6), (0.3, 0.45)], [(0.3, 0.6), (0.3, 0.45)], False),
+        (2.0, (0.3, 0.45), [], [(0.3, 0.6), (0.3, 0.45), (0.45, 0.6)], False),
     ],
 )
-def test_longer_films_that_are_missed_are_met_by_way_of_the_middle(monkeypatch, is_ahead, missing, far_off, ways, meets):
+def test_longer_films_that_are_missed_are_met_by_way_of_the_middle(monkeypatch, met, missing, far_off, ways, meets):
     """Only where the shorter ones were met, by no other course better, and the middle is not far off: else it is not the length."""
     asked = legs_that_miss(monkeypatch, missing, far_off)
-    given: Any = (None, 0.3, np.zeros(0), is_ahead, 0.6, 0.45)
+    given: Any = (None, 0.3, np.zeros(0), met, 0.6, 0.45)
     there: Any = courses._led_on(*given)[0]
     assert asked == ways
     assert there.fit.met == meets
 
 
 @pytest.mark.parametrize(
-    ("far_off", "in_any_case", "ends"),
-    [([], False, [0.5, 0.7, 0.9]), ([0.7], False, [0.5, 0.7]), ([0.7], True, [0.5, 0.7, 0.9]), ([0.9], False, [0.5, 0.7, 0.9])],
+    ("left", "misses", "in_any_case", "ends"),
+    [
+        ({0.5: 1.0, 0.7: 1.4}, True, False, [0.5, 0.7, 0.9]),
+        ({0.5: 1.0, 0.7: 1.6}, True, False, [0.5, 0.7]),
+        ({0.5: 1.0, 0.7: 1.6}, False, False, [0.5, 0.7, 0.9]),
+        ({0.5: 1.0, 0.7: 1.6}, True, True, [0.5, 0.7, 0.9]),
+        ({0.5: 2.5, 0.7: 3.5}, True, False, [0.5, 0.7, 0.9]),  # the noise is larger than it is said to be
+    ],
 )
-def test_a_course_far_off_films_that_are_not_whole_is_led_no_further_unless_there_is_no_other(monkeypatch, far_off, in_any_case, ends):
-    """A film twice as long cannot show it to be right: bases that a scale error kept from their films were led on from six sides."""
+def test_a_course_far_off_films_that_are_not_whole_is_led_no_further_unless_there_is_no_other(monkeypatch, left, misses, in_any_case, ends):
+    """A longer film cannot show it to be right: bases that a scale error kept from their films were led on from six sides."""
     asked = []
 
-    def led_on(stand, q, sizes, is_ahead, end, middle) -> Any:
+    def led_on(stand, q, sizes, met, end, middle) -> Any:
         asked.append(end)
-        return SimpleNamespace(fit=SimpleNamespace(q=end), sizes=sizes, is_far_off=lambda found: end in far_off), "evidence"
+        return SimpleNamespace(fit=SimpleNamespace(q=end), sizes=sizes), end
 
-    leg = SimpleNamespace(misses=True, log_z=0.0, deviation=None, only_follows=lambda other, deviation: False)
+    def leg(end) -> Any:
+        return SimpleNamespace(misses=misses, log_z=0.0, rms=left.get(end), known=None, only_follows=lambda other, known: False)
+
     monkeypatch.setattr(courses, "_led_on", led_on)
     monkeypatch.setattr(courses, "stretches", lambda given: [(0.5, 0.4), (0.7, 0.6), (0.9, 0.8)])
-    monkeypatch.setattr(courses, "Leg", SimpleNamespace(of=lambda stand, found: leg))
+    monkeypatch.setattr(courses, "Leg", SimpleNamespace(of=lambda stand, found: leg(found)))
     monkeypatch.setattr(courses, "stepped", lambda stand, found, most: ("whole", found))
     start: Any = SimpleNamespace(given=None)
-    others: Any = [[leg]]
+    others: Any = [[leg(0.5)]]
     led: Any = courses.led_beside(start, np.zeros(1), np.zeros(0), others, in_any_case=in_any_case)
     assert asked == ends
     assert led == ("whole" if ends[-1] == 0.9 else None)
@@ -93,8 +100,8 @@ def test_a_course_far_off_films_that_are_not_whole_is_led_no_further_unless_ther
 )
 def test_only_the_foremost_course_is_led_on_by_way_of_the_middle(course, others, is_ahead):
     """Behind another one it would not be taken, and where a gap is left each way takes as long."""
-    legs: Any = [[SimpleNamespace(log_z=log_z, misses=misses) for log_z, misses in one] for one in (course, *others)]
-    assert courses._is_ahead(legs[0], legs[1:]) == is_ahead
+    legs: Any = [[SimpleNamespace(log_z=log_z, misses=misses, rms=1.3) for log_z, misses in one] for one in (course, *others)]
+    assert courses._met(legs[0], legs[1:]) == (1.3 if is_ahead else None)
 
 
 @pytest.fixture
