@@ -56,6 +56,14 @@ class Chosen:
         """Its shapes, behind the amplitudes."""
         return self.values[len(self.form.amplitudes) :]
 
+    @property
+    def rank(self) -> float:
+        """What forms of different tables are compared by: twice the log evidence of the table, less what the form leaves of its gain.
+
+        Each table's gain is measured by the noise that is left with it, so gains by themselves compare forms of one table only.
+        """
+        return _rank(self.table, self.score)
+
 
 def chosen_forms(tables: Sequence[Unnamed], samples: float, within: float = np.inf) -> list[Chosen]:
     """The best form of each table, those that say most first.
@@ -63,17 +71,26 @@ def chosen_forms(tables: Sequence[Unnamed], samples: float, within: float = np.i
     Parameters
     ----------
     samples : number of independent samples that were measured.
-    within : a score so far below the best one is not asked for: what cannot come nearer is left out.
+    within : a rank so far below the best one is not asked for: what cannot come nearer is left out.
     """
     found: dict[int, Chosen] = {}
-    for place, axis, seen in sorted(_all_seen(tables, samples), key=lambda row: -row[2].at_best(samples)):
-        best = max((one.score for one in found.values()), default=-np.inf)
-        if seen.at_best(samples) < best - within:
+    rows = [(place, axis, seen, _rank(tables[place], seen.at_best(samples))) for place, axis, seen in _all_seen(tables, samples)]
+    for place, axis, seen, at_best in sorted(rows, key=lambda row: -row[3]):
+        if at_best < max((one.rank for one in found.values()), default=-np.inf) - within:
             break
         one = _best_on(tables[place], seen, samples)
         if one is not None and (place not in found or one.score > found[place].score):
             found[place] = replace(one, axis=axis, arm_m=seen.arm_m)
-    return sorted(found.values(), key=lambda one: -one.score)
+    return sorted(found.values(), key=lambda one: -one.rank)
+
+
+def _rank(table: Unnamed, score: float) -> float:
+    return 2.0 * table.log_z + score - _most(table.information, table.drive)
+
+
+def _most(information: Array, drive: Array) -> float:
+    """Fall of -2 ln L that forces of any course bring; of noise alone about their number."""
+    return float(drive @ np.linalg.lstsq(information, drive, rcond=1e-12)[0])
 
 
 def _all_seen(tables: Sequence[Unnamed], samples: float) -> Iterator[tuple[int, int, _Seen]]:
@@ -172,7 +189,7 @@ class _Seen:
     @cached_property
     def most(self) -> float:
         """Fall of -2 ln L that forces of any course bring; of noise alone about their number."""
-        return float(self.drive @ np.linalg.lstsq(self.information, self.drive, rcond=1e-12)[0])
+        return _most(self.information, self.drive)
 
     def gain(self, form: Form, shapes: Sequence[float] | Array) -> tuple[float, Array]:
         """Fall of -2 ln L against no force, and the amplitudes that make it."""

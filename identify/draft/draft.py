@@ -40,7 +40,7 @@ def draft(beside: Weighed, left: Fit, tables: Sequence[Unnamed], held_out: HeldO
         The one that runs held out prefer, or the best fit where there are none; None where no formula says anything.
     """
     found = [one for one in chosen_forms(tables, left.effective_samples, _LESS_WELL) if one.score > _LEAST_SCORE]
-    near = [one for one in found[:MOST_TRIED] if one.score > found[0].score - _LESS_WELL]
+    near = [one for one in found[:MOST_TRIED] if one.rank > found[0].rank - _LESS_WELL]
     before = held_out(left) if near else ()
     tried = [_tried(beside, one, before, held_out, origin) for one in near]
     return min(tried, key=lambda one: gap_left(*one.held_with) if one.held_with else one.fit.cost, default=None)
