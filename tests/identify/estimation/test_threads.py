@@ -13,7 +13,7 @@ from identify.campaign.runs import read_campaign
 from identify.estimation import problem as problems
 from simulate.dispatch.compiled_code import compiled_once
 from simulate.dispatch.threads import others_busy, side_by_side
-from simulate.effects import CATALOGUE
+from simulate.effects import CATALOGUE, StopStiffness
 from simulate.files.model_file import read_model
 
 
@@ -56,3 +56,15 @@ def test_a_task_within_a_task_is_done_by_the_same_thread():
     within = side_by_side(lambda _: {get_ident(), *side_by_side(lambda _: get_ident(), 4)}, 4)
     assert all(len(threads) == 1 for threads in within)
     assert not others_busy()
+
+
+@pytest.mark.parametrize("longer", [False, True])
+def test_what_does_not_show_has_no_slope_at_all_though_the_gaps_are_known_before(campaign, longer):
+    """Before the stops their stiffness changes nothing: all points are simulated together, for one seen alone is rounded otherwise."""
+    folder = campaign(None, 883, loops=(), deployments=({},))
+    problem = problem_of(read_model(folder / "model.toml"), read_campaign([folder / "campaign.toml"])).until(0.3)
+    problem = problem.with_effects([StopStiffness()])
+    q, stiffness = problem.start, len(problem.start) - 1
+    _, slopes = problem.jacobian(q, [0, stiffness], problem.gaps(q), longer=longer)
+    assert np.linalg.norm(slopes[: problem.measured, 0]) > 1.0
+    assert not slopes[: problem.measured, 1].any()
