@@ -74,8 +74,8 @@ def chosen_forms(tables: Sequence[Unnamed], samples: float, within: float = np.i
     within : a rank so far below the best one is not asked for: what cannot come nearer is left out.
     """
     found: dict[int, Chosen] = {}
-    rows = [(place, axis, seen, _rank(tables[place], seen.at_best(samples))) for place, axis, seen in _all_seen(tables, samples)]
-    for place, axis, seen, at_best in sorted(rows, key=lambda row: -row[3]):
+    ranked = [(_rank(tables[place], seen.at_best(samples)), place, axis, seen) for place, axis, seen in _all_seen(tables, samples)]
+    for at_best, place, axis, seen in sorted(ranked, key=lambda row: -row[0]):
         if at_best < max((one.rank for one in found.values()), default=-np.inf) - within:
             break
         one = _best_on(tables[place], seen, samples)

@@ -74,26 +74,22 @@ def duration_for(times_s: Array, release: RunRelease) -> float:
 
 
 def poses_at(samples: Array, places: Array) -> Array:
-    """Poses (..., m, 7) at places (m,) between samples (..., n, 7); behind a sample of a run that is not finite nothing of it is seen."""
-    finite = np.isfinite(samples).all(axis=(-2, -1))
-    if finite.all() and places.max(initial=0.0) <= samples.shape[-2] - 1:
+    """Poses (m, 7) at places (m,) between the poses (n, 7) of a deployment; behind one that is not finite nothing is seen."""
+    finite = np.isfinite(samples)
+    good = len(samples) if finite.all() else int(np.argmin(finite.all(axis=1)))
+    if good == len(samples) and places.max(initial=0.0) <= good - 1:
         return between(samples, places)
-    if samples.ndim > 2:
-        return np.stack([poses_at(own, places) for own in samples])
-    good = int(np.argmin(np.append(np.isfinite(samples).all(axis=1), False)))
-    poses, covered = np.full((len(places), POSE_SIZE), np.nan), places <= good - 1
+    poses = np.full((len(places), POSE_SIZE), np.nan)
+    covered = places <= good - 1
     if good > 1:
         poses[covered] = between(samples[:good], places[covered])
     return poses
 
 
 def between(rows: Array, at: Array) -> Array:
-    """Rows (..., n, k) that are evenly spaced, seen at places (m,) between them, (..., m, k).
-
-    By the polynomial through the six nearest, or all of fewer.
-    """
-    near, weights = _nearest(np.ascontiguousarray(at, dtype=float).tobytes(), rows.shape[-2])
-    return np.einsum("mj,...mjk->...mk", weights, rows[..., near, :])
+    """Rows (n, k) that are evenly spaced, seen at places (m,) between them: the polynomial through the six nearest, or all of fewer."""
+    near, weights = _nearest(np.ascontiguousarray(at, dtype=float).tobytes(), len(rows))
+    return np.einsum("mj,mjk->mk", weights, rows[near])
 
 
 @lru_cache(maxsize=256)
@@ -214,19 +210,13 @@ def observe_beside(first: View, views: Sequence[View], *, longer: bool = False) 
     """
     ahead = _ahead(without_idle([first.rig])[0])
     pace = ahead.longer if longer else ahead.pace
-    groups: dict[tuple, dict[Model, list[int]]] = {}
-    for i, view in enumerate(views):
-        alike = groups.setdefault((view.rig.simulation, type(view.rig.controller), *(type(effect) for effect in view.rig.effects)), {})
-        alike.setdefault(view.rig, []).append(i)
-    poses = np.empty((len(views), len(first.looked_s), POSE_SIZE))
-    for alike in groups.values():
-        samples = poses_beside([pace.of(rig) for rig in alike], pace.division, one_core=others_busy())
-        looked: dict[bytes, list[tuple[int, int]]] = {}
-        for k, i in ((k, i) for k, of_rig in enumerate(alike.values()) for i in of_rig):
-            looked.setdefault(views[i].places.tobytes(), []).append((k, i))
-        for together in looked.values():
-            k, i = np.array(together).T
-            poses[i] = poses_at(samples[k], views[i[0]].places / pace.fewer)
+    samples: dict[Model, Array] = {}
+    groups: dict[tuple, list[Model]] = {}
+    for rig in dict.fromkeys(view.rig for view in views):
+        groups.setdefault((rig.simulation, type(rig.controller), *(type(effect) for effect in rig.effects)), []).append(rig)
+    for group in groups.values():
+        samples |= zip(group, poses_beside([pace.of(rig) for rig in group], pace.division, one_core=others_busy()), strict=True)
+    poses = np.stack([poses_at(samples[view.rig], view.places / pace.fewer) for view in views])
     if all(view.is_plain for view in views):
         return views[0].of(poses)
     seen = [view.of(own) for view, own in zip(views, poses, strict=True)]

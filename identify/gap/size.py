@@ -1,4 +1,4 @@
-"""How large a gap is: root mean square over the noise, as stated or as estimated, of what is no spike; and what effect could be seen."""
+"""How large a gap is, root mean square over the noise, spikes apart; and how large an effect must be to be found."""
 
 from __future__ import annotations
 

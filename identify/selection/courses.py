@@ -26,14 +26,14 @@ _DAMPINGS = (1e-4, 1e-3, 1e-2, 1.0)  # of a step, in parts of what is known of e
 
 @dataclass(frozen=True)
 class Leg:
-    """Where a stand came to with films up to some time: its log evidence, its place (k,), and what these films know of that.
+    """Where a stand came to with films up to some time: its log evidence, its place (k,), and the information (k, k) of that.
 
-    A course has one for each time, the earliest first. misses : whether more than noise is left of these films. rms : what is left of them.
+    A course has one for each time, the earliest first. misses : whether more than noise is left of these films. rms : of what is left.
     """
 
     log_z: float
     place: Array
-    known: Factored
+    information: Factored
     misses: bool
     rms: float
 
@@ -44,12 +44,12 @@ class Leg:
         place = np.concatenate([stand.fit.q[:first], stand.sizes[stand.free()], stand.fit.q[first:]])
         return cls(found.log_z, place, found.information, not leaves_noise(stand.fit, found.noise), stand.fit.rms)
 
-    def only_follows(self, other: Leg, known: Factored) -> bool:
-        """Whether it fell far behind another, or came to where that has been: longer films, which know that, hardly tell both places apart.
+    def only_follows(self, other: Leg, information: Factored) -> bool:
+        """Whether it fell far behind another, or came to where that has been, as the information (k, k) of longer films has it.
 
         Where it misses the films already it has to be as likely as the other: longer films cannot show it to be right.
         """
-        return self.log_z < other.log_z - (0.0 if self.misses else NEAR) or 0.5 * known.over(self.place - other.place) <= NEAR
+        return self.log_z < other.log_z - (0.0 if self.misses else NEAR) or 0.5 * information.over(self.place - other.place) <= NEAR
 
 
 Course: TypeAlias = list[Leg]
@@ -70,7 +70,7 @@ def led_beside(stand: Stand, q: Array, sizes: Array, courses: list[Course], *, i
         early, found = _led_on(stand, q, sizes, _met(course, others), *stretch)
         q, sizes = early.fit.q, early.sizes
         course.append(Leg.of(early, found))
-        if any(course[place].only_follows(other[place], other[-1].known) for other in others if len(other) > place):
+        if any(course[place].only_follows(other[place], other[-1].information) for other in others if len(other) > place):
             return None
         if course[place].misses and course[place].rms >= CLOSE * course[0].rms and not in_any_case:
             return None
@@ -78,7 +78,7 @@ def led_beside(stand: Stand, q: Array, sizes: Array, courses: list[Course], *, i
 
 
 def _met(course: Course, others: list[Course]) -> float | None:
-    """What is left of the films that a course has met so far, while no other one is ahead of it; None else."""
+    """Root mean square that a course leaves of the films it has met so far; None where it missed them or another course is ahead."""
     last = len(course) - 1
     if last < 0 or course[last].misses or any(course[last].log_z < other[last].log_z for other in others if len(other) > last):
         return None
@@ -86,9 +86,9 @@ def _met(course: Course, others: list[Course]) -> float | None:
 
 
 def _led_on(stand: Stand, q: Array, sizes: Array, met: float | None, end: float, middle: float) -> tuple[Stand, Evidence]:
-    """A stand led on with films up to a time, s; where shorter ones were met and these are not, by way of the middle, if that is.
+    """A stand led on with films up to a time, s; where it misses them but met shorter ones, by way of the middle if not far off there.
 
-    met : what is left of the shorter ones, None where they were not met or another course is ahead.
+    met : root mean square that it left of the shorter ones, None where it missed them or another course is ahead.
     """
     there = _leg(stand, q, sizes, end)
     if met is None or leaves_noise(there[0].fit, there[1].noise):
@@ -105,8 +105,8 @@ def _leg(stand: Stand, q: Array, sizes: Array, horizon: float) -> tuple[Stand, E
 
 def cut(stand: Stand, q: Array, sizes: Array, horizon: float) -> Stand:
     """A stand at a place with films up to a time, s."""
-    cut = replace(stand, given=stand.given.until(horizon))
-    return cut.at(cut.with_errors(sizes), q, sizes)
+    early = replace(stand, given=stand.given.until(horizon))
+    return early.at(early.with_errors(sizes), q, sizes)
 
 
 def stepped(stand: Stand, found: Evidence, gain: float = HARDLY, most: int = _MOST_STEPS) -> tuple[Stand, Evidence]:

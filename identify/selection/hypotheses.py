@@ -212,5 +212,5 @@ class Tried:
         return log_weight > self.foremost.log_weight - self.budget.least
 
     def _is_much(self, gain: float, one: Hypothesis, least: float) -> bool:
-        """Whether what a hypothesis has gained may change what stands beside it: one far behind wanders in a wide valley."""
+        """Whether a hypothesis has gained enough to weigh anew what stands beside it; one far behind gains a little wherever it is led."""
         return gain > max(least, _OF_LACK * (self.foremost.log_weight - one.log_weight))

@@ -93,7 +93,7 @@ def led_anew(one: Weighed) -> Weighed | None:
     if not one.is_unusual or gap_test(one.fit).p_value > UNUSUAL_P or not horizons(stand.given):
         return _unbent(one)
     cuts = (cut(stand, stand.fit.q, stand.sizes, horizon) for horizon in horizons(stand.given))
-    courses = [[Leg.of(cut, cut.weighed()) for cut in cuts]]
+    courses = [[Leg.of(early, early.weighed()) for early in cuts]]
     led = led_beside(stand, stand.origin, np.zeros(len(stand.sizes)), courses)
     there = led and _on_other_sides(stand, led, courses)
     if there is None or there.weighed().log_z < stand.weighed().log_z + HARDLY:

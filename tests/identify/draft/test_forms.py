@@ -74,7 +74,7 @@ def test_what_cannot_come_near_the_best_score_is_left_out_and_nothing_else(seed)
 
 
 def test_of_two_tables_the_likelier_one_is_drafted_from_though_the_other_gains_more_by_the_noise_that_it_leaves():
-    """Of a draught a table over height, 400 less likely than one over time, gained 270 000 by noise that it left twenty times smaller."""
+    """Of a draught a table over height had a log evidence 190 below that over time, and a gain of 270 000 where that had 11 000."""
     of = {form.name: form for form in FORMS}
     time, height = ForceAlongTime.over(0.0, 0.5), ForceAlongHeight.over(0.2, 0.7)
     likely = seen(time, of["bump"].force(time.places, (0.3, 0.25, 0.05)), 3)

@@ -41,9 +41,6 @@ def test_behind_a_sample_that_is_not_finite_and_behind_the_last_one_nothing_is_s
     assert np.isfinite(beyond[0]).all()
     assert np.isnan(beyond[1]).all()
     assert np.isnan(poses_at(samples(1), np.array([0.0, 2.0]))).all()
-    together = poses_at(np.stack([samples(12), samples(4)]), np.array([0.5, 3.0, 3.1, 8.0]))
-    assert np.isfinite(together[0]).all()
-    assert together[1] == pytest.approx(cut, nan_ok=True)
 
 
 def test_a_simulation_covers_the_last_frame_and_a_margin_in_steps_that_runs_share():

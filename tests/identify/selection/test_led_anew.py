@@ -99,7 +99,7 @@ def test_what_falls_far_behind_another_or_comes_to_where_it_has_been_is_led_no_f
     (course,) = taken
     assert len(course) == len(horizons(stand.given)) == 3
     better = replace(course[0], log_z=1e9)
-    deviation = np.sqrt(np.diag(course[-1].known.inverse))
+    deviation = np.sqrt(np.diag(course[-1].information.inverse))
     elsewhere = [replace(leg, place=leg.place + 4.0 * deviation) for leg in course]
     joined = [*elsewhere[:2], course[2]]
     for others, legs, follows in (

@@ -73,7 +73,7 @@ def test_a_course_far_off_films_that_are_not_whole_is_led_no_further_unless_ther
         return SimpleNamespace(fit=SimpleNamespace(q=end), sizes=sizes), end
 
     def leg(end) -> Any:
-        return SimpleNamespace(misses=misses, log_z=0.0, rms=left.get(end), known=None, only_follows=lambda other, known: False)
+        return SimpleNamespace(misses=misses, log_z=0.0, rms=left.get(end), information=None, only_follows=lambda other, information: False)
 
     monkeypatch.setattr(courses, "_led_on", led_on)
     monkeypatch.setattr(courses, "stretches", lambda given: [(0.5, 0.4), (0.7, 0.6), (0.9, 0.8)])
