@@ -179,7 +179,9 @@ class Factored:
         return float(np.sum((self.root.T @ (self.size * vector)) ** 2))
 
     def damped(self, step: Array, damping: float) -> Array:
-        """A step (n,), of which less is left the less the matrix says along it (Marquardt 1963)."""
+        """A step (n,), of which less is left the less the matrix says along it (Marquardt 1963); all of it without damping."""
+        if not damping:
+            return step
         unit = self.root @ self.root.T
         return np.linalg.solve(unit + damping * np.eye(len(unit)), unit @ (self.size * step)) / self.size
 

@@ -18,10 +18,8 @@ from identify.selection.stand import Stand
 from measure.common.arrays import Array
 
 _MOST_STEPS = 25  # until a place is settled
-_OF_A_LEG = 3.0  # of a log probability, that a step brings where longer films follow
-_OF_GAIN = 0.3  # how exact an evidence is on the way, in parts of what a step must bring
-SHARES = (0.5, 0.2, 0.1)  # of a step that are tried
-_DAMPINGS = (1e-4, 1e-3, 1e-2, 1.0)  # of a step, in parts of what is known of each parameter by itself
+_OF_A_LEG, _OF_GAIN = 3.0, 0.3  # log probability that a step must bring where longer films follow, and how exact it is, in parts of that
+_DAMPINGS = (0.0, 1e-4, 1e-3, 1e-2, 0.1, 1.0, 10.0, 100.0)  # of a step, in parts of what is known of each parameter by itself
 
 
 @dataclass(frozen=True)
@@ -118,31 +116,33 @@ def stepped(stand: Stand, found: Evidence, gain: float = HARDLY, most: int = _MO
 
 def _uphill(stand: Stand, found: Evidence, gain: float, most: int, *, surely: bool = True) -> tuple[Stand, Evidence]:
     """A stand taken uphill; its linear pieces may come from the way, and its evidence is as exact as the gain."""
+    damped = 0
     for _ in range(most):
-        after = _a_step_on(stand, found, gain, surely)
+        after, damped = _a_step_on(stand, found, gain, damped, surely)
         if after is None:
             break
         stand, found = after, after.weighed(found.noise, _OF_GAIN * gain)
     return stand, found
 
 
-def _a_step_on(stand: Stand, found: Evidence, gain: float, surely: bool) -> Stand | None:
-    """The stand a step farther, or at the same place with linear pieces worked out anew; None where no step raises the log probability.
+def _a_step_on(stand: Stand, found: Evidence, gain: float, damped: int, surely: bool) -> tuple[Stand | None, int]:
+    """The stand a step farther, or at the same place with linear pieces worked out anew, and how the next step is damped.
 
-    From fresh pieces the best of several shorter steps is taken where a whole one brings less than the gain.
+    From fresh pieces a step that does not bring the gain is damped ever more; the stand is None where no damped step promises it. How far
+    straight lines lead changes little along a way: the next step begins with the next smaller damping.
 
     surely : whether pieces that come from the way are worked out anew, too, where they promise nothing.
     """
-    way, known = _way_within(stand, found), found.information
-    promises = 0.5 * known.over(way) >= gain
-    if promises:
-        least, best = stand.log_probability(found.noise) + gain, tried(stand, way, found.noise)
-        if best[0] <= least and stand.is_fresh:
-            shorter = [*(share * way for share in SHARES), *(known.damped(way, damping) for damping in _DAMPINGS)]
-            best = max((tried(stand, part, found.noise) for part in shorter), key=lambda one: one[0])
-        if best[0] > least:
-            return stand.moved_to(*best[1:])
-    return stand.anew if not stand.is_fresh and (promises or surely) else None
+    way, known, least = _way_within(stand, found), found.information, stand.log_probability(found.noise) + gain
+    parts = [known.damped(way, damping) for damping in _DAMPINGS]
+    worth = sum(known.over(way) - known.over(way - part) >= 2.0 * gain for part in parts)
+    for place in range(max(min(damped, worth - 1), 0), worth):
+        there = tried(stand, parts[place], found.noise)
+        if there[0] > least:
+            return stand.moved_to(*there[1:]), max(place - 1, 0)
+        if not stand.is_fresh:
+            return stand.anew, place
+    return stand.anew if surely and not stand.is_fresh else None, damped
 
 
 def tried(stand: Stand, way: Array, noise: tuple[ChannelNoise, ...]) -> tuple[float, Problem, Array, Array, Array]:

@@ -30,8 +30,7 @@ from identify.selection.verdict import Names, credible_set, foremost_of, is_unna
 from identify.selection.weighing import errors_without, fitted, led_anew, stands_of, weighed, weighed_within, without
 
 _DEEPER = 10.0  # sum of squares, or log evidence, by which another local minimum is worth looking from anew
-_SETTLING = 8  # fits of what turns out to hold a share in the end
-_DEAD_END = 2  # fits that one costs besides which leaves the films far off: it takes as long
+_SETTLING, _DEAD_END = 8, 2  # fits of what turns out to hold a share in the end; those that one costs besides which leaves films far off
 _UNSETTLED = 1.0  # log evidence that lines promise at the base and the simulation does not keep
 _BEYOND = 2.0  # log evidence by which a fit may well exceed its promise: straight lines know no curve
 
@@ -294,9 +293,10 @@ class Search(Tried):
         assert promise is not None
         self.led[ahead.names] = ahead
         for each in (promise, *promise.others):
-            self._keep(ahead.names, fitted(ahead.beside.weighed, each))
+            if each is promise or ahead.log_weight + each.log_z - promise.log_z > self.fitted[ahead.names].log_weight:
+                self._keep(ahead.names, fitted(ahead.beside.weighed, each))
         found = self.fitted[ahead.names]
-        if found.log_weight < ahead.log_weight - _DEEPER:  # the base has bent too far to be led back
+        if found.log_weight < ahead.log_weight - _DEEPER and not ahead.beside.weighed.leaves_noise:  # bent too far
             self._keep(ahead.names, weighed(solve_from_afar(found.weighed.exact.given, found.weighed.exact.origin)))
             found = self.fitted[ahead.names]
         self.spent += _DEAD_END if found.weighed.stand.misses else 0

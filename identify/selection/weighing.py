@@ -13,7 +13,7 @@ from identify.estimation.problem import Fit, Problem
 from identify.gap.bent_law import is_bent, loops_miss, with_law_as_given
 from identify.gap.gap_test import gap_test
 from identify.noise.noise_model import ChannelNoise
-from identify.selection.courses import SHARES, Course, Leg, cut, led_beside, stepped, tried
+from identify.selection.courses import Course, Leg, cut, led_beside, stepped, tried
 from identify.selection.evidence import Both, Evidence
 from identify.selection.first_look import Promise
 from identify.selection.model_errors import sizes_in_tolerances
@@ -22,7 +22,7 @@ from identify.selection.stand import Stand, Weighed
 from measure.common.arrays import Array
 from simulate.model.rig import geometry_of
 
-_FEW_STEPS = 8
+_FEW_STEPS, _SHARES = 8, (1.0, 0.5, 0.2, 0.1)  # of least squares, and parts of the first step of all that are tried
 _DIRECTIONS, _OFF = 2, 3.0  # in which errors act across a mirror, and how many tolerances off they begin
 
 
@@ -62,7 +62,7 @@ def weighed_towards(stand: Stand, q: Array, errors: Mapping[tuple[str, int], flo
     way = np.insert(step, first, (sizes - stand.sizes)[stand.free()])
     if np.any(step[first:][~shown] != 0.0):
         return _weighed_from(stand.moved_to(*tried(stand, way, noise)[1:]))
-    best = max((tried(stand, share * way, noise) for share in (1.0, *SHARES)), key=lambda one: one[0])
+    best = max((tried(stand, share * way, noise) for share in _SHARES), key=lambda one: one[0])
     return _weighed_from(stand.moved_to(*best[1:]) if best[0] > stand.log_probability(noise) else stand)
 
 

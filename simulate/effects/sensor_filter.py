@@ -40,37 +40,38 @@ class SensorFilter(MeasurementEffect):
     def observe_force(self, time_s: Array, elongation_m: Array, force_N: Array) -> Array:
         """The force as the slow load cell shows it."""
         del elongation_m
-        return low_pass(time_s, force_N, self.time_s[0])
+        return low_pass(time_s, force_N[None], self.time_s[0])[0]
 
     def observe(self, time_s: Array, channels: Mapping[str, Array]) -> Mapping[str, Array]:
         """Every channel as the slow camera shows it."""
-        return {name: low_pass(time_s, values, self.time_s[1]) for name, values in channels.items()}
+        shown = low_pass(time_s, np.stack([*channels.values()]), self.time_s[1])
+        return dict(zip(channels, shown, strict=True))
 
 
 def low_pass(time_s: Array, values: Array, tau_s: float) -> Array:
-    """Values (n,) behind a low pass of first order, at rest before the first; from one on that is not finite none is.
+    """Channels (c, n) behind a low pass of first order, at rest before the first sample; from one on that is not finite none is.
 
     On a spline P = x - tau x' + tau^2 x'' - tau^3 x''' solves the equation, and what y is away from P fades as exp(-t / tau).
     """
     from scipy.interpolate import CubicSpline
 
-    finite = np.isfinite(values)
-    n = len(values) if finite.all() else int(np.argmin(finite))
+    gone = np.flatnonzero(~np.isfinite(values).all(axis=0))
+    n = int(gone[0]) if len(gone) else values.shape[1]
     if tau_s == 0.0 or n < 2:
         return values
-    spline, h = CubicSpline(time_s[:n], values[:n]), np.diff(time_s[:n])
+    x = values[:, :n].T
+    spline, h = CubicSpline(time_s[:n], x), np.diff(time_s[:n])[:, None]
     third, second, first, start = spline.c
-    ends = (start, values[1:n]), (first, first + h * (2.0 * second + 3.0 * h * third)), (second, second + 3.0 * h * third)
+    ends = (start, x[1:]), (first, first + h * (2.0 * second + 3.0 * h * third)), (second, second + 3.0 * h * third)
     before, behind = (x - tau_s * (v - tau_s * (2.0 * a - tau_s * 6.0 * third)) for x, v, a in zip(*ends, strict=True))
-    shown = _faded(float(values[0]), before, behind, np.exp(-h / tau_s))
-    return np.concatenate([shown, np.full(len(values) - n, np.nan)])
+    shown = np.full(values.T.shape, np.nan)
+    shown[0] = x[0]
+    _fade(shown, before, behind, np.exp(-h[:, 0] / tau_s))
+    return shown.T
 
 
 @njit(cache=True)
-def _faded(start: float, before: Array, behind: Array, faded: Array) -> Array:
-    """From sample to sample what is shown (n + 1,): off P before by so much, and behind it by what has not faded of that, (n,) each."""
-    shown = np.empty(len(faded) + 1)
-    shown[0] = start
+def _fade(shown: Array, before: Array, behind: Array, faded: Array) -> None:
+    """Fill what is shown (n + 1, c): off P before by so much, and behind it by what has not faded of that, (n, c) each."""
     for i in range(len(faded)):
         shown[i + 1] = behind[i] + (shown[i] - before[i]) * faded[i]
-    return shown

@@ -114,21 +114,28 @@ def test_the_base_is_weighed_anew_from_one_name_and_from_several_only_where_they
     assert tried == ([reached == -200.0] if again else [])
 
 
-def test_a_wave_is_fitted_from_each_place_that_may_be_its_own_and_the_likeliest_is_kept(monkeypatch):
-    one = fitting(monkeypatch, ("ripple",), weighed_as={100.0: -260.0, 90.0: -240.0, 95.0: -250.0})
+@pytest.mark.parametrize(("promised", "fits", "ends"), [(-239.0, 3, -230.0), (-259.0, 2, -240.0), (-260.0, 1, -260.0)])
+def test_a_wave_is_fitted_from_each_place_that_promises_more_than_was_reached_and_the_likeliest_is_kept(monkeypatch, promised, fits, ends):
+    one = fitting(monkeypatch, ("ripple",), weighed_as={100.0: -260.0, 90.0: -240.0, 95.0: -230.0})
     costs = iter([100.0, 90.0, 95.0])
     monkeypatch.setattr(weighing, "solve", lambda problem, start, loosely: SimpleNamespace(cost=next(costs)))
     monkeypatch.setattr(one, "_base_again", lambda led, is_elsewhere: None)
-    ahead, other = ahead_of(("ripple",), -260.0), SimpleNamespace(errors=None, instead="")
-    ahead.promise.others = (other, other)
+    ahead, other = ahead_of(("ripple",), -258.0), SimpleNamespace(errors=None, instead="", log_z=promised)
+    ahead.promise.log_z, ahead.promise.others = -258.0, (other, other)
     one._fit(ahead)
-    assert one.fitted[("ripple",)].log_weight == -240.0
-    assert next(costs, None) is None
+    assert one.fitted[("ripple",)].log_weight == ends
+    assert len([*costs]) == 3 - fits
 
 
-@pytest.mark.parametrize(("reached", "ends"), [(-620.0, -230.0), (-251.0, -230.0), (-249.0, -249.0)])
-def test_a_name_that_falls_far_short_of_its_promise_is_led_from_the_model_file_too(monkeypatch, reached, ends):
-    """Promised -240. From a base that had bent to a counterweight every step was too long: -11617 came of a promise of -10800."""
+@pytest.mark.parametrize(
+    ("reached", "leaves_noise", "ends"),
+    [(-620.0, False, -230.0), (-251.0, False, -230.0), (-249.0, False, -249.0), (-251.0, True, -251.0)],
+)
+def test_a_name_that_falls_far_short_of_its_promise_is_led_from_the_model_file_too(monkeypatch, reached, leaves_noise, ends):
+    """Promised -240. From a base that had bent to a counterweight every step was too long: -11617 came of a promise of -10800.
+
+    Beside what leaves noise it is not needed, and 6 s of processor time told no more.
+    """
     one, begun = fitting(monkeypatch, ("leg-mass",), weighed_as={0.0: reached, 7.0: -230.0}), []
     monkeypatch.setattr(one, "_base_again", lambda led, is_elsewhere: None)
     kept = one._keep
@@ -139,13 +146,13 @@ def test_a_name_that_falls_far_short_of_its_promise_is_led_from_the_model_file_t
 
     monkeypatch.setattr(one, "_keep", keep)
     monkeypatch.setattr(search, "solve_from_afar", lambda given, start: begun.append((given, start)) or SimpleNamespace(cost=7.0))
-    one._fit(ahead_of(("leg-mass",), -240.0))
+    one._fit(ahead_of(("leg-mass",), -240.0, leaves_noise))
     assert one.fitted[("leg-mass",)].log_weight == ends
     assert begun == ([("the model file", "nothing known")] if ends == -230.0 else [])
 
 
-def ahead_of(names, log_weight) -> Any:
-    beside = SimpleNamespace(weighed=SimpleNamespace(both=SimpleNamespace(is_exact=True), log_z=-300.0))
+def ahead_of(names, log_weight, leaves_noise=False) -> Any:
+    beside = SimpleNamespace(weighed=SimpleNamespace(both=SimpleNamespace(is_exact=True), log_z=-300.0, leaves_noise=leaves_noise))
     return SimpleNamespace(names=names, log_weight=log_weight, promise=SimpleNamespace(errors=None, instead="", others=()), beside=beside)
 
 

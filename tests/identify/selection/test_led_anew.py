@@ -142,7 +142,11 @@ def test_a_place_is_settled_while_steps_gain_and_compared_after_ten(monkeypatch,
 
         return SimpleNamespace(step=step, is_fresh=True, weighed=weighed_there, borne_out=lambda found: found)
 
-    monkeypatch.setattr(courses, "_a_step_on", lambda stand, found, gain, surely: place(stand.step + 1) if stand.step < gains else None)
+    def step_on(stand, found, gain, damped, surely):
+        assert damped == stand.step % 3  # the next step begins with the damping that this one leaves
+        return place(stand.step + 1) if stand.step < gains else None, (stand.step + 1) % 3
+
+    monkeypatch.setattr(courses, "_a_step_on", step_on)
     begun = SimpleNamespace(noise=(), step=0)
     end: Any = courses.stepped(place(0), begun, **({} if most is None else {"most": most}))  # type: ignore[arg-type]
     stand, found = end
@@ -164,12 +168,45 @@ def test_a_place_is_settled_while_steps_gain_and_compared_after_ten(monkeypatch,
 def test_lines_from_the_way_that_promise_nothing_are_worked_out_anew_only_to_be_sure(
     monkeypatch, is_fresh, promised, brings, surely, after
 ):
-    known = SimpleNamespace(over=lambda way: 2.0 * promised, damped=lambda way, damping: way)
+    known = SimpleNamespace(over=lambda way: promised * float(way @ way), damped=lambda way, damping: way)
     stand: Any = SimpleNamespace(is_fresh=is_fresh, anew="anew", log_probability=lambda noise: -100.0, moved_to=lambda *there: "moved")
     monkeypatch.setattr(courses, "_way_within", lambda stand, found: np.ones(2))
     monkeypatch.setattr(courses, "tried", lambda stand, way, noise: (-100.0 + brings, "problem", "q", "sizes", "gaps"))
     found: Any = SimpleNamespace(information=known, noise=())
-    assert courses._a_step_on(stand, found, 3.0, surely) == after
+    assert courses._a_step_on(stand, found, 3.0, 0, surely)[0] == after
+
+
+@pytest.mark.parametrize(
+    ("damped", "brings", "taken", "tries", "to_come"),
+    [
+        (0, {1.0: 5.0}, 1.0, 1, 0),  # undamped
+        (0, {0.125: 5.0}, 0.125, 4, 2),
+        (2, {0.125: 5.0}, 0.125, 2, 2),  # it begins as damped as the step before left it
+        (2, {0.25: 5.0}, 0.25, 1, 1),
+        (2, {1.0: 5.0}, None, 4, 2),
+        (7, {0.03125: 5.0}, 0.03125, 1, 4),  # what is damped more promises less than the gain
+        (0, {}, None, 6, 0),
+    ],
+)
+def test_a_step_that_does_not_gain_is_damped_until_it_does_and_the_next_begins_nearly_as_damped(
+    monkeypatch, damped, brings, taken, tries, to_come
+):
+    """A base 50 times the noise off tried every step undamped first, then seven others: 2400 simulations for 450 steps."""
+    asked: list[float] = []
+
+    def tried(stand, way, noise):
+        asked.append(float(way[0]))
+        return -100.0 + brings.get(asked[-1], 0.0), asked[-1]
+
+    known = SimpleNamespace(
+        over=lambda way: 100.0 * float(way[0]), damped=lambda way, damping: way * 0.5 ** courses._DAMPINGS.index(damping)
+    )
+    stand: Any = SimpleNamespace(is_fresh=True, log_probability=lambda noise: -100.0, moved_to=lambda *there: there[0])
+    monkeypatch.setattr(courses, "_way_within", lambda stand, found: np.ones(1))
+    monkeypatch.setattr(courses, "tried", tried)
+    found: Any = SimpleNamespace(information=known, noise=())
+    assert courses._a_step_on(stand, found, 1.2, damped, True) == (taken, to_come)
+    assert len(asked) == tries
 
 
 @pytest.mark.parametrize(("louder", "wave", "misses"), [(1.0, 0.0, False), (3.0, 0.0, False), (1.0, 20.0, True), (3.0, 20.0, True)])

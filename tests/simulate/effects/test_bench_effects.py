@@ -114,6 +114,17 @@ def test_a_slow_camera_lags_behind_a_coasting_platform_by_speed_times_time_const
         assert shown == pytest.approx(speed * (time - tau * (1 - np.exp(-time / tau))), abs=1e-12)
 
 
+def test_a_slow_camera_shows_of_channels_together_what_it_shows_of_each_by_itself():
+    chance, time = np.random.default_rng(3), np.cumsum(np.random.default_rng(4).uniform(0.5e-3, 2e-3, 60))
+    channels = {name: np.cumsum(chance.normal(size=60)) for name in ("x_m", "y_m", "z_m", "theta_z_rad")}
+    slow = known.SensorFilter((0.0, 4e-3))
+    together = slow.observe(time, channels)
+    assert list(together) == list(channels)
+    for name, values in channels.items():
+        np.testing.assert_array_equal(together[name], slow.observe(time, {name: values})[name])
+        assert np.ptp(together[name] - values) > 0.1
+
+
 def test_what_a_slow_camera_shows_of_a_run_that_diverged_ends_where_the_run_does():
     time, x = np.arange(8) * 0.01, np.array([0.0, 1.0, 2.0, 3.0, 4.0, np.nan, np.nan, np.nan])
     shown = known.SensorFilter((0.0, 1e-3)).observe(time, {"x_m": x})["x_m"]
