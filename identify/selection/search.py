@@ -56,8 +56,7 @@ class Search(Tried):
         """Search on from a fit without any effect, until nothing that was only weighed might hold a share or the budget is spent."""
         self._keep((), weighed(base))
         while True:
-            worth = (one for one in self.ahead.values() if self._is_worth_a_fit(one))
-            best = max(worth, key=lambda one: one.log_weight, default=None)
+            best = max(filter(self._is_worth_a_fit, self.ahead.values()), key=lambda one: one.log_weight, default=None)
             behind = self._left_behind(best.log_weight if best else -np.inf) if self.spent < self.budget.fits else None
             if () not in self.turned and self._doubts_the_base:
                 self._turn(())
@@ -122,9 +121,11 @@ class Search(Tried):
     def _leads_on(self, one: Hypothesis) -> bool:
         """Whether a further name may be looked for: of several names each must have halved the gap that those before it left.
 
-        Where the budget is spent and the films are still far off, nothing more is.
+        Beside names none is where nothing may be missing, or where the budget is spent and the films are still far off.
         """
-        if self.spent >= self.budget.fits and one.weighed.stand.misses and one.names:
+        base = self.fitted[()]
+        may_be_nothing = base.weighed.leaves_noise and self._may_compete(base.log_weight)
+        if one.names and (may_be_nothing or (self.spent >= self.budget.fits and one.weighed.stand.misses)):
             return False
         return len(one.names) < 2 or halves(min((less.fit for less in self._with_one_less(one.names)), key=lambda fit: fit.rms), one.fit)
 
@@ -274,8 +275,7 @@ class Search(Tried):
     def _weigh_tables(self, one: Hypothesis, at: Weighed, beside: Iterable[Promise]) -> None:
         """Weigh forces without a name from where names promised something."""
         found = unnamed_forces(at, max([0.0, *(promise.first for promise in beside)]))
-        if one.names not in self.tables:
-            self.tables[one.names] = found
+        self.tables.setdefault(one.names, found)
         for table in found:
             names = tuple(sorted((*one.names, table.name)))
             self._ahead(Ahead(names, one, None, one.weighed.log_z + table.log_z - at.along_lines + self.prior(names)))

@@ -10,6 +10,7 @@ import numpy as np
 from scipy.optimize import lsq_linear
 
 from identify.criteria import CREDIBLE
+from identify.estimation.covariance import scaled
 from identify.estimation.problem import Fit
 from identify.gap.signatures import chords, columns_of_shapes
 from identify.selection.explanation import Explanation, Ranked
@@ -76,16 +77,18 @@ def left_alone(found: Explanation, effect: Effect) -> float:
 
 def _gaps(fit: Fit, base: Array, effect: Effect) -> Iterator[Array]:
     measured = fit.problem.measured  # what is known of the effect beforehand stands behind; here it is asked what it could close
+    base, of_base = scaled(base)
+    along, root = np.linalg.qr(base)  # once for all shapes: as many rows as columns tell the same
     for columns, low, high in _signatures(fit, effect):
         shown = np.linalg.norm(columns[:measured], axis=0) > 0.0
-        own = np.zeros((len(base), int(shown.sum())))
-        own[:measured] = columns[:measured, shown]
-        table = np.hstack([base, own])
-        norms = np.maximum(np.linalg.norm(table, axis=0), 1e-300)
-        ends = (np.concatenate([np.full(base.shape[1], sign * np.inf), end[shown]]) * norms for sign, end in ((-1.0, low), (1.0, high)))
-        table /= norms
-        root = np.linalg.qr(np.column_stack([table, -fit.gaps])).R  # as many rows as columns tell the same
-        yield fit.gaps + table @ lsq_linear(root[:, :-1], root[:, -1], tuple(ends)).x
+        own, sizes = scaled(np.pad(columns[:measured, shown], ((0, len(base) - measured), (0, 0))))
+        free = np.full(len(of_base), np.inf)
+        ends = (np.concatenate([sign * free, end[shown] * sizes]) for sign, end in ((-1.0, low), (1.0, high)))
+        further = np.column_stack([own, -fit.gaps])
+        shared = along.T @ further
+        rest = np.linalg.qr(further - along @ shared).R
+        whole = np.block([[root, shared], [np.zeros((len(rest), len(root))), rest]])
+        yield fit.gaps + np.hstack([base, own]) @ lsq_linear(whole[:, :-1], whole[:, -1], tuple(ends)).x
 
 
 def _signatures(fit: Fit, effect: Effect) -> Iterator[tuple[Array, Array, Array]]:

@@ -343,3 +343,25 @@ def test_a_name_that_is_promised_far_more_from_another_name_than_its_fit_brought
     assert search._is_worth_a_fit(elsewhere) == is_worth
     search.led[names] = elsewhere
     assert not search._is_worth_a_fit(elsewhere)
+
+
+@pytest.mark.parametrize(
+    ("base", "leaves_noise", "spent", "misses", "leads_on"),
+    [
+        (-52.9, True, 0, False, False),  # nothing may be missing: it holds more than a twentieth
+        (-53.1, True, 0, False, True),
+        (-52.9, False, 0, False, True),
+        (-99.0, False, 99, True, False),
+        (-99.0, False, 99, False, True),
+    ],
+)
+def test_no_further_name_is_looked_for_where_nothing_may_be_missing_or_a_spent_search_is_far_off(
+    base, leaves_noise, spent, misses, leads_on
+):
+    """Joints within their tolerance were as likely as nothing, and all was weighed beside them, too: 16 s for a right model."""
+    one = hypothesis(("geometry-error",), -50.0)
+    one.weighed.stand = SimpleNamespace(misses=misses)
+    search = Search({}, lambda names: 0.0, BUDGETS["normal"], lambda text: None)
+    search.fitted, search.spent = {(): hypothesis((), base, leaves_noise=leaves_noise), one.names: one}, spent
+    assert search._leads_on(one) == leads_on
+    assert search._leads_on(search.fitted[()])
