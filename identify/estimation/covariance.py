@@ -2,17 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
-from scipy import linalg
+from scipy import linalg, optimize
 
 from measure.common.arrays import Array
 
 _JITTER = 1e-10  # of a diagonal of one: rounding leaves a matrix positive
+_SAME = 1e-8  # of a length, which is the same within this
+SHORTER = 2.0  # the length of a step, over that of the next one that is tried
 _REACH = 6  # frequencies of a doubled transform, half as many independent ones
 
 
@@ -178,12 +181,49 @@ class Factored:
         """The square of a vector (n,) in the measure of the matrix, v' M v."""
         return float(np.sum((self.root.T @ (self.size * vector)) ** 2))
 
-    def damped(self, step: Array, damping: float) -> Array:
-        """A step (n,), of which less is left the less the matrix says along it (Marquardt 1963); all of it without damping."""
-        if not damping:
+    def length(self, step: Array) -> float:
+        """Length of a step (n,), each number in units of what the matrix says of it by itself."""
+        return float(np.linalg.norm(self.size * step))
+
+    def shortened(self, step: Array, length: float) -> Array:
+        """Of all steps (n,) that are no longer than that, the one from which lines promise most (Moré 1978).
+
+        The less the matrix says along a direction, the less is left of it. step : the best one of any length.
+        """
+        if length >= (1.0 - _SAME) * self.length(step):
             return step
-        unit = self.root @ self.root.T
-        return np.linalg.solve(unit + damping * np.eye(len(unit)), unit @ (self.size * step)) / self.size
+        values, axes = self._axes
+        along = axes.T @ (self.size * step)
+
+        def left(log_damping: float) -> Array:
+            return along * values / (values + np.exp(log_damping))
+
+        low, high = np.log(_SAME**2 * values[0]), np.log(np.linalg.norm(along * values) / length)
+        found = optimize.root_scalar(lambda at: np.log(np.linalg.norm(left(at)) / length), bracket=(low, high + 1.0), xtol=1e-3)
+        return axes @ left(found.root) / self.size
+
+    def ever_shorter(self, step: Array, promised: float, length: float) -> Iterator[tuple[float, Array]]:
+        """Steps (n,) from a length on, each half as long as the one before, while they promise that; with the length of each.
+
+        The first is longer where it promises less, but not longer than the whole step. promised : by how much v' M v is to fall.
+        """
+        whole, longest = self.over(step), self.length(step)
+        length = min(length, longest) if whole >= promised else longest
+
+        def promises(part: Array) -> bool:
+            return whole - self.over(step - part) >= promised
+
+        while length < longest and not promises(self.shortened(step, length)):
+            length = min(SHORTER * length, longest)
+        while promises(part := self.shortened(step, length)):
+            yield length, part
+            length /= SHORTER
+
+    @cached_property
+    def _axes(self) -> tuple[Array, Array]:
+        """Eigenvalues (n,), the smallest first, and eigenvectors (n, n) of the scaled matrix."""
+        values, axes = np.linalg.eigh(self.root @ self.root.T)
+        return np.maximum(values, _JITTER), axes
 
     @property
     def log_det(self) -> float:

@@ -8,7 +8,7 @@ from typing import TypeAlias
 import numpy as np
 
 from identify.criteria import CLOSE, HARDLY, NEAR, TO_COMPARE
-from identify.estimation.covariance import Factored, within_bounds
+from identify.estimation.covariance import SHORTER, Factored, within_bounds
 from identify.estimation.horizons import stretches
 from identify.estimation.problem import Problem
 from identify.gap.gap_test import leaves_noise
@@ -18,8 +18,8 @@ from identify.selection.stand import Stand
 from measure.common.arrays import Array
 
 _MOST_STEPS = 25  # until a place is settled
-_OF_A_LEG, _OF_GAIN = 3.0, 0.3  # log probability that a step must bring where longer films follow, and how exact it is, in parts of that
-_DAMPINGS = (0.0, 1e-4, 1e-3, 1e-2, 0.1, 1.0, 10.0, 100.0)  # of a step, in parts of what is known of each parameter by itself
+_OF_A_LEG = 3.0  # log probability that a step must bring where longer films follow
+_OF_GAIN = 0.3  # error of an evidence on the way, in parts of what a step must bring
 
 
 @dataclass(frozen=True)
@@ -116,33 +116,31 @@ def stepped(stand: Stand, found: Evidence, gain: float = HARDLY, most: int = _MO
 
 def _uphill(stand: Stand, found: Evidence, gain: float, most: int, *, surely: bool = True) -> tuple[Stand, Evidence]:
     """A stand taken uphill; its linear pieces may come from the way, and its evidence is as exact as the gain."""
-    damped = 0
+    length = np.inf
     for _ in range(most):
-        after, damped = _a_step_on(stand, found, gain, damped, surely)
+        after, length = _a_step_on(stand, found, gain, length, surely)
         if after is None:
             break
         stand, found = after, after.weighed(found.noise, _OF_GAIN * gain)
     return stand, found
 
 
-def _a_step_on(stand: Stand, found: Evidence, gain: float, damped: int, surely: bool) -> tuple[Stand | None, int]:
-    """The stand a step farther, or at the same place with linear pieces worked out anew, and how the next step is damped.
+def _a_step_on(stand: Stand, found: Evidence, gain: float, length: float, surely: bool) -> tuple[Stand | None, float]:
+    """The stand a step farther, or at the same place with linear pieces worked out anew, and the length from which to try the next step.
 
-    From fresh pieces a step that does not bring the gain is damped ever more; the stand is None where no damped step promises it. How far
-    straight lines lead changes little along a way: the next step begins with the next smaller damping.
+    From fresh pieces ever shorter steps are tried; the stand is None where none that promises the gain brings it. How far straight lines
+    lead changes little along a way: the next step may be one size longer.
 
-    surely : whether pieces that come from the way are worked out anew, too, where they promise nothing.
+    length : of the first step that is tried. surely : whether pieces from the way are worked out anew, too, where they promise nothing.
     """
-    way, known, least = _way_within(stand, found), found.information, stand.log_probability(found.noise) + gain
-    parts = [known.damped(way, damping) for damping in _DAMPINGS]
-    worth = sum(known.over(way) - known.over(way - part) >= 2.0 * gain for part in parts)
-    for place in range(max(min(damped, worth - 1), 0), worth):
-        there = tried(stand, parts[place], found.noise)
+    way, least = _way_within(stand, found), stand.log_probability(found.noise) + gain
+    for reached, step in found.information.ever_shorter(way, 2.0 * gain, length):
+        there = tried(stand, step, found.noise)
         if there[0] > least:
-            return stand.moved_to(*there[1:]), max(place - 1, 0)
+            return stand.moved_to(*there[1:]), SHORTER * reached
         if not stand.is_fresh:
-            return stand.anew, place
-    return stand.anew if surely and not stand.is_fresh else None, damped
+            return stand.anew, reached
+    return stand.anew if surely and not stand.is_fresh else None, length
 
 
 def tried(stand: Stand, way: Array, noise: tuple[ChannelNoise, ...]) -> tuple[float, Problem, Array, Array, Array]:

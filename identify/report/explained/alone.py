@@ -87,7 +87,7 @@ def _gaps(fit: Fit, base: Array, effect: Effect) -> Iterator[Array]:
         further = np.column_stack([own, -fit.gaps])
         shared = along.T @ further
         rest = np.linalg.qr(further - along @ shared).R
-        whole = np.block([[root, shared], [np.zeros((len(rest), len(root))), rest]])
+        whole = np.block([[root, shared], [np.zeros((len(rest), len(of_base))), rest]])
         yield fit.gaps + np.hstack([base, own]) @ lsq_linear(whole[:, :-1], whole[:, -1], tuple(ends)).x
 
 

@@ -103,19 +103,68 @@ def test_the_own_share_is_the_sine_of_the_angle_to_what_others_can_do():
     assert own_shares(table) == pytest.approx([np.sin(angle), np.sin(angle), 1.0, 0.0])
 
 
-@pytest.mark.parametrize("seed", range(5))
-def test_a_damped_step_is_that_of_a_matrix_with_a_larger_diagonal_and_leaves_what_is_hardly_known(seed):
+def hardly_known(seed):
+    """A matrix (4, 4) of parameters of very different units, the last of which does what the first does, and a step."""
     chance = np.random.default_rng(seed)
     table = chance.normal(size=(9, 4)) * [1.0, 30.0, 1e-3, 1.0]
     table[:, 3] = table[:, 0] + 1e-3 * chance.normal(size=9)
-    matrix, step = table.T @ table, chance.normal(size=4) / [1.0, 30.0, 1e-3, 1.0]
+    return table.T @ table, chance.normal(size=4) / [1.0, 30.0, 1e-3, 1.0]
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_a_matrix_is_known_by_its_factors(seed):
+    matrix, step = hardly_known(seed)
     found = Factored.of(matrix)
     assert found.over(step) == pytest.approx(step @ matrix @ step, rel=1e-6)
     assert found.inverse @ matrix == pytest.approx(np.eye(4), abs=1e-2)
-    expected = np.linalg.solve(matrix + 0.1 * np.diag(np.diag(matrix)), matrix @ step)
-    assert found.damped(step, 0.1) == pytest.approx(expected, rel=1e-6)
-    along = np.array([1.0, 0.0, 0.0, -1.0])  # of two that do the same
-    assert np.abs(found.damped(along, 0.1)[[0, 3]]).max() < 1e-3
+    assert found.length(step) == pytest.approx(np.sqrt(np.sum(np.diag(matrix) * step**2)))
+
+
+@pytest.mark.parametrize("share", [0.9, 0.3, 1e-2, 1e-4])
+@pytest.mark.parametrize("seed", range(5))
+def test_no_step_of_the_same_length_promises_more_than_a_shortened_one(seed, share):
+    matrix, step = hardly_known(seed)
+    found, chance = Factored.of(matrix), np.random.default_rng(seed)
+    best = found.shortened(step, share * found.length(step))
+    assert found.length(best) == pytest.approx(share * found.length(step), rel=1e-2)
+    others = [best + 10.0 ** chance.uniform(-6.0, 0.0) * chance.normal(size=4) * np.abs(best) for _ in range(300)]
+    others = [other * found.length(best) / found.length(other) for other in [*others, step]]
+    left = found.over(step - best)
+    assert min(found.over(step - other) for other in others) > left - 1e-6 * found.over(step)
+
+
+def test_what_is_hardly_known_is_left_first():
+    found = Factored.of(hardly_known(0)[0])
+    both, along = np.array([1.0, 0.0, 0.0, 1.0]), np.array([100.0, 0.0, 0.0, -100.0])  # two that do the same
+    shorter = found.shortened(both + along, found.length(both))
+    assert shorter[0] + shorter[3] == pytest.approx(2.0, abs=0.02)
+    assert np.abs(shorter[0] - shorter[3]) < 0.1
+
+
+@pytest.mark.parametrize("length", [np.inf, 1.0, 1.0 - 1e-12])
+def test_a_step_that_is_not_too_long_is_left_as_it_is(length):
+    step = np.array([0.6, 0.8])
+    assert Factored.of(np.eye(2)).shortened(step, length) is step
+
+
+@pytest.mark.parametrize(
+    ("promised", "length", "lengths"),
+    [
+        (2.4, np.inf, [10.0, 5.0, 2.5, 1.25, 0.625, 0.3125, 0.15625]),  # of 10 units: a share s promises 100 (1 - (1 - s)^2)
+        (3.2, np.inf, [10.0, 5.0, 2.5, 1.25, 0.625, 0.3125]),
+        (2.4, 1.0, [1.0, 0.5, 0.25, 0.125]),
+        (30.0, 0.5, [2.0]),  # shorter ones promise less
+        (90.0, 0.5, [8.0]),
+        (99.0, 0.6, [9.6]),
+        (99.9, 0.6, [10.0]),
+        (100.1, 0.5, []),
+        (100.1, np.inf, []),
+    ],
+)
+def test_ever_shorter_steps_are_offered_while_they_promise_enough(promised, length, lengths):
+    steps = list(Factored.of(np.array([[100.0]])).ever_shorter(np.ones(1), promised, length))
+    assert [reached for reached, _ in steps] == pytest.approx(lengths)
+    assert [float(step[0]) for _, step in steps] == pytest.approx(np.array(lengths) / 10.0, rel=2e-3)
 
 
 @pytest.mark.parametrize("seed", range(20))

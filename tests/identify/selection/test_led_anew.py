@@ -142,9 +142,9 @@ def test_a_place_is_settled_while_steps_gain_and_compared_after_ten(monkeypatch,
 
         return SimpleNamespace(step=step, is_fresh=True, weighed=weighed_there, borne_out=lambda found: found)
 
-    def step_on(stand, found, gain, damped, surely):
-        assert damped == stand.step % 3  # the next step begins with the damping that this one leaves
-        return place(stand.step + 1) if stand.step < gains else None, (stand.step + 1) % 3
+    def step_on(stand, found, gain, length, surely):
+        assert length == (stand.step or np.inf)  # the next step begins with the length that this one leaves
+        return place(stand.step + 1) if stand.step < gains else None, stand.step + 1
 
     monkeypatch.setattr(courses, "_a_step_on", step_on)
     begun = SimpleNamespace(noise=(), step=0)
@@ -168,44 +168,41 @@ def test_a_place_is_settled_while_steps_gain_and_compared_after_ten(monkeypatch,
 def test_lines_from_the_way_that_promise_nothing_are_worked_out_anew_only_to_be_sure(
     monkeypatch, is_fresh, promised, brings, surely, after
 ):
-    known = SimpleNamespace(over=lambda way: promised * float(way @ way), damped=lambda way, damping: way)
     stand: Any = SimpleNamespace(is_fresh=is_fresh, anew="anew", log_probability=lambda noise: -100.0, moved_to=lambda *there: "moved")
     monkeypatch.setattr(courses, "_way_within", lambda stand, found: np.ones(2))
     monkeypatch.setattr(courses, "tried", lambda stand, way, noise: (-100.0 + brings, "problem", "q", "sizes", "gaps"))
-    found: Any = SimpleNamespace(information=known, noise=())
-    assert courses._a_step_on(stand, found, 3.0, 0, surely)[0] == after
+    found: Any = SimpleNamespace(information=Factored.of(promised * np.eye(2)), noise=())
+    assert courses._a_step_on(stand, found, 3.0, np.inf, surely)[0] == after
 
 
 @pytest.mark.parametrize(
-    ("damped", "brings", "taken", "tries", "to_come"),
+    ("length", "brings", "taken", "tries", "to_come"),
     [
-        (0, {1.0: 5.0}, 1.0, 1, 0),  # undamped
-        (0, {0.125: 5.0}, 0.125, 4, 2),
-        (2, {0.125: 5.0}, 0.125, 2, 2),  # it begins as damped as the step before left it
-        (2, {0.25: 5.0}, 0.25, 1, 1),
-        (2, {1.0: 5.0}, None, 4, 2),
-        (7, {0.03125: 5.0}, 0.03125, 1, 4),  # what is damped more promises less than the gain
-        (0, {}, None, 6, 0),
+        (np.inf, {0: 5.0}, 0, 1, 20.0),  # the whole step
+        (np.inf, {3: 5.0}, 3, 4, 2.5),
+        (5.0, {3: 5.0}, 3, 3, 2.5),  # it begins as the step before left it
+        (5.0, {1: 5.0}, 1, 1, 10.0),
+        (5.0, {0: 5.0}, None, 6, 5.0),
+        (10 / 2**9, {6: 5.0}, 6, 1, 0.3125),  # what is shorter promises less than the gain
+        (np.inf, {}, None, 7, np.inf),
     ],
 )
-def test_a_step_that_does_not_gain_is_damped_until_it_does_and_the_next_begins_nearly_as_damped(
-    monkeypatch, damped, brings, taken, tries, to_come
+def test_a_step_that_does_not_gain_is_shortened_until_it_does_and_the_next_begins_a_size_longer(
+    monkeypatch, length, brings, taken, tries, to_come
 ):
-    """A base 50 times the noise off tried every step undamped first, then seven others: 2400 simulations for 450 steps."""
-    asked: list[float] = []
+    """A base 50 times the noise off tried every step whole first, then seven others: 2400 simulations for 450 steps."""
+    asked: list[int] = []
 
     def tried(stand, way, noise):
-        asked.append(float(way[0]))
+        asked.append(round(-np.log2(float(way[0]))))
         return -100.0 + brings.get(asked[-1], 0.0), asked[-1]
 
-    known = SimpleNamespace(
-        over=lambda way: 100.0 * float(way[0]), damped=lambda way, damping: way * 0.5 ** courses._DAMPINGS.index(damping)
-    )
     stand: Any = SimpleNamespace(is_fresh=True, log_probability=lambda noise: -100.0, moved_to=lambda *there: there[0])
     monkeypatch.setattr(courses, "_way_within", lambda stand, found: np.ones(1))
     monkeypatch.setattr(courses, "tried", tried)
-    found: Any = SimpleNamespace(information=known, noise=())
-    assert courses._a_step_on(stand, found, 1.2, damped, True) == (taken, to_come)
+    found: Any = SimpleNamespace(information=Factored.of(np.array([[100.0]])), noise=())
+    after, to_try = courses._a_step_on(stand, found, 1.2, length, True)
+    assert (after, to_try) == (taken, pytest.approx(to_come))
     assert len(asked) == tries
 
 
