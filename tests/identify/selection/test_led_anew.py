@@ -156,23 +156,25 @@ def test_a_place_is_settled_while_steps_gain_and_compared_after_ten(monkeypatch,
 
 
 @pytest.mark.parametrize(
-    ("is_fresh", "promised", "brings", "surely", "after"),
+    ("is_fresh", "promised", "brings", "surely", "after", "to_come"),
     [
-        (False, 10.0, 5.0, False, "moved"),
-        (False, 10.0, 0.0, False, "anew"),  # lines from the way promised what the simulation does not keep
-        (False, 0.1, 5.0, True, "anew"),
-        (False, 0.1, 5.0, False, None),  # on the way from film to film no line is worked out only to be sure
-        (True, 10.0, 0.0, True, None),
+        (False, 10.0, 5.0, False, "moved", 2.0),
+        (False, 10.0, 0.0, False, "anew", 1.0),  # lines from the way promised what the simulation does not keep
+        (False, 0.1, 5.0, True, "anew", np.inf),
+        (False, 0.1, 5.0, False, None, np.inf),  # on the way from film to film no line is worked out only to be sure
+        (True, 10.0, 0.0, True, None, np.inf),
     ],
 )
 def test_lines_from_the_way_that_promise_nothing_are_worked_out_anew_only_to_be_sure(
-    monkeypatch, is_fresh, promised, brings, surely, after
+    monkeypatch, is_fresh, promised, brings, surely, after, to_come
 ):
+    """The next step begins with so many lengths of the whole one."""
     stand: Any = SimpleNamespace(is_fresh=is_fresh, anew="anew", log_probability=lambda noise: -100.0, moved_to=lambda *there: "moved")
     monkeypatch.setattr(courses, "_way_within", lambda stand, found: np.ones(2))
     monkeypatch.setattr(courses, "tried", lambda stand, way, noise: (-100.0 + brings, "problem", "q", "sizes", "gaps"))
     found: Any = SimpleNamespace(information=Factored.of(promised * np.eye(2)), noise=())
-    assert courses._a_step_on(stand, found, 3.0, np.inf, surely)[0] == after
+    reached = courses._a_step_on(stand, found, 3.0, np.inf, surely)
+    assert reached == (after, pytest.approx(to_come * np.sqrt(2.0 * promised)))
 
 
 @pytest.mark.parametrize(
