@@ -129,8 +129,9 @@ def _colour(found: Explanation) -> str:
 
 
 def _likelier(found: Explanation) -> str:
-    """What is more probable than nothing where nothing is not excluded: neither is sure. An error within its tolerances is no such name."""
-    nothing, within = found.weights.get("no-gap", 0.0), {effect.name for effect in found.after.problem.effects}
+    """What is more probable than nothing where nothing is not excluded: neither is sure. An error within its tolerances is nothing."""
+    within = {effect.name for effect in found.after.problem.effects} | {"no-gap"}
+    nothing = sum(weight for name, weight in found.weights.items() if set(name.split(" + ")) <= within)
     others = {name: weight for name, weight in found.weights.items() if weight > nothing and not set(name.split(" + ")) <= within}
     if not others:
         return ""

@@ -52,6 +52,11 @@ def class_of(verdict, nothing, rivals=()) -> Any:
         ({"platform-mass": 0.62, "no-gap": 0.33}, "; platform-mass would explain it too and is likelier (0.62 to 0.33), but not sure"),
         ({"unknown": 0.6, "no-gap": 0.3}, "; a force without a name would explain it too and is likelier (0.60 to 0.30), but not sure"),
         ({"geometry-error": 0.9, "no-gap": 0.02}, ""),
+        ({"geometry-error": 0.98, "geometry-error + stop-stiffness": 0.01, "no-gap": 0.001}, ""),
+        (
+            {"platform-mass": 0.5, "no-gap": 0.2, "geometry-error": 0.2},
+            "; platform-mass would explain it too and is likelier (0.50 to 0.40), but not sure",
+        ),
         ({}, ""),
     ],
 )
