@@ -15,7 +15,6 @@ from measure.common.arrays import Array
 
 _JITTER = 1e-10  # of a diagonal of one: rounding leaves a matrix positive
 _SAME = 1e-8  # of a length, which is the same within this
-SHORTER = 2.0  # the length of a step, over that of the next one that is tried
 _REACH = 6  # frequencies of a doubled transform, half as many independent ones
 
 
@@ -214,10 +213,10 @@ class Factored:
             return whole - self.over(step - part) >= promised
 
         while length < longest and not promises(self.shortened(step, length)):
-            length = min(SHORTER * length, longest)
+            length = min(2.0 * length, longest)
         while promises(part := self.shortened(step, length)):
             yield length, part
-            length /= SHORTER
+            length /= 2.0
 
     @cached_property
     def _axes(self) -> tuple[Array, Array]:

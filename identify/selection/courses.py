@@ -8,7 +8,7 @@ from typing import TypeAlias
 import numpy as np
 
 from identify.criteria import CLOSE, HARDLY, NEAR, TO_COMPARE
-from identify.estimation.covariance import SHORTER, Factored, within_bounds
+from identify.estimation.covariance import Factored, within_bounds
 from identify.estimation.horizons import stretches
 from identify.estimation.problem import Problem
 from identify.gap.gap_test import leaves_noise
@@ -129,7 +129,7 @@ def _a_step_on(stand: Stand, found: Evidence, gain: float, length: float, surely
     """The stand a step farther, or at the same place with linear pieces worked out anew, and the length from which to try the next step.
 
     From fresh pieces ever shorter steps are tried; the stand is None where none that promises the gain brings it. How far straight lines
-    lead changes little along a way: the next step may be one size longer.
+    lead changes little along a way: the next step may be twice as long.
 
     length : of the first step that is tried. surely : whether pieces from the way are worked out anew, too, where they promise nothing.
     """
@@ -137,7 +137,7 @@ def _a_step_on(stand: Stand, found: Evidence, gain: float, length: float, surely
     for reached, step in found.information.ever_shorter(way, 2.0 * gain, length):
         there = tried(stand, step, found.noise)
         if there[0] > least:
-            return stand.moved_to(*there[1:]), SHORTER * reached
+            return stand.moved_to(*there[1:]), 2.0 * reached
         if not stand.is_fresh:
             return stand.anew, reached
     return stand.anew if surely and not stand.is_fresh else None, length
