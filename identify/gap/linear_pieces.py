@@ -7,6 +7,7 @@ from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy import special
 
 from measure.common.arrays import Array
 
@@ -49,6 +50,20 @@ class Columns:
         """How many there are."""
         return self.values.shape[1]
 
+    @property
+    def is_bounded(self) -> bool:
+        """Whether any of the amounts has a bound."""
+        return bool(np.any(np.isfinite([self.low, self.high])))
+
+    def log_inside(self, amounts: Array, deviation: Array) -> float:
+        """What the bounds do to a log evidence: the share of the posterior inside over that of the prior, amount by amount.
+
+        amounts, deviation : (k,) of the posterior without bounds.
+        """
+        after = _log_share((self.low - amounts) / deviation, (self.high - amounts) / deviation)
+        before = _log_share(self.low / self.spread, self.high / self.spread)
+        return float(np.sum(after - before))
+
     def beside(self, other: Columns) -> Columns:
         """These and others, side by side."""
         pairs = ((getattr(self, name), getattr(other, name)) for name in ("spread", "at", "low", "high"))
@@ -77,6 +92,23 @@ class Lines:
         """Channel by channel, without the columns that do nothing there: a release moves its own film only."""
         values = np.hstack([self.columns, self.errors])
         return tuple(Part.of(channel, self.gaps, values[channel.rows]) for channel in self.channels)
+
+    def parts_beside(self, own: Columns) -> list[Part]:
+        """Channel by channel with the columns of a hypothesis."""
+        return [part.beside(own, self.count) for part in self.parts] if own.count else list(self.parts)
+
+    def prior_precision(self, own: Columns) -> Array:
+        """What is known beforehand of base and releases, errors and amounts, (p + q + k, p + q + k)."""
+        p, n = self.columns.shape[1], self.count + own.count
+        precision = np.zeros((n, n))
+        precision[:p, :p] = self.prior_columns.T @ self.prior_columns
+        rest = np.arange(p, n)
+        precision[rest, rest] = np.concatenate([np.ones(self.count - p), own.spread**-2.0])
+        return precision
+
+    def prior_pull(self, own: Columns) -> Array:
+        """The slope of what is known beforehand where the columns were taken, (p + q + k,)."""
+        return np.concatenate([self.prior_columns.T @ self.prior_gaps, self.errors_at, own.at / own.spread**2])
 
     @property
     def count(self) -> int:
@@ -112,3 +144,11 @@ class Part:
     def residual(self, step: Array) -> Array:
         """Gaps after a step of all columns, (n,)."""
         return self.gaps + self.values @ step[self.places]
+
+
+def _log_share(low: Array, high: Array) -> Array:
+    """Logarithm of the part of a standard normal between two ends, without loss far out."""
+    mirrored = low > 0.0
+    a, b = np.where(mirrored, -high, low), np.where(mirrored, -low, high)
+    upper, lower = special.log_ndtr(b), special.log_ndtr(a)
+    return upper + np.log1p(-np.exp(np.minimum(lower - upper, -1e-16)))

@@ -19,6 +19,7 @@ from measure.common.arrays import Array
 
 _MOST_STEPS = 25  # until a place is settled
 _OF_A_LEG = 3.0  # log probability that a step must bring where longer films follow
+_MOST_BENDS, _NEARER = 3, 0.7  # of a step that fails; what it may miss after one, in parts of what it missed before
 _OF_GAIN = 0.3  # error of an evidence on the way, in parts of what a step must bring
 
 
@@ -51,6 +52,7 @@ class Leg:
 
 
 Course: TypeAlias = list[Leg]
+Tried: TypeAlias = tuple[float, Problem, Array, Array, Array]
 
 
 def led_beside(stand: Stand, q: Array, sizes: Array, courses: list[Course], *, in_any_case: bool = False) -> Stand | None:
@@ -133,17 +135,38 @@ def _a_step_on(stand: Stand, found: Evidence, gain: float, length: float, surely
 
     length : of the first step that is tried. surely : whether pieces from the way are worked out anew, too, where they promise nothing.
     """
-    way, least = _way_within(stand, found), stand.log_probability(found.noise) + gain
-    for reached, step in found.information.ever_shorter(way, 2.0 * gain, length):
+    way, before, known = _way_within(stand, found), stand.log_probability(found.noise), found.information
+    for reached, step in known.ever_shorter(way, 2.0 * gain, length):
         there = tried(stand, step, found.noise)
-        if there[0] > least:
+        if stand.is_fresh:
+            promised = before + 0.5 * (known.over(way) - known.over(way - step))
+            there = _bent(stand, found, step, there, before + gain, promised)
+        if there[0] > before + gain:
             return stand.moved_to(*there[1:]), 2.0 * reached
         if not stand.is_fresh:
             return stand.anew, reached
     return stand.anew if surely and not stand.is_fresh else None, length
 
 
-def tried(stand: Stand, way: Array, noise: tuple[ChannelNoise, ...]) -> tuple[float, Problem, Array, Array, Array]:
+def _bent(stand: Stand, found: Evidence, step: Array, there: Tried, least: float, promised: float) -> Tried:
+    """What a step brings once all else has answered to what lines leave out there; again while it brings too little, but ever more.
+
+    Along what the measurements hardly tell, the likeliest places lie on a bent line.
+    """
+    slopes, measured = stand.fit.jacobian, stand.given.measured
+    for _ in range(_MOST_BENDS):
+        if there[0] > least:
+            break
+        _, _, q, sizes, gaps = there
+        left_out = (gaps - stand.fit.gaps - slopes @ (q - stand.fit.q))[:measured] - stand.errors.columns @ (sizes - stand.sizes)
+        again = tried(stand, step + found.answer_to(left_out), found.noise)
+        if promised - again[0] >= _NEARER * (promised - there[0]):
+            break
+        there = again
+    return there
+
+
+def tried(stand: Stand, way: Array, noise: tuple[ChannelNoise, ...]) -> Tried:
     """What a step brings a stand to: a log probability, and the problem, its parameters (k,), errors (q,) and gaps (m,) there."""
     (step, change), (low, high) = _parted(stand, way), stand.bounds
     q, sizes = np.clip(stand.fit.q + step, low, high), stand.sizes + change

@@ -12,7 +12,7 @@ A the whitened columns with the priors below them. Bounds cut the normal posteri
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
@@ -61,14 +61,20 @@ class Evidence:
     @cached_property
     def information(self) -> Factored:
         """Of base and releases, errors and amounts, (p + q + k, p + q + k)."""
-        parts = parts_of(self.lines, self.columns)
+        parts = self.lines.parts_beside(self.columns)
         white = [White.of(part, noise) for part, noise in zip(parts, self.noise, strict=True)]
-        return _informed(white, prior_precision(self.lines, self.columns))
+        return _informed(white, self.lines.prior_precision(self.columns))
 
     @cached_property
     def covariance(self) -> Array:
         """The inverse of the information."""
         return self.information.inverse
+
+    def answer_to(self, change: Array) -> Array:
+        """How far base and releases, errors and amounts (p + q + k,) move where something (m,) is added to the gaps."""
+        parts = replace(self.lines, gaps=change).parts_beside(self.columns)
+        white = [White.of(part, noise) for part, noise in zip(parts, self.noise, strict=True)]
+        return Normal((), self.information).step(white, [_INFORMATION] * len(white), np.zeros(len(self.information.size)))
 
     @property
     def prior_p(self) -> float:
@@ -152,7 +158,7 @@ def evidence(
     same : change of the log likelihood at which the rounds end.
     """
     own = Columns.none(len(lines.gaps)) if columns is None else columns
-    parts, precision, pull = parts_of(lines, own), prior_precision(lines, own), prior_pull(lines, own)
+    parts, precision, pull = lines.parts_beside(own), lines.prior_precision(own), lines.prior_pull(own)
     noise = start or tuple(_first_noise(part.gaps) for part in parts)
     white = [White.of(part, n) for part, n in zip(parts, noise, strict=True)]
     counts = [weights(one.gaps) if start else np.ones(len(one.gaps)) for one in white]
@@ -199,26 +205,6 @@ def _first_noise(gaps: Array) -> ChannelNoise:
     return ChannelNoise(scale=max(1.0, 1.5 * float(np.median(np.abs(gaps)))))
 
 
-def parts_of(lines: Lines, own: Columns) -> list[Part]:
-    """Channel by channel with the columns of a hypothesis."""
-    return [part.beside(own, lines.count) for part in lines.parts] if own.count else list(lines.parts)
-
-
-def prior_precision(lines: Lines, own: Columns) -> Array:
-    """What is known beforehand of base and releases, errors and amounts, (p + q + k, p + q + k)."""
-    p, q = lines.columns.shape[1], lines.errors.shape[1]
-    precision = np.zeros((p + q + own.count,) * 2)
-    precision[:p, :p] = lines.prior_columns.T @ lines.prior_columns
-    rest = np.arange(p, p + q + own.count)
-    precision[rest, rest] = np.concatenate([np.ones(q), own.spread**-2.0])
-    return precision
-
-
-def prior_pull(lines: Lines, own: Columns) -> Array:
-    """The slope of what is known beforehand where the columns were taken, (p + q + k,)."""
-    return np.concatenate([lines.prior_columns.T @ lines.prior_gaps, lines.errors_at, own.at / own.spread**2])
-
-
 @dataclass(frozen=True)
 class Normal:
     """What measurements, each with its weight, and what is known beforehand say together, (p + q + k, p + q + k), decomposed.
@@ -239,7 +225,7 @@ class Normal:
             add_at(one.places, whole, found[-1])
         return cls(tuple(found), Factored.of(whole))
 
-    def step(self, white: Sequence[White], counts: Sequence[Array], pull: Array) -> Array:
+    def step(self, white: Sequence[White], counts: Sequence[Array | float], pull: Array) -> Array:
         """The step (p + q + k,) of weighted least squares with priors."""
         right = pull.copy()
         for one, count in zip(white, counts, strict=True):
@@ -276,23 +262,8 @@ def _volume(own: Columns, amounts: Array, white: Sequence[White], precision: Arr
 
 def _inside(own: Columns, amounts: Array, factored: Factored) -> float:
     """What the bounds of a hypothesis do to its log evidence; nothing where there are none."""
-    if not own.count or bool(np.all(np.isinf(own.low)) and np.all(np.isinf(own.high))):
+    if not own.is_bounded:
         return 0.0
     first = len(factored.size) - own.count
     rows = linalg.solve_triangular(factored.root, np.eye(len(factored.size))[:, first:], lower=True)
-    return log_inside(own, amounts, np.linalg.norm(rows, axis=0) / factored.size[first:])
-
-
-def log_inside(own: Columns, amounts: Array, deviation: Array) -> float:
-    """What bounds do: the share of the posterior inside over the share of the prior inside, parameter by parameter."""
-    after = _log_share((own.low - amounts) / deviation, (own.high - amounts) / deviation)
-    before = _log_share(own.low / own.spread, own.high / own.spread)
-    return float(np.sum(after - before))
-
-
-def _log_share(low: Array, high: Array) -> Array:
-    """Logarithm of the part of a standard normal between two ends, without loss far out."""
-    mirrored = low > 0.0
-    a, b = np.where(mirrored, -high, low), np.where(mirrored, -low, high)
-    upper, lower = special.log_ndtr(b), special.log_ndtr(a)
-    return upper + np.log1p(-np.exp(np.minimum(lower - upper, -1e-16)))
+    return own.log_inside(amounts, np.linalg.norm(rows, axis=0) / factored.size[first:])

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from identify.gap.linear_pieces import Columns
 from identify.noise.noise_model import weights
-from identify.selection.evidence import Evidence, Normal, White, log_inside, parts_of, prior_precision, prior_pull
+from identify.selection.evidence import Evidence, Normal, White
 from measure.common.arrays import Array
 from simulate.model.effect import Effect
 
@@ -47,10 +47,10 @@ class FirstLook:
         self._apart = [part.channel for part in of.lines.parts]
         self._noise = of.noise
         self._counts = [weights(left) for left in of.left]
-        self._white = [White.of(part, noise) for part, noise in zip(parts_of(of.lines, of.columns), of.noise, strict=True)]
-        precision = prior_precision(of.lines, of.columns)
+        self._white = [White.of(part, noise) for part, noise in zip(of.lines.parts_beside(of.columns), of.noise, strict=True)]
+        precision = of.lines.prior_precision(of.columns)
         normal = Normal.of(self._white, self._counts, precision)
-        step = normal.step(self._white, self._counts, prior_pull(of.lines, of.columns))
+        step = normal.step(self._white, self._counts, of.lines.prior_pull(of.columns))
         self._left = [one.residual(step) for one in self._white]
         self._known = normal.factored
 
@@ -71,7 +71,7 @@ class FirstLook:
         log_det = float(np.linalg.slogdet(unit)[1] + 2.0 * np.sum(np.log(size)))
         met = 0.5 * float(drive @ covariance @ drive)
         price = 0.5 * log_det + float(np.sum(np.log(columns.spread)))
-        cut = log_inside(columns, amounts, np.sqrt(np.diag(covariance))) if np.any(np.isfinite([columns.low, columns.high])) else 0.0
+        cut = columns.log_inside(amounts, np.sqrt(np.diag(covariance))) if columns.is_bounded else 0.0
         return Gain(met - price + cut, _FADED * met - price + max(cut, 0.0), amounts, covariance, columns)
 
 

@@ -40,6 +40,22 @@ def drawn(chance, lag1=0.0, **amounts):
     return coloured(chance, lag1) + BASE @ chance.normal(size=4) + sum(amount * shapes[name] for name, amount in amounts.items())
 
 
+@pytest.mark.parametrize("seed", range(5))
+def test_what_is_added_to_the_gaps_is_answered_as_an_evidence_of_them_has_it(seed):
+    """Base, an error within its tolerance and an effect; what of it none of these can do is left."""
+    chance = np.random.default_rng(seed)
+    at, own = lines(drawn(chance, 0.3, wave=1.0), BUMP), Columns.free(WAVE, 10.0)
+    found, change = (
+        evidence(at, own),
+        0.1 * BASE @ chance.normal(size=4) + 0.3 * WAVE[:, 0] + 0.2 * BUMP[:, 0] + 0.1 * chance.normal(size=N),
+    )
+    again = evidence(at.shifted(change), own, found.noise)
+    moved = [getattr(again, name) - getattr(found, name) for name in ("step", "errors", "amounts")]
+    deviation = np.sqrt(np.diag(found.covariance))
+    assert np.all(np.abs(found.answer_to(change) - np.concatenate(moved)) < 0.5 * deviation)
+    assert np.max(np.abs(found.answer_to(change)) / deviation) > 2.0
+
+
 @pytest.mark.parametrize("lag1", [0.0, 0.3, 0.6])
 def test_nothing_is_more_likely_than_an_effect_where_there_is_only_noise_of_any_colour(lag1):
     chance, gains = np.random.default_rng(5), []

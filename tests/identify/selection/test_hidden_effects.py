@@ -123,10 +123,12 @@ FEW = ("gravity-imbalance", "hub-inertia", "force-relaxation", "viscous-friction
 
 @pytest.mark.parametrize("names", [pytest.param(FEW, marks=pytest.mark.slow), pytest.param(CATALOGUE, marks=pytest.mark.calibrate)])
 def test_one_elevation_curve_alone_cannot_tell_a_single_effect(campaign, names):
+    """A force that relaxes lifts the curve as well: it may come out likelier than what acts, but not so that this is excluded."""
     folder = campaign(GravityImbalance(0.3), 401, loops=(), deployments=({},), channels=("z_m",))
     model, runs = read_model(folder / "model.toml"), read_campaign([folder / "campaign.toml"])
     result = result_of(explain(model, runs, {name: CATALOGUE[name] for name in names}, budget=BUDGETS["quick"]))
-    assert result["verdict"] in ("class", "no-gap"), result["sentence"]
+    assert result["weights"]["gravity-imbalance"] > 0.02, result["sentence"]
+    assert max(result["weights"].values()) < 0.98
     if result["verdict"] == "class":
         (effect,) = result["effects"]
         assert "gravity-imbalance" in [effect["name"], *effect["equivalents"]]

@@ -172,6 +172,7 @@ def test_lines_from_the_way_that_promise_nothing_are_worked_out_anew_only_to_be_
     stand: Any = SimpleNamespace(is_fresh=is_fresh, anew="anew", log_probability=lambda noise: -100.0, moved_to=lambda *there: "moved")
     monkeypatch.setattr(courses, "_way_within", lambda stand, found: np.ones(2))
     monkeypatch.setattr(courses, "tried", lambda stand, way, noise: (-100.0 + brings, "problem", "q", "sizes", "gaps"))
+    monkeypatch.setattr(courses, "_bent", lambda stand, found, step, there, least, promised: there)
     found: Any = SimpleNamespace(information=Factored.of(promised * np.eye(2)), noise=())
     reached = courses._a_step_on(stand, found, 3.0, np.inf, surely)
     assert reached == (after, pytest.approx(to_come * np.sqrt(2.0 * promised)))
@@ -202,10 +203,66 @@ def test_a_step_that_does_not_gain_is_shortened_until_it_does_and_the_next_begin
     stand: Any = SimpleNamespace(is_fresh=True, log_probability=lambda noise: -100.0, moved_to=lambda *there: there[0])
     monkeypatch.setattr(courses, "_way_within", lambda stand, found: np.ones(1))
     monkeypatch.setattr(courses, "tried", tried)
+    monkeypatch.setattr(courses, "_bent", lambda stand, found, step, there, least, promised: there)
     found: Any = SimpleNamespace(information=Factored.of(np.array([[100.0]])), noise=())
     after, to_try = courses._a_step_on(stand, found, 1.2, length, True)
     assert (after, to_try) == (taken, pytest.approx(to_come))
     assert len(asked) == tries
+
+
+def on_a_bent_line(bend, errors):
+    """A stand at the origin of two parameters x and y: gaps 100 (y - bend x^2) and x - 1; y may be an error of the model file."""
+
+    def gaps(x, y):
+        return np.array([100.0 * (y - bend * x * x), x - 1.0])
+
+    slopes, of_errors = np.array([[0.0, 100.0], [1.0, 0.0]]), np.empty((2, 0))
+    if errors:
+        slopes, of_errors = slopes[:, :1], slopes[:, 1:]
+    fit = SimpleNamespace(gaps=gaps(0.0, 0.0), jacobian=slopes, q=np.zeros(slopes.shape[1]))
+    given, none = SimpleNamespace(measured=2), np.zeros(of_errors.shape[1])
+    stand: Any = SimpleNamespace(fit=fit, given=given, errors=SimpleNamespace(columns=of_errors), sizes=none)
+    places = []
+
+    def tried(stand, way, noise) -> Any:
+        places.append(way)
+        there = gaps(*way)
+        return -0.5 * float(there @ there), None, way[: slopes.shape[1]], way[slopes.shape[1] :], there
+
+    found: Any = SimpleNamespace(noise=(), answer_to=lambda change: np.array([-change[1], -change[0] / 100.0]))
+    return stand, found, tried, places
+
+
+@pytest.mark.parametrize("errors", [False, True])
+def test_a_step_off_a_bent_line_is_bent_back_to_it(monkeypatch, errors):
+    """Straight on, half of the step is 12.5 times the noise off the line, and any step that gains is a tenth as long."""
+    stand, found, tried, places = on_a_bent_line(0.5, errors)
+    monkeypatch.setattr(courses, "tried", tried)
+    step = np.array([0.5, 0.0])
+    there = courses._bent(stand, found, step, tried(stand, step, ()), least=-0.4, promised=-0.125)
+    assert there[0] == pytest.approx(-0.125)
+    assert places[-1] == pytest.approx([0.5, 0.125])
+    assert len(places) == 2
+
+
+@pytest.mark.parametrize(
+    ("brings", "kept", "tries"),
+    [
+        ([-0.1], 0, 0),  # enough as it is
+        ([-10.0, -8.0, -0.1], 0, 1),  # hardly nearer
+        ([-10.0, -6.0, -0.1], 2, 2),
+        ([-10.0, -6.0, -5.0, -0.1], 1, 2),
+        ([-10.0, -6.0, -3.0, -1.5, -0.1], 3, 3),
+    ],
+)
+def test_a_step_is_bent_again_only_while_it_misses_much_less_each_time(monkeypatch, brings, kept, tries):
+    stand, found, _, _ = on_a_bent_line(0.5, False)
+    answers = [(of, place, np.zeros(2), np.zeros(0), np.zeros(2)) for place, of in enumerate(brings)]
+    asked = iter(answers[1:])
+    monkeypatch.setattr(courses, "tried", lambda stand, way, noise: next(asked))
+    there: Any = courses._bent(stand, found, np.zeros(2), answers[0], least=-0.5, promised=0.0)  # type: ignore[arg-type]
+    assert there[1] == kept
+    assert len(list(asked)) == len(brings) - 1 - tries
 
 
 @pytest.mark.parametrize(("louder", "wave", "misses"), [(1.0, 0.0, False), (3.0, 0.0, False), (1.0, 20.0, True), (3.0, 20.0, True)])
