@@ -149,9 +149,10 @@ def _a_step_on(stand: Stand, found: Evidence, gain: float, length: float, surely
 
 
 def _bent(stand: Stand, found: Evidence, step: Array, there: Tried, least: float, promised: float) -> Tried:
-    """What a step brings once all else has answered to what lines leave out there; again while it brings too little, but ever more.
+    """What a step brings once all parameters have made up for what straight lines left out; again while it misses much less each time.
 
-    Along what the measurements hardly tell, the likeliest places lie on a bent line.
+    Along what the measurements hardly tell, the likeliest places lie on a bent line. least : log probability that is enough. promised : by
+    the lines, where the step leads.
     """
     slopes, measured = stand.fit.jacobian, stand.given.measured
     for _ in range(_MOST_BENDS):

@@ -61,19 +61,20 @@ class Evidence:
     @cached_property
     def information(self) -> Factored:
         """Of base and releases, errors and amounts, (p + q + k, p + q + k)."""
-        parts = self.lines.parts_beside(self.columns)
-        white = [White.of(part, noise) for part, noise in zip(parts, self.noise, strict=True)]
-        return _informed(white, self.lines.prior_precision(self.columns))
+        return _informed(self.white(self.lines), self.lines.prior_precision(self.columns))
 
     @cached_property
     def covariance(self) -> Array:
         """The inverse of the information."""
         return self.information.inverse
 
+    def white(self, lines: Lines) -> list[White]:
+        """Linear pieces with its own columns, whitened by its noise, channel by channel."""
+        return [White.of(part, noise) for part, noise in zip(lines.parts_beside(self.columns), self.noise, strict=True)]
+
     def answer_to(self, change: Array) -> Array:
         """How far base and releases, errors and amounts (p + q + k,) move where something (m,) is added to the gaps."""
-        parts = replace(self.lines, gaps=change).parts_beside(self.columns)
-        white = [White.of(part, noise) for part, noise in zip(parts, self.noise, strict=True)]
+        white = self.white(replace(self.lines, gaps=change))
         return Normal((), self.information).step(white, [_INFORMATION] * len(white), np.zeros(len(self.information.size)))
 
     @property

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from identify.gap.linear_pieces import Columns
 from identify.noise.noise_model import weights
-from identify.selection.evidence import Evidence, Normal, White
+from identify.selection.evidence import Evidence, Normal
 from measure.common.arrays import Array
 from simulate.model.effect import Effect
 
@@ -47,7 +47,7 @@ class FirstLook:
         self._apart = [part.channel for part in of.lines.parts]
         self._noise = of.noise
         self._counts = [weights(left) for left in of.left]
-        self._white = [White.of(part, noise) for part, noise in zip(of.lines.parts_beside(of.columns), of.noise, strict=True)]
+        self._white = of.white(of.lines)
         precision = of.lines.prior_precision(of.columns)
         normal = Normal.of(self._white, self._counts, precision)
         step = normal.step(self._white, self._counts, of.lines.prior_pull(of.columns))

@@ -45,10 +45,8 @@ def test_what_is_added_to_the_gaps_is_answered_as_an_evidence_of_them_has_it(see
     """Base, an error within its tolerance and an effect; what of it none of these can do is left."""
     chance = np.random.default_rng(seed)
     at, own = lines(drawn(chance, 0.3, wave=1.0), BUMP), Columns.free(WAVE, 10.0)
-    found, change = (
-        evidence(at, own),
-        0.1 * BASE @ chance.normal(size=4) + 0.3 * WAVE[:, 0] + 0.2 * BUMP[:, 0] + 0.1 * chance.normal(size=N),
-    )
+    found = evidence(at, own)
+    change = 0.1 * BASE @ chance.normal(size=4) + 0.3 * WAVE[:, 0] + 0.2 * BUMP[:, 0] + 0.1 * chance.normal(size=N)
     again = evidence(at.shifted(change), own, found.noise)
     moved = [getattr(again, name) - getattr(found, name) for name in ("step", "errors", "amounts")]
     deviation = np.sqrt(np.diag(found.covariance))
