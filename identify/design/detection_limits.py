@@ -9,8 +9,9 @@ from numpy.typing import NDArray
 from scipy import special
 
 from identify.criteria import CREDIBLE
+from identify.gap.linear_pieces import Gain
 from identify.gap.size import DetectionLimit
-from identify.selection.first_look import Gain, Promise
+from identify.selection.first_look import Promise
 from identify.selection.hypotheses import Prior
 from measure.common.arrays import Array
 from simulate.model.effect import Effect

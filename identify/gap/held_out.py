@@ -16,11 +16,13 @@ from identify.gap.size import NoiseOfChannel
 
 
 def held_out(run: Run, before: Fit, after: Fit, noise: Sequence[NoiseOfChannel]) -> Held:
-    """A run that took no part, under two models; its release is looked for from where it is under the other one, too.
+    """A run that took no part, under two models, or one; its release is looked for from where it is under the other one, too.
 
     noise : of the runs that took part.
     """
     without = carried_over(before, run)
+    if after is before:
+        return Held(without, without, noise=noise)
     having = carried_over(after, run, (without,))
     return Held(_with_release_of(without, having), having, noise=noise)
 

@@ -1,4 +1,11 @@
-"""A fit as linear pieces: what is left in each channel, and what parameters, errors of the model file and a hypothesis change there."""
+"""A fit as linear pieces: what is left in each channel, and what parameters, errors of the model file and a hypothesis change there.
+
+What columns bring with the noise as it is takes one small system, for any prior that they are given:
+
+    S = I + T^-2        gain = g' S^-1 g / 2 - ln det(S) / 2 - ln det(T)
+
+I their information with nothing known of them, g the slope of the log likelihood with them, T the spread of their prior.
+"""
 
 from __future__ import annotations
 
@@ -10,6 +17,9 @@ from numpy.typing import NDArray
 from scipy import special
 
 from measure.common.arrays import Array
+
+_NARROWEST = 1e-10  # of what rounding leaves, beside one
+_FADED = 3.0  # times that noise which remembers, for it has taken up what is missing, makes a slow effect look too weak
 
 
 @dataclass(frozen=True)
@@ -68,6 +78,47 @@ class Columns:
         """These and others, side by side."""
         pairs = ((getattr(self, name), getattr(other, name)) for name in ("spread", "at", "low", "high"))
         return Columns(np.hstack([self.values, other.values]), *(np.concatenate(pair) for pair in pairs))
+
+
+@dataclass(frozen=True)
+class Gain:
+    """Log evidence that columns bring, and the most that they may bring once the noise is estimated anew.
+
+    amounts : (k,) and covariance : (k, k) of the columns themselves.
+    """
+
+    log_z: float
+    most: float
+    amounts: Array
+    covariance: Array
+    columns: Columns
+
+
+@dataclass(frozen=True)
+class Shown:
+    """What measurements say of columns: their information (k, k), all else integrated out, and the slope (k,) of the log likelihood."""
+
+    information: Array
+    slope: Array
+
+    def of(self, part: int, count: int) -> Shown:
+        """The same of a part of them alone, where they are parts of so many each."""
+        own = slice(part * count, (part + 1) * count)
+        return Shown(self.information[own, own], self.slope[own])
+
+    def gain(self, columns: Columns) -> Gain:
+        """What these columns bring with their prior, from nought."""
+        rest = self.information + np.diag(columns.spread**-2.0)
+        size = np.sqrt(np.maximum(np.diag(rest), 1e-300))
+        widths, ways = np.linalg.eigh(rest / np.outer(size, size))
+        widths = np.maximum(widths, _NARROWEST)
+        covariance = (ways / widths) @ ways.T / np.outer(size, size)
+        amounts = covariance @ self.slope
+        log_det = float(np.sum(np.log(widths)) + 2.0 * np.sum(np.log(size)))
+        met = 0.5 * float(self.slope @ covariance @ self.slope)
+        price = 0.5 * log_det + float(np.sum(np.log(columns.spread)))
+        cut = columns.log_inside(amounts, np.sqrt(np.diag(covariance))) if columns.is_bounded else 0.0
+        return Gain(met - price + cut, _FADED * met - price + max(cut, 0.0), amounts, covariance, columns)
 
 
 @dataclass(frozen=True)

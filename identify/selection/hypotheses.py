@@ -13,13 +13,13 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from identify.criteria import ANOTHER, CREDIBLE, FARTHEST_SPREADS, NOTHING, UNNAMED, WITHIN, WRONG_DRAWING
+from identify.criteria import ANOTHER, CREDIBLE, EQUAL, FARTHEST_SPREADS, NOTHING, UNNAMED, WITHIN, WRONG_DRAWING
 from identify.estimation.problem import Fit
 from identify.gap.unnamed import Unnamed
 from identify.selection.first_look import Promise
 from identify.selection.model_errors import MODEL_ERRORS
 from identify.selection.stand import Weighed
-from identify.selection.verdict import Names, is_unnamed
+from identify.selection.verdict import Names, foremost_of, is_unnamed
 from simulate.model.effect import Effect
 
 Prior = Callable[[tuple[str, ...]], float]
@@ -125,8 +125,10 @@ class Tried:
 
     @property
     def foremost(self) -> Hypothesis:
-        """The fitted hypothesis with the largest weight, of those whose names all make the gap smaller."""
-        return max((self.fitted[names] for names in self._closing()), key=lambda one: one.log_weight)
+        """The fitted hypothesis with the largest weight, of those whose names all make the gap smaller; of equal ones that with fewest."""
+        found = [self.fitted[names] for names in self._closing()]
+        least = max(one.log_weight for one in found) + np.log(EQUAL)
+        return min((one for one in found if one.log_weight >= least), key=lambda one: (len(one.names), -one.log_weight))
 
     def _closing(self) -> list[Names]:
         """Fitted hypotheses that can be meant: no name makes the gap larger, no error is far beyond any drawing's tolerance.
@@ -151,6 +153,12 @@ class Tried:
             if names and one.is_believable and one.weighed.leaves_noise and one.log_weight <= most
             if all(one.log_weight > less.log_weight for less in self._with_one_less(names))
         ]
+
+    @property
+    def _is_explained(self) -> bool:
+        """Whether names, fitted or only weighed, are likelier than nothing and than every force without a name."""
+        names = foremost_of(self.weights())
+        return bool(names) and not any(map(is_unnamed, names))
 
     @property
     def _base(self) -> Names:

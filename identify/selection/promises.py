@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 from functools import reduce
 
@@ -13,10 +13,10 @@ from identify.criteria import FORCES_DIFFER, LOSES
 from identify.estimation.parameters import STORED_FORCE
 from identify.estimation.problem import Problem
 from identify.estimation.tolerances import TOLERANCE_OF
-from identify.gap.linear_pieces import Columns
+from identify.gap.linear_pieces import Columns, Gain, Shown
 from identify.gap.signatures import chords
 from identify.selection.evidence import Both
-from identify.selection.first_look import Gain, Promise
+from identify.selection.first_look import Promise
 from identify.selection.model_errors import FORCES, as_wide, effect_spreads
 from identify.selection.stand import Stand, Weighed
 from measure.common.arrays import Array
@@ -98,14 +98,14 @@ class _Shape:
     shown: NDArray[np.bool_] | None
     known: float
 
-    def looked_at(self, at: Weighed) -> tuple[_Shape, Gain]:
-        """With a prior as wide as its amounts are large, and what it brings at a first look."""
-        gain = at.first_look.gain(self.columns)
+    def looked_at(self, seen: Shown) -> tuple[_Shape, Gain]:
+        """With a prior as wide as its amounts are large, and what it brings at a first look, by what is seen of its columns."""
+        gain = seen.gain(self.columns)
         spread = as_wide(np.full(self.columns.count, self.known), np.abs(gain.amounts))
         if np.array_equal(spread, self.columns.spread):
             return self, gain
         wider = replace(self.columns, spread=spread)
-        return replace(self, columns=wider), at.first_look.gain(wider)
+        return replace(self, columns=wider), seen.gain(wider)
 
     def sizes(self, amounts: Array) -> Array:
         """Where a fit of the effect starts, (n,) in typical sizes from its shape: by a chord at the size at which it was tried."""
@@ -159,10 +159,13 @@ class _Looked:
         shapes = _slopes(at, effect) if effect.is_linear() else _chords(at, effect)
         if not shapes:
             return None
-        looked = _ranked(at, shapes)
         if not isinstance(effect, Wave) or len(shapes) == 1:
+            looked = _ranked((shape, at.first_look.shown(shape.columns.values)) for shape in shapes)
             return cls(*looked, *looked)
-        return cls(*looked, *_ranked(at, _waves(shapes, effect.summed, at.fit.problem.measures)))
+        waves = [(alike, _Waves.of(alike, at.fit.problem.measures)) for alike in _alike(shapes, effect.summed)]
+        seen = [(alike, one, at.first_look.shown(one.columns.values)) for alike, one in waves]
+        each = ((shape, whole.of(k, shape.columns.count)) for alike, _, whole in seen for k, shape in enumerate(alike))
+        return cls(*_ranked(each), *_ranked((one, whole) for _, one, whole in seen))
 
     @property
     def first(self) -> float:
@@ -198,19 +201,19 @@ class _Looked:
         return float(np.logaddexp.reduce(logs) - np.log(len(self.ways)))
 
 
-def _ranked(at: Weighed, shapes: Sequence[_Shape]) -> tuple[tuple[_Shape, ...], tuple[Gain, ...]]:
+def _ranked(shapes: Iterable[tuple[_Shape, Shown]]) -> tuple[tuple[_Shape, ...], tuple[Gain, ...]]:
     """Shapes, one or more, with what they bring at a first look; first what may bring most once the noise is estimated anew."""
-    found = sorted((one.looked_at(at) for one in shapes), key=lambda pair: -pair[1].most)
+    found = sorted((one.looked_at(seen) for one, seen in shapes), key=lambda pair: -pair[1].most)
     return tuple(shape for shape, _ in found), tuple(gain for _, gain in found)
 
 
-def _waves(shapes: Sequence[_Shape], summed: Collection[str], measures: Measures) -> list[_Waves]:
+def _alike(shapes: Sequence[_Shape], summed: Collection[str]) -> list[list[_Shape]]:
     """Shapes that differ only in what adds up, together."""
-    alike: dict[tuple[object, ...], list[_Shape]] = {}
+    found: dict[tuple[object, ...], list[_Shape]] = {}
     for one in shapes:
         rest = tuple(getattr(one.effect, item.name) for item in fields(one.effect) if item.name not in summed)
-        alike.setdefault(rest, []).append(one)
-    return [_Waves.of(group, measures) for group in alike.values()]
+        found.setdefault(rest, []).append(one)
+    return list(found.values())
 
 
 def _slopes(at: Weighed, effect: Effect) -> list[_Shape]:

@@ -13,7 +13,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from identify.criteria import CLOSE, CREDIBLE, HARDLY, LOSES, NEAR, ROUGHLY
+from identify.criteria import CLOSE, CREDIBLE, GAP_P, HARDLY, NEAR, ROUGHLY
 from identify.estimation.horizons import solve_from_afar
 from identify.estimation.least_squares import solve, to_the_end
 from identify.estimation.multistart import Minima, released_again
@@ -60,7 +60,7 @@ class Search(Tried):
             behind = self._left_behind(best.log_weight if best else -np.inf) if self.spent < self.budget.fits else None
             if () not in self.turned and self._doubts_the_base:
                 self._turn(())
-            elif self.closely and () in self.seen_from:
+            elif self.closely and () in self.seen_from and not self._is_explained:
                 self._look_closely()
             elif len(self.fitted) > 1 and () not in self.seen_from:  # all was weighed from where the base is no more
                 self._look_from(self.fitted[()])
@@ -163,7 +163,7 @@ class Search(Tried):
             if led is not None:
                 self._keep(one.names, led)
                 one = self.fitted[one.names]
-        again = released_again(one.fit, known=self.releases)
+        again = released_again(one.fit, known=self.releases) if one.weighed.is_unusual else one.fit
         if again.cost < one.fit.cost - _DEEPER:
             self._keep(one.names, weighed_within(one.weighed.exact.given, again.q, errors_without(one.weighed, ())))
         self.brought_back.add(one.names)
@@ -175,7 +175,7 @@ class Search(Tried):
         if one.promise is None or self._has_led(one):
             return False
         if self._adds_to_enough(one):
-            return one.log_weight > self.foremost.log_weight - (0.0 if self.foremost.names else LOSES)
+            return one.log_weight > self.foremost.log_weight - (0.0 if self.foremost.names else _BEYOND)
         return self._may_reach_the_unnamed(one) and self._may_compete(one.log_weight)
 
     def _has_led(self, one: Ahead) -> bool:
@@ -242,10 +242,12 @@ class Search(Tried):
         further = len(one.names) < self.budget.deepest
         self.say("weighing " + (f"what else stands beside {', '.join(one.names)}" if one.names else "every effect"))
         self.seen_from.add(one.names)
-        stands = stands_of(one.weighed) if further else [(one.weighed, one.weighed.along_lines)]
+        improbable = one.weighed.evidence.prior_p < GAP_P
+        closely = improbable and bool(one.names)  # nothing may be explained by what is weighed beside it whole
+        stands = stands_of(one.weighed, closely=closely) if further else [(one.weighed, one.weighed.along_lines)]
         self._look(one, stands, further)
         if not one.names:
-            self.closely = len(stands) == 1 and self._doubts_the_base
+            self.closely = len(stands) == 1 and (improbable or self._doubts_the_base)
         for effect in one.fit.problem.effects:
             if effect.is_linear():  # another one cannot be taken out along straight lines
                 self._weigh(one, promises(one.weighed, self.catalogue, effect.name), one.weighed.along_lines)

@@ -71,7 +71,8 @@ def _columns(at: Weighed, table: Effect, places: Places) -> Array:
 def _of_any_size(at: Weighed, table: Effect, columns: Array, places: Places, least: float) -> Unnamed:
     """A table with a prior of any size; a first look tells whether one of them may gain `least` and is worth a closer one."""
     of_sizes = [Columns.free(columns, size) for size in SIZES]
-    gains = [at.first_look.gain(one) for one in of_sizes]
+    shown = at.first_look.shown(columns)
+    gains = [shown.gain(one) for one in of_sizes]
     whole = float(np.logaddexp.reduce([one.log_z for one in gains]) - np.log(len(SIZES)))
     best = int(np.argmax([one.log_z for one in gains]))
     log_z, covariance, amounts = at.along_lines + whole, gains[best].covariance, gains[best].amounts

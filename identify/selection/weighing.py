@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import replace
 
 import numpy as np
 
@@ -29,17 +30,22 @@ _DIRECTIONS, _OFF = 2, 3.0  # in which errors act across a mirror, and how many 
 def weighed(fit: Fit) -> Weighed:
     """Take a fit to the largest probability under coloured noise and tolerances, and weigh it there.
 
-    Least squares have taken the noise for white and the model file for exact. Where its tolerances may matter they are simulated, too.
+    Least squares have taken the noise for white and the model file for exact. Where its tolerances may matter they are simulated, too. One
+    that misses as it is waits, and is taken uphill only if it may hold a share beside them.
     """
-    exact, found = settled(Stand.exact(fit))
-    loose = Stand.loose(exact.fit)
-    if loops_miss(exact.fit):
-        return Weighed(exact, loose, Both(found, None))
-    both = _both(found, loose)
-    if both.share_of_exact > CREDIBLE:
-        return Weighed(exact, loose, both)
-    within, of_within = settled(loose, found.noise)
-    return Weighed(exact, within, Both(found, of_within))
+    exact, lost = Stand.exact(fit), loops_miss(fit)
+    found, waits = exact.weighed(), exact.misses and not lost
+    if not waits:
+        exact, found = stepped(exact, found)
+    within = Stand.loose(exact.fit)
+    both = Both(found, None) if lost else _both(found, within)
+    if both.share_of_exact <= CREDIBLE:
+        within, of_within = settled(within, found.noise)
+        both = Both(found, of_within)
+    if waits and both.share_of_exact > 1.0 - CREDIBLE:
+        exact, found = stepped(exact, found)
+        both = replace(both, exact=found)
+    return Weighed(exact, within, both)
 
 
 def weighed_within(given: Problem, q: Array, errors: Mapping[tuple[str, int], float]) -> Weighed:
@@ -132,13 +138,13 @@ def errors_without(one: Weighed, names: Iterable[str]) -> dict[tuple[str, int], 
 def stands_of(one: Weighed, *, closely: bool = False) -> list[tuple[Weighed, float]]:
     """Where straight lines are taken, and what the hypothesis itself reaches with the same measurements.
 
-    Close to the measurements they lead where they say. Farther off, and where a base is close only by improbable releases and errors, they
-    are taken with the films up to their first stop as well. And as the law may have bent to what is missing, where no loops hold it, they
-    are taken from the law of the model file, too. Beside names that leave noise a further one is small.
+    Close to the measurements they lead where they say. Farther off they are taken with the films up to their first stop as well. And as the
+    law may have bent to what is missing, where no loops hold it, they are taken from the law of the model file, too. Beside names that
+    leave noise a further one is small.
 
-    closely : whether the first stop counts although the hypothesis seems to be close, for something else is likelier.
+    closely : whether the first stop counts although the hypothesis seems to be close, for it is improbable or something else is likelier.
     """
-    far = bool(one.fit.problem.films) and (closely or one.stand.misses or one.evidence.prior_p < UNUSUAL_P)
+    far = bool(one.fit.problem.films) and (closely or one.stand.misses)
     bends = not one.fit.problem.loops
     stands, problem = [(one, one.along_lines)], before_the_stops(one.exact.fit.problem)
     is_small = bool(one.names) and one.leaves_noise
@@ -171,25 +177,23 @@ def settled(stand: Stand, noise: tuple[ChannelNoise, ...] = ()) -> tuple[Stand, 
 
 
 def _from_afar(stand: Stand) -> Stand:
-    """A stand led by ever longer films from the model file as it is; where that leaves a gap also from least squares, which bend it."""
+    """A stand led by ever longer films from the model file as it is; where that leaves a gap, at last from least squares, which bend it."""
     courses: list[Course] = []
-    again: list[Course] = []  # a course that misses is none to follow
     start = np.where(stand.given.unseen, stand.fit.q, stand.origin)  # at nought nothing pulls at what no film shows
     led = led_beside(stand, start, np.zeros(len(stand.sizes)), courses, in_any_case=True)
     assert led is not None  # there is nothing to follow
-    if led.misses:
-        led = _likelier(led, led_beside(stand, stand.fit.q, stand.sizes, again))
-    return _on_other_sides(stand, led, [*courses, *again])
+    led = _on_other_sides(stand, led, courses)
+    return _likelier(led, led_beside(stand, stand.fit.q, stand.sizes, [])) if led.misses else led  # beside none: those have missed
 
 
 def _on_other_sides(stand: Stand, led: Stand, courses: list[Course]) -> Stand:
     """A stand as it was led, or a likelier one.
 
-    Where films are missed, or what no film shows is improbable, it is led from either side of the mirror in which the films look the same,
-    until that is probable. Where films are missed the first one that leads on ends the search: names may close the rest.
+    Where what no film shows is improbable, it is led from either side of the mirror in which the films look the same, until that is
+    probable. Where films are missed the first one that leads on ends the search: names may close the rest.
     """
     missed, begun = led.misses, led.weighed()
-    if not missed and led.across_p(begun) >= UNUSUAL_P:
+    if led.across_p(begun) >= UNUSUAL_P:
         return led
     for q, sizes in _off_to_sides(led):
         led = _likelier(led, led_beside(stand, q, sizes, courses))

@@ -51,9 +51,17 @@ def test_under_each_of_two_models_the_run_is_tried_from_its_release_under_the_ot
     found = iter([lost(right), right] if astray == "before" else [right, lost(right)])
     monkeypatch.setattr(held_out, "solve_from_afar", lambda *_, **__: next(found))
     monkeypatch.setattr(held_out, "released_again", lambda fit, _: fit)
-    both = held_out.held_out(run, base, base, ())
+    both = held_out.held_out(run, base, replace(base), ())
     for fit in (both.before, both.after):
         assert gap_left(fit) == pytest.approx(gap_left(right), abs=0.01)
+
+
+def test_under_one_model_a_run_is_looked_for_once(one, monkeypatch):
+    base, run = one
+    found = iter([carried_over(base, run)])
+    monkeypatch.setattr(held_out, "carried_over", lambda *_: next(found))
+    both = held_out.held_out(run, base, base, ())
+    assert both.before is both.after
 
 
 def test_a_worse_release_changes_nothing(one):

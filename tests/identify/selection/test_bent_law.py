@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from identify.gap.bent_law import is_bent
-from identify.selection.evidence import Both, Evidence
+from identify.selection.evidence import Both
 from identify.selection.hypotheses import BUDGETS, log_prior
 from identify.selection.promises import promises
 from identify.selection.search import Search
@@ -30,19 +30,14 @@ def test_a_drag_is_promised_from_the_law_of_the_model_file_too(campaign, fitted)
     assert found[-1] > 5.0
 
 
-@pytest.mark.parametrize(("prior_p", "stands"), [(0.4, 1), (0.01, 2)])
-def test_where_an_improbable_base_has_come_close_names_are_weighed_up_to_the_first_stop_as_well(
-    campaign, fitted, monkeypatch, prior_p, stands
-):
-    """Joints bent by up to two tolerances followed a cable: of it straight lines promised -2 there, and 31 up to the first stop."""
+def test_a_base_that_has_come_close_is_looked_from_up_to_the_first_stop_where_that_is_asked_for(campaign, fitted):
     one = weighed(fitted(campaign(None, 94, loops=((1.0, 0.03),), deployments=({},), hold_out=False)))
     assert not one.stand.misses
-    monkeypatch.setattr(Evidence, "prior_p", prior_p)
-    found = stands_of(one)
-    assert len(found) == stands
-    assert found[0] == (one, one.along_lines)
-    assert len(stands_of(one, closely=True)) == 2
-    assert all(at.fit.problem.measured < one.fit.problem.measured and reached == at.along_lines for at, reached in found[1:])
+    assert stands_of(one) == [(one, one.along_lines)]
+    whole, *found = stands_of(one, closely=True)
+    assert whole == (one, one.along_lines)
+    assert len(found) == 1
+    assert all(at.fit.problem.measured < one.fit.problem.measured and reached == at.along_lines for at, reached in found)
 
 
 @pytest.mark.slow

@@ -47,3 +47,19 @@ def test_bounds_forbid_a_first_look_the_wrong_sign():
     wrong = FirstLook(evidence(at)).gain(Columns(WAVES[:, :1], spread, none, none, np.array([np.inf])))
     assert free.log_z > 3.0
     assert wrong.log_z < free.log_z - 3.0
+
+
+def test_what_is_shown_of_columns_together_holds_what_each_brings_alone():
+    look = FirstLook(evidence(lines(0.1, 9)))
+    together = look.shown(WAVES)
+    for k in range(2):
+        alone = Columns.free(WAVES[:, k : k + 1], 10.0)
+        assert together.of(k, 1).gain(alone).log_z == pytest.approx(look.gain(alone).log_z, abs=1e-9)
+        assert together.of(k, 1).gain(alone).amounts == pytest.approx(look.gain(alone).amounts, rel=1e-9)
+
+
+def test_a_column_twice_with_half_the_variance_each_brings_what_it_brings_once():
+    look = FirstLook(evidence(lines(0.1, 10)))
+    one, twice = (look.gain(Columns.free(np.repeat(WAVES[:, :1], n, axis=1), 10.0 / np.sqrt(n))) for n in (1, 2))
+    assert twice.log_z == pytest.approx(one.log_z, abs=1e-6)
+    assert twice.amounts.sum() == pytest.approx(one.amounts[0], rel=1e-6)

@@ -93,9 +93,9 @@ def test_releases_and_centre_of_mass_stand_on_the_side_of_the_truth(campaign, fi
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("seed", [33, 35, 40])
+@pytest.mark.parametrize("seed", [31, 34, 53])
 def test_a_right_model_is_led_to_the_side_on_which_what_no_film_shows_is_probable(campaign, fitted, monkeypatch, seed):
-    """Led from the model file alone these three of 28 seeds end in a place that is 49 to 100 less likely."""
+    """Led from the model file alone these three of 32 seeds end in a place that is 191 to 453 less likely."""
     true, runs = as_built(seed), {"loops": (), "deployments": ({}, {"geometry.stowed_height_m": 0.35}), "hold_out": False}
     fit = fitted(campaign(true, seed, channels=("x_m", "z_m", "theta_y_rad"), **runs))
     one = weighed(fit)
@@ -127,12 +127,11 @@ def led_to(log_z, misses, across_p=0.5) -> Any:
     [
         (False, 0.06, -100.0, 0),  # met, and what no film shows is as probable as one in twenty
         (False, 0.04, -60.0, 3),  # met, and it is improbable: until it is probable, at the third
-        (True, 0.5, -30.0, 2),  # missed: until one leads on, the second
+        (True, 0.5, -100.0, 0),  # missed, but not for what no film shows
+        (True, 0.04, -30.0, 2),  # missed, and it is improbable: until one leads on, the second
     ],
 )
-def test_the_other_side_is_looked_for_where_films_are_missed_or_what_no_film_shows_is_improbable(
-    monkeypatch, misses, across_p, reached, tried
-):
+def test_the_other_side_is_looked_for_where_what_no_film_shows_is_improbable(monkeypatch, misses, across_p, reached, tried):
     """Of four ways the first follows another course; where films are met the second brings 30, the third 40 and what is probable."""
     begun, sides = led_to(-100.0, misses, across_p), []
     ways = {1: led_to(-30.0 if misses else -70.0, misses, across_p), 2: led_to(-60.0, misses), 3: led_to(-50.0, misses)}
@@ -163,12 +162,11 @@ def test_nothing_is_led_from_afar_though_least_squares_met_the_films_and_a_name_
     assert weighing.settled(stand) == ((there, "weighed there") if is_led else (stand, "weighed"))
 
 
-@pytest.mark.parametrize(("misses", "turned"), [(True, -50.0), (False, -100.0)])
-def test_of_two_places_to_which_films_led_the_likelier_one_is_turned_to_its_other_side(monkeypatch, misses, turned):
-    """From the model file first; where that misses also from where least squares are, which does not follow it."""
-    from_file, from_here = led_to(-100.0, misses), led_to(-50.0, True)
+@pytest.mark.parametrize(("misses", "other_side_misses", "ends"), [(False, False, -100.0), (True, False, -80.0), (True, True, -50.0)])
+def test_films_lead_from_the_model_file_then_on_the_other_side_and_at_last_from_least_squares(monkeypatch, misses, other_side_misses, ends):
+    """Of 187 campaigns 30 missed the films as led from the model file: the other side led three of these to them, least squares one."""
     here, file = (1.0, 2.0), (0.0, 2.0)  # the second number is one that no film shows
-    ways = {here: from_here, file: from_file}
+    ways = {here: led_to(-50.0, True), file: led_to(-100.0, misses)}
 
     def led_beside(stand, q, sizes, taken, *, in_any_case=False) -> Any:
         assert not taken
@@ -177,14 +175,14 @@ def test_of_two_places_to_which_films_led_the_likelier_one_is_turned_to_its_othe
         return ways[tuple(q)]
 
     def on_other_sides(stand, led, taken) -> Any:
-        assert taken == ([file, here] if misses else [file])
-        return led
+        assert taken == [file]
+        return led_to(-80.0, other_side_misses) if led.misses else led
 
     monkeypatch.setattr(weighing, "led_beside", led_beside)
     monkeypatch.setattr(weighing, "_on_other_sides", on_other_sides)
     given = SimpleNamespace(unseen=np.array([False, True]))
     stand: Any = SimpleNamespace(given=given, fit=SimpleNamespace(q=np.array(here)), sizes=np.zeros(1), origin=np.zeros(2))
-    assert weighing._from_afar(stand).weighed().log_z == turned
+    assert weighing._from_afar(stand).weighed().log_z == ends
 
 
 @pytest.mark.parametrize(
