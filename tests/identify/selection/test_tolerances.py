@@ -159,7 +159,6 @@ def test_errors_within_the_tolerances_are_found_behind_the_stops_where_no_straig
     assert stops.fraction * true > 0.0
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(
     ("misses", "lost", "gain", "uphill"),
     [
@@ -184,6 +183,7 @@ def test_a_model_file_that_misses_as_it_is_is_taken_uphill_only_where_it_may_hol
     assert one.within == ("loose" if lost else "within")
 
 
+@pytest.mark.slow
 def test_a_model_file_within_its_tolerances_is_no_gap_and_the_result_says_what_was_moved(built):
     found = explain(read_model(built / "model.toml"), read_campaign([built / "campaign.toml"]), {name: CATALOGUE[name] for name in FEW})
     assert found.verdict == "no-gap"
