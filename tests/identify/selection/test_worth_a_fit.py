@@ -1,4 +1,4 @@
-"""Which hypotheses that were only weighed are worth a fit: straight lines promise too little beside nothing, where a law has bent."""
+"""Which hypotheses that were only weighed are worth a fit, and from where names are weighed."""
 
 from __future__ import annotations
 
