@@ -20,6 +20,7 @@ if TYPE_CHECKING:
 
 NAME = "explain-gap"
 _FITS = 10.0  # that a fitted hypothesis costs in all: the weighing of others beside it, and its own
+_MANY = 4  # numbers that are counted and not listed
 WRITTEN = ("report.html", "result.json", "extended.toml", "missing_force.csv", "drafted_effect.py")
 DOES = "Locate the gap between model and measurements, name the missing effect, add it and show the gap shrink."
 
@@ -130,13 +131,20 @@ def summary(found: Explanation) -> list[str]:
         held = gap["held_out"]
         lines.append(f"held out {held['before']['rms_over_noise']:.3g} -> {held['after']['rms_over_noise']:.3g} times the noise")
     for finding in found.findings:
-        for name, row in parameters_of(finding).items():
-            low, high = row["ci95"]
-            lines.append(f"         {finding.name} {name} = {row['value']:.5g}   95 % {low:.5g} ... {high:.5g}")
+        lines += [f"         {finding.name} {text}" for text in _numbers(parameters_of(finding))]
     if zeros := result["loop_zeros_N"].values():
         lines.append(f"loops    each was given a zero of its own; they differ by up to {max(zeros) - min(zeros):.3g} N")
     lines += [f"         {text}" for text in (result["missing_force"], result["next_experiment"]) if text]
     return lines
+
+
+def _numbers(rows: dict[str, Any]) -> list[str]:
+    """Numbers of a finding with their intervals, one a line; at last those of which nothing shows (runs that are not there)."""
+    hidden = [name for name, row in rows.items() if not row["identifiable"]]
+    shown = [(name, row["value"], row["ci95"]) for name, row in rows.items() if row["identifiable"]]
+    lines = [f"{name} = {value:.5g}   95 % {low:.5g} ... {high:.5g}" for name, value, (low, high) in shown]
+    all_of_them = ", ".join(hidden) if len(hidden) < _MANY else f"{hidden[0]} ... {hidden[-1]} ({len(hidden)} of {len(rows)})"
+    return lines + ([f"{all_of_them}: not identifiable from these runs"] if hidden else [])
 
 
 def _write(given: Namespace, found: Explanation, inputs: list[Path]) -> None:
