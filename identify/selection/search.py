@@ -163,7 +163,7 @@ class Search(Tried):
             if led is not None:
                 self._keep(one.names, led)
                 one = self.fitted[one.names]
-        again = released_again(one.fit, known=self.releases) if one.weighed.is_unusual else one.fit
+        again = released_again(one.fit, known=self.releases)
         if again.cost < one.fit.cost - _DEEPER:
             self._keep(one.names, weighed_within(one.weighed.exact.given, again.q, errors_without(one.weighed, ())))
         self.brought_back.add(one.names)
