@@ -53,6 +53,7 @@ def test_a_force_that_comes_at_its_time_is_best_told_along_time(fit_of):
     assert missing.places[strong] == pytest.approx(0.20, abs=2.0 * missing.spacing)
 
 
+@pytest.mark.slow
 def test_one_run_cannot_tell_what_a_force_goes_with(fit_of):
     """In one deployment time, height and speed run together."""
     fit = fit_of(Gust(0.15), 95, ({},))

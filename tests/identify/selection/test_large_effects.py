@@ -18,6 +18,7 @@ from simulate.effects import CATALOGUE, BaseExcitation, EddyDamping
 NAME = "eddy-damping"
 
 
+@pytest.mark.slow
 def test_a_brake_of_two_hundred_noticeable_sizes_brings_most_of_what_it_meets_in_films_alone(campaign, fitted):
     hidden = EddyDamping(damping_N_s_per_m=10.0, speed_m_per_s=0.25)
     at = weighed(fitted(campaign(hidden, 41, loops=(), deployments=({},), hold_out=False)))
