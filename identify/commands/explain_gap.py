@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 NAME = "explain-gap"
 _FITS = 10.0  # that a fitted hypothesis costs in all: the weighing of others beside it, and its own
-_MANY = 4  # numbers that are counted and not listed
+_MANY = 4  # numbers; so many are counted, fewer are listed
 WRITTEN = ("report.html", "result.json", "extended.toml", "missing_force.csv", "drafted_effect.py")
 DOES = "Locate the gap between model and measurements, name the missing effect, add it and show the gap shrink."
 
@@ -139,12 +139,12 @@ def summary(found: Explanation) -> list[str]:
 
 
 def _numbers(rows: dict[str, Any]) -> list[str]:
-    """Numbers of a finding with their intervals, one a line; at last those of which nothing shows (runs that are not there)."""
+    """Numbers of a finding with their intervals, one a line; those of which nothing shows (runs that are not there) on the last one."""
     hidden = [name for name, row in rows.items() if not row["identifiable"]]
     shown = [(name, row["value"], row["ci95"]) for name, row in rows.items() if row["identifiable"]]
     lines = [f"{name} = {value:.5g}   95 % {low:.5g} ... {high:.5g}" for name, value, (low, high) in shown]
-    all_of_them = ", ".join(hidden) if len(hidden) < _MANY else f"{hidden[0]} ... {hidden[-1]} ({len(hidden)} of {len(rows)})"
-    return lines + ([f"{all_of_them}: not identifiable from these runs"] if hidden else [])
+    which = ", ".join(hidden) if len(hidden) < _MANY else f"{hidden[0]} ... {hidden[-1]} ({len(hidden)} of {len(rows)})"
+    return lines + ([f"{which}: not identifiable from these runs"] if hidden else [])
 
 
 def _write(given: Namespace, found: Explanation, inputs: list[Path]) -> None:

@@ -18,7 +18,7 @@ from scipy import special
 
 from measure.common.arrays import Array
 
-_NARROWEST = 1e-10  # of what rounding leaves, beside one
+_LEAST_WIDTH = 1e-10  # eigenvalue of a matrix with ones on its diagonal; what is less is rounding
 _FADED = 3.0  # times that noise which remembers, for it has taken up what is missing, makes a slow effect look too weak
 
 
@@ -102,7 +102,7 @@ class Shown:
     slope: Array
 
     def of(self, part: int, count: int) -> Shown:
-        """The same of a part of them alone, where they are parts of so many each."""
+        """The same of one part of them, where they are parts of `count` columns each."""
         own = slice(part * count, (part + 1) * count)
         return Shown(self.information[own, own], self.slope[own])
 
@@ -111,7 +111,7 @@ class Shown:
         rest = self.information + np.diag(columns.spread**-2.0)
         size = np.sqrt(np.maximum(np.diag(rest), 1e-300))
         widths, ways = np.linalg.eigh(rest / np.outer(size, size))
-        widths = np.maximum(widths, _NARROWEST)
+        widths = np.maximum(widths, _LEAST_WIDTH)
         covariance = (ways / widths) @ ways.T / np.outer(size, size)
         amounts = covariance @ self.slope
         log_det = float(np.sum(np.log(widths)) + 2.0 * np.sum(np.log(size)))

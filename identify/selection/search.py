@@ -243,7 +243,7 @@ class Search(Tried):
         self.say("weighing " + (f"what else stands beside {', '.join(one.names)}" if one.names else "every effect"))
         self.seen_from.add(one.names)
         improbable = one.weighed.evidence.prior_p < GAP_P
-        closely = improbable and bool(one.names)  # of nothing a name may be the explanation
+        closely = improbable and bool(one.names)  # from a base only where no name explains it, see `run`
         stands = stands_of(one.weighed, closely=closely) if further else [(one.weighed, one.weighed.along_lines)]
         self._look(one, stands, further)
         if not one.names:

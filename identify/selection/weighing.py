@@ -30,8 +30,8 @@ _DIRECTIONS, _OFF = 2, 3.0  # in which errors act across a mirror, and how many 
 def weighed(fit: Fit) -> Weighed:
     """Take a fit to the largest probability under coloured noise and tolerances, and weigh it there.
 
-    Least squares have taken the noise for white and the model file for exact. Where its tolerances may matter they are simulated, too. One
-    that misses as it is waits, and is taken uphill only if it may hold a share beside them.
+    Least squares have taken the noise for white and the model file for exact. Where its tolerances may matter they are simulated, too.
+    A model file that misses as it is waits for these: it is taken uphill only if it may still hold a share.
     """
     exact, lost = Stand.exact(fit), loops_miss(fit)
     found, waits = exact.weighed(), exact.misses and not lost
@@ -183,7 +183,7 @@ def _from_afar(stand: Stand) -> Stand:
     led = led_beside(stand, start, np.zeros(len(stand.sizes)), courses, in_any_case=True)
     assert led is not None  # there is nothing to follow
     led = _on_other_sides(stand, led, courses)
-    return _likelier(led, led_beside(stand, stand.fit.q, stand.sizes, [])) if led.misses else led  # beside none: those have missed
+    return _likelier(led, led_beside(stand, stand.fit.q, stand.sizes, [])) if led.misses else led  # it follows no course that missed
 
 
 def _on_other_sides(stand: Stand, led: Stand, courses: list[Course]) -> Stand:
